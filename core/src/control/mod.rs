@@ -1,0 +1,1 @@
+//! The joint controllers of the real loop as data.

@@ -1,0 +1,1 @@
+//! Inverse and direct dynamics, regressor, mass matrix and base parameters.

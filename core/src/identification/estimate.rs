@@ -1,0 +1,69 @@
+//! What an identification says.
+
+use serde::Serialize;
+
+/// One parameter with its uncertainty. Nothing leaves the library without one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterEstimate {
+    /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
+    pub name: String,
+    /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
+    pub value: f64,
+    /// Standard deviation, in the unit of the value.
+    pub standard_deviation: f64,
+    /// `standard_deviation / |value|`.
+    pub relative_standard_deviation: f64,
+}
+
+/// The extreme singular values of the weighted observation matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SingularValues {
+    /// Largest.
+    pub max: f64,
+    /// Smallest.
+    pub min: f64,
+}
+
+/// Whether a result may be used, and if not, why not, in words.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// True when no reason speaks against use.
+    pub applicable: bool,
+    /// The reasons against, for people.
+    pub reasons: Vec<String>,
+}
+
+/// The result of one identification. Its JSON is a contract: see the command line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Version of this record's layout.
+    pub schema: u32,
+    /// The method's name on the command line: `idim-ls`.
+    pub method: String,
+    /// The robot's name.
+    pub robot: String,
+    /// Samples of the experiment.
+    pub samples: usize,
+    /// Rows of the observation matrix, all joints together.
+    pub rows: usize,
+    /// The parameters, in the model's order.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Condition number of the weighted, decimated observation matrix.
+    pub condition_number: f64,
+    /// Its extreme singular values.
+    pub singular_values: SingularValues,
+    /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
+    pub relative_error: f64,
+    /// The same per joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// Root mean square of the residual per joint \[N·m or N\].
+    pub rms_error_per_joint_nm: Vec<f64>,
+    /// Durbin–Watson statistic of the residual per joint.
+    pub durbin_watson_per_joint: Vec<f64>,
+    /// Linear least-squares steps taken.
+    pub iterations: u32,
+    /// Closed-loop simulations run.
+    pub simulations: u32,
+    /// Whether the result may be used.
+    pub verdict: Verdict,
+}

@@ -1,0 +1,23 @@
+//! The mathematics of didim: what a serial arm is, how it moves, and what its recorded motion says
+//! about its dynamic parameters.
+//!
+//! Contract: pure functions of their arguments. No I/O, no clock, no threads, no async, no unsafe;
+//! the same input gives the same output, bit for bit, on one instruction set. SI units throughout
+//! (rad or m, N·m or N, s); names carry a unit wherever a type does not. Nothing here panics on
+//! data: what can be wrong is an error with a remedy.
+//!
+//! Dependencies point one way: `identification → simulation → {dynamics, control, trajectory,
+//! signal, regression} → robot`.
+
+pub mod control;
+pub mod dynamics;
+pub mod identification;
+pub mod regression;
+pub mod robot;
+pub mod sample;
+pub mod scalar;
+pub mod signal;
+pub mod simulation;
+pub mod trajectory;
+
+pub use sample::{JointSample, MAX_JOINTS};

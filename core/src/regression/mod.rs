@@ -1,0 +1,1 @@
+//! Tall linear least squares with the statistics of its result.

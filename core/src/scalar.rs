@@ -1,0 +1,67 @@
+//! The arithmetic that the dynamics need, so that one source serves `f64`, SIMD lanes and dual
+//! numbers.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A field with the few functions that rigid-body dynamics and friction use.
+///
+/// Branches on a value are expressed as functions (`sign`, `dead_band_sign`), so that a type that
+/// holds several values at once can implement them.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// The constant `value` in every lane, with no derivative.
+    fn constant(value: f64) -> Self;
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Square root; NaN for a negative value.
+    fn sqrt(self) -> Self;
+    /// −1, 0 or 1; 0 at exactly 0.
+    fn sign(self) -> Self;
+    /// −1 or 1 where the magnitude reaches `threshold`, 0 below it.
+    fn dead_band_sign(self, threshold: f64) -> Self;
+
+    /// The additive identity.
+    fn zero() -> Self {
+        Self::constant(0.0)
+    }
+}
+
+impl Scalar for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn sign(self) -> Self {
+        if self > 0.0 {
+            1.0
+        } else if self < 0.0 {
+            -1.0
+        } else {
+            0.0
+        }
+    }
+    fn dead_band_sign(self, threshold: f64) -> Self {
+        if self.abs() < threshold { 0.0 } else { Scalar::sign(self) }
+    }
+}

@@ -1,0 +1,1 @@
+//! Zero-phase filters, differences and decimation.

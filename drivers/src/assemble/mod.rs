@@ -1,0 +1,1 @@
+//! Frames to samples: a pure state machine.

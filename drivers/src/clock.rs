@@ -1,0 +1,1 @@
+//! Hardware and software stamps mapped to one monotonic time.

@@ -1,0 +1,13 @@
+//! Frames of a drive bus to joint samples.
+//!
+//! Contract: this crate can only listen. [`source::Source`] has no way to send; the state machines
+//! ([`assemble`], [`clock`]) take time as an argument; every frame and every cycle that is not used
+//! is counted under a named cause. Unsafe code lives in [`socket`] alone.
+
+pub mod assemble;
+pub mod clock;
+pub mod frame;
+pub mod layout;
+pub mod socket;
+pub mod source;
+pub mod units;

@@ -1,0 +1,1 @@
+//! The socket options and system calls of SocketCAN that need unsafe code.

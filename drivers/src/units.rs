@@ -1,0 +1,1 @@
+//! Drive units to SI.

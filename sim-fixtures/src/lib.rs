@@ -1,0 +1,1 @@
+//! The simulated arm as a virtual device on a CAN bus.

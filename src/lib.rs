@@ -1,0 +1,1 @@
+//! The service: from frames on a drive bus to identified parameters.

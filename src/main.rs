@@ -1,0 +1,2 @@
+//! The `didim` command.
+fn main() {}
