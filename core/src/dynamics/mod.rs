@@ -4,6 +4,7 @@
 //! algorithm allocates. All are generic over [`Scalar`], and linear in the standard parameters:
 //! inertia about the origin of the link's frame, first moments, mass, drive inertia and friction.
 
+mod base;
 mod direct;
 mod drives;
 mod inertia;
@@ -13,6 +14,7 @@ mod mass_matrix;
 mod regressor;
 mod vector;
 
+pub use base::{BaseParameters, BaseParametersError, UnknownBaseParameter};
 pub use direct::NotPositiveDefinite;
 
 use drives::Drives;

@@ -3,5 +3,6 @@
 #![allow(clippy::float_cmp, reason = "small whole numbers, which arithmetic must keep exactly")]
 
 mod arms;
+mod base_parameters;
 mod identities;
 mod tx40;
