@@ -3,3 +3,4 @@
 pub mod cell;
 pub mod experiment;
 pub mod report;
+pub mod stream;
