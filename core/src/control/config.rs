@@ -30,7 +30,10 @@ pub enum ControlTiming {
         computation_delay_s: f64,
     },
     /// At every instant, from the true position and velocity; no quantisation, no hold.
-    Continuous,
+    Continuous {
+        /// Period at which the loop is recorded \[s\].
+        sample_period_s: f64,
+    },
 }
 
 /// The controller of one joint: law, feed-forward and saturation.
@@ -130,8 +133,21 @@ impl ControllerConfig {
 }
 
 impl ControlTiming {
+    /// Period of the samples \[s\].
+    pub fn sample_period_s(self) -> f64 {
+        match self {
+            Self::Sampled { sample_period_s, .. } | Self::Continuous { sample_period_s } => {
+                sample_period_s
+            }
+        }
+    }
+
     fn validate(self) -> Result<(), ControlError> {
-        let Self::Sampled { sample_period_s, computation_delay_s } = self else { return Ok(()) };
+        let sample_period_s = self.sample_period_s();
+        let computation_delay_s = match self {
+            Self::Sampled { computation_delay_s, .. } => computation_delay_s,
+            Self::Continuous { .. } => 0.0,
+        };
         if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
             return Err(ControlError::BadTiming {
                 key: "sample_period_s",

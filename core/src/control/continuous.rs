@@ -17,7 +17,7 @@ impl ContinuousController {
     /// [`ControlError`] when the data make no sense or the timing is not continuous.
     pub fn new(config: &ControllerConfig) -> Result<Self, ControlError> {
         config.validate()?;
-        if config.timing != ControlTiming::Continuous {
+        if !matches!(config.timing, ControlTiming::Continuous { .. }) {
             return Err(ControlError::WrongTiming { expected: "continuous" });
         }
         Ok(Self { joints: config.joints.clone() })
@@ -81,7 +81,10 @@ mod tests {
             feed_forward: FeedForward::default(),
             torque_limit_nm: Some(3.0),
         };
-        let config = ControllerConfig { timing: ControlTiming::Continuous, joints: vec![joint] };
+        let config = ControllerConfig {
+            timing: ControlTiming::Continuous { sample_period_s: 1.0 },
+            joints: vec![joint],
+        };
         let controller = ContinuousController::new(&config).unwrap();
         let evaluate = |q_r: f64, dq: f64, integral: f64| {
             let (mut torque, mut rate) = ([0.0], [0.0]);

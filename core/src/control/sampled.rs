@@ -71,6 +71,14 @@ impl SampledController {
         self.delay_s
     }
 
+    /// Back to rest, with the same gains.
+    pub fn reset(&mut self) {
+        for channel in &mut self.joints {
+            channel.integral = 0.0;
+        }
+        self.started = false;
+    }
+
     /// One period: from the measured joint positions \[rad\] to the commanded joint torques
     /// \[N·m\]. Every slice has one entry per joint; entries beyond the shortest are left alone.
     pub fn update(&mut self, setpoint: Setpoint<'_>, measured_rad: &[f64], torque_nm: &mut [f64]) {
