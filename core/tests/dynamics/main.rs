@@ -6,6 +6,7 @@
 mod arms;
 mod base_parameters;
 mod energy;
+mod generic;
 mod golden;
 mod identities;
 mod metamorphic;
