@@ -76,11 +76,6 @@ impl CanSocket {
         Ok(value)
     }
 
-    /// Takes the error that the kernel holds for the next call, so that it is not met later.
-    pub(crate) fn clear_error(&self) {
-        let _ = self.get(libc::SOL_SOCKET, libc::SO_ERROR);
-    }
-
     pub(super) fn raw(&self) -> libc::c_int {
         self.0.as_raw_fd()
     }

@@ -178,12 +178,7 @@ impl Link {
         match device_state(&opened.socket, self.name) {
             Ok(now) if now.index != opened.device.index => self.vanished(),
             Ok(now) if !now.up => self.went_down(),
-            Ok(_) if self.state == State::Down => {
-                // The kernel repeats the news of the past on the next call after the recovery.
-                opened.socket.clear_error();
-                self.state = State::Up;
-            }
-            Ok(_) => {}
+            Ok(_) => self.state = State::Up,
             Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
             Err(_) => {}
         }
