@@ -1,1 +1,8 @@
 //! The service: from frames on a drive bus to identified parameters.
+
+pub mod cell;
+pub mod experiment;
+pub mod report;
+pub mod store;
+pub mod stream;
+pub mod worker;
