@@ -192,6 +192,18 @@ impl Field {
         }
     }
 
+    /// The middle of an integer's range, in the unit of the DBC file; `None` for a floating-point
+    /// signal.
+    pub fn middle(&self) -> Option<f64> {
+        match self.encoding {
+            Encoding::Signed => Some(self.offset),
+            Encoding::Unsigned => {
+                Some(f64::from(self.width - 1).exp2() * self.factor + self.offset)
+            }
+            Encoding::Float32 | Encoding::Float64 => None,
+        }
+    }
+
     /// Whether two fields of one message share a bit.
     pub fn overlaps(&self, other: &Self) -> bool {
         let (mut a, mut b) = ([0u8; MAX_PAYLOAD], [0u8; MAX_PAYLOAD]);

@@ -1,0 +1,111 @@
+//! Where a bus is: `can:vcan0`, `log:file.log` or `inproc:`.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use didim_drivers::source::{InterfaceName, InterfaceNameError};
+use serde::Deserialize;
+
+/// One bus, as it is written in cell files and on the command line.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub enum BusAddress {
+    /// A SocketCAN interface.
+    Can(InterfaceName),
+    /// A candump log.
+    Log(PathBuf),
+    /// The bus inside this process, on which the simulated arm speaks.
+    InProcess,
+}
+
+/// A bus address that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BusAddressError {
+    /// No known scheme in front: write one of the three.
+    #[error("`{0}` is not a bus; write can:INTERFACE, log:FILE or inproc:")]
+    Scheme(String),
+    /// The part behind the scheme is missing or not allowed.
+    #[error("`{address}` is not a bus: {reason}")]
+    Name {
+        /// What was written.
+        address: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// No interface can have this name.
+    #[error("`{address}` is not a bus: {source}")]
+    Interface {
+        /// What was written.
+        address: String,
+        /// What is wrong with it.
+        source: InterfaceNameError,
+    },
+}
+
+impl FromStr for BusAddress {
+    type Err = BusAddressError;
+
+    fn from_str(address: &str) -> Result<Self, Self::Err> {
+        let name = |reason| BusAddressError::Name { address: address.to_owned(), reason };
+        match address.split_once(':') {
+            Some(("can", "")) => Err(name("the interface's name is missing, as in can:can0")),
+            Some(("can", interface)) => {
+                InterfaceName::new(interface).map(Self::Can).map_err(|source| {
+                    BusAddressError::Interface { address: address.to_owned(), source }
+                })
+            }
+            Some(("log", "")) => Err(name("the file's name is missing, as in log:drive.log")),
+            Some(("log", file)) => Ok(Self::Log(PathBuf::from(file))),
+            Some(("inproc", "")) => Ok(Self::InProcess),
+            Some(("inproc", _)) => Err(name("nothing may follow inproc:")),
+            _ => Err(BusAddressError::Scheme(address.to_owned())),
+        }
+    }
+}
+
+impl TryFrom<String> for BusAddress {
+    type Error = BusAddressError;
+
+    fn try_from(address: String) -> Result<Self, Self::Error> {
+        address.parse()
+    }
+}
+
+impl fmt::Display for BusAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Can(interface) => write!(f, "can:{interface}"),
+            Self::Log(file) => write!(f, "log:{}", file.display()),
+            Self::InProcess => f.write_str("inproc:"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_read_and_printed_alike() {
+        for text in ["can:vcan0", "log:/tmp/a b.log", "inproc:"] {
+            assert_eq!(text.parse::<BusAddress>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn bad_addresses_say_what_to_write() {
+        for (text, expected) in [
+            ("vcan0", "can:INTERFACE"),
+            ("can:", "is missing"),
+            ("can:a/b", "a/b"),
+            ("can:an-interface-name-too-long", "15"),
+            ("log:", "is missing"),
+            ("inproc:x", "nothing may follow"),
+            ("tcp:host", "can:INTERFACE"),
+        ] {
+            let message = text.parse::<BusAddress>().unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains(text), "{message}");
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! An estimate as tables for people.
+
+use didim_core::identification::{Estimate, ParameterEstimate};
+
+use super::table::{aligned, significant};
+
+/// The value a parameter really has, when it is known: a simulated arm's truth.
+pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
+
+/// The parameters, one line each: value, standard deviation, relative standard deviation.
+pub fn parameter_table(estimate: &Estimate) -> String {
+    let rows: Vec<Vec<String>> = estimate
+        .parameters
+        .iter()
+        .map(|p| vec![p.name.clone(), value(p), significant(p.standard_deviation, 2), relative(p)])
+        .collect();
+    aligned(&["parameter", "value", "σ", "relative σ"], &rows)
+}
+
+/// The parameters against the truth: truth, estimate, relative standard deviation and the deviation
+/// in standard deviations.
+pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
+    let rows: Vec<Vec<String>> = estimate
+        .parameters
+        .iter()
+        .map(|p| {
+            let (known, deviation) = match truth(&p.name) {
+                Some(t) => {
+                    (significant(t, 4), format!("{:+.1}", (p.value - t) / p.standard_deviation))
+                }
+                None => ("–".to_owned(), "–".to_owned()),
+            };
+            vec![p.name.clone(), known, value(p), relative(p), deviation]
+        })
+        .collect();
+    aligned(&["parameter", "truth", "estimate", "relative σ", "deviation [σ]"], &rows)
+}
+
+/// Errors per joint, conditioning and the verdict with its reasons.
+pub fn summary(estimate: &Estimate) -> String {
+    let joints: Vec<Vec<String>> = estimate
+        .relative_error_per_joint
+        .iter()
+        .zip(&estimate.rms_error_per_joint_nm)
+        .zip(&estimate.durbin_watson_per_joint)
+        .enumerate()
+        .map(|(joint, ((relative, rms), durbin_watson))| {
+            vec![
+                format!("joint {}", joint + 1),
+                format!("{:.2} %", 100.0 * relative),
+                significant(*rms, 3),
+                format!("{durbin_watson:.2}"),
+            ]
+        })
+        .collect();
+    let mut text = aligned(&["", "relative error", "rms [N·m]", "Durbin–Watson"], &joints);
+    text += &format!(
+        "\n{} on {}: {} samples, {} rows, relative error {:.2} %, condition number {:.1}\n",
+        estimate.method,
+        estimate.robot,
+        estimate.samples,
+        estimate.rows,
+        100.0 * estimate.relative_error,
+        estimate.condition_number
+    );
+    if estimate.verdict.applicable {
+        text += "verdict: applicable\n";
+    } else {
+        text += "verdict: NOT applicable\n";
+    }
+    for reason in &estimate.verdict.reasons {
+        text += &format!("  - {reason}\n");
+    }
+    text
+}
+
+/// As many digits as the uncertainty justifies: down to a tenth of the standard deviation.
+fn value(p: &ParameterEstimate) -> String {
+    let ratio = (p.value / p.standard_deviation).abs();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to 2..=7 digits"
+    )]
+    let digits =
+        if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
+    significant(p.value, digits)
+}
+
+fn relative(p: &ParameterEstimate) -> String {
+    format!("{:.2} %", 100.0 * p.relative_standard_deviation)
+}

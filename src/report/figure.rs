@@ -1,0 +1,168 @@
+//! A figure of measured against predicted torque, as one self-contained SVG file.
+
+use std::fmt::Write as _;
+
+use super::{TorquePanel, value_range};
+
+const COLUMNS: usize = 2;
+const PANEL_WIDTH: f64 = 460.0;
+const PANEL_HEIGHT: f64 = 190.0;
+/// Room around the curves of one panel: left for tick labels, top for the title.
+const LEFT: f64 = 52.0;
+const TOP: f64 = 30.0;
+const RIGHT: f64 = 12.0;
+const BOTTOM: f64 = 28.0;
+const HEADER: f64 = 58.0;
+
+/// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
+/// curves differ in lightness and width too, so that they are told apart without colour.
+const STYLE: &str = "\
+svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#b3261e;--residual:#3d7a4f}\
+@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#ff8a73;--residual:#7fc796}}\
+.paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
+.tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
+.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}";
+
+/// Draws one panel per joint: measured torque, prediction and residual over time.
+///
+/// `heading` stands above; it is escaped here.
+pub fn torque_figure(heading: &str, panels: &[TorquePanel<'_>]) -> String {
+    let rows = panels.len().div_ceil(COLUMNS);
+    #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
+    let (width, height) = (PANEL_WIDTH * COLUMNS as f64, HEADER + PANEL_HEIGHT * rows as f64);
+    let mut svg = String::new();
+    // Writing to a String cannot fail.
+    let _ = write!(
+        svg,
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" aria-label="{0}"><title>{0}</title><style>{STYLE}</style><rect class="paper" width="{width}" height="{height}"/><text class="heading" x="16" y="26">{0}</text>"#,
+        escape(heading)
+    );
+    for (x, class, label) in [
+        (16.0, "measured", "measured"),
+        (110.0, "predicted", "predicted"),
+        (206.0, "residual", "measured − predicted"),
+    ] {
+        let _ = write!(
+            svg,
+            r#"<line class="key {class}" x1="{x}" x2="{}" y1="43" y2="43"/><text x="{}" y="47">{label}</text>"#,
+            x + 20.0,
+            x + 26.0
+        );
+    }
+    for (index, panel) in panels.iter().enumerate() {
+        #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
+        let (x, y) = (
+            (index % COLUMNS) as f64 * PANEL_WIDTH,
+            HEADER + (index / COLUMNS) as f64 * PANEL_HEIGHT,
+        );
+        let _ = write!(svg, r#"<g transform="translate({x} {y})">"#);
+        draw_panel(&mut svg, panel);
+        svg += "</g>";
+    }
+    svg += "</svg>\n";
+    svg
+}
+
+fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
+    let _ = write!(
+        svg,
+        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {:.1} %</text>"#,
+        panel.joint,
+        100.0 * panel.relative_error
+    );
+    let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else { return };
+    let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
+    let (wide, tall) = (PANEL_WIDTH - LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+    let x = |t: f64| LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
+    let y = |v: f64| TOP + (high - v) / (high - low) * tall;
+    for tick in ticks(low, high, 4) {
+        let at = y(tick);
+        let _ = write!(
+            svg,
+            r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{tick}</text>"#,
+            LEFT + wide,
+            LEFT - 5.0,
+            at + 3.5
+        );
+    }
+    for tick in ticks(start, end, 6) {
+        let at = x(tick);
+        let _ = write!(
+            svg,
+            r#"<text class="tick" x="{at:.1}" y="{:.1}" text-anchor="middle">{tick} s</text>"#,
+            TOP + tall + 16.0
+        );
+    }
+    let _ =
+        write!(svg, r#"<text class="tick" x="{}" y="20" text-anchor="end">N·m</text>"#, LEFT - 5.0);
+    let residual: Vec<f64> =
+        panel.measured_nm.iter().zip(panel.predicted_nm).map(|(m, p)| m - p).collect();
+    for (class, values) in [
+        ("measured", panel.measured_nm),
+        ("predicted", panel.predicted_nm),
+        ("residual", residual.as_slice()),
+    ] {
+        let mut path = String::new();
+        for (t, v) in panel.time_s.iter().zip(values).filter(|(_, v)| v.is_finite()) {
+            let command = if path.is_empty() { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{:.1} {:.1}", x(*t), y(*v));
+        }
+        let _ = write!(svg, r#"<path class="{class}" d="{path}"/>"#);
+    }
+}
+
+/// Round numbers within `low..=high`, about `wanted` of them: steps of 1, 2 or 5 times a power of
+/// ten.
+fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
+    let span = high - low;
+    if !(span.is_finite() && span > 0.0) {
+        return Vec::new();
+    }
+    let rough = span / f64::from(wanted.max(1));
+    let power = 10_f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|m| m * power)
+        .find(|s| *s >= rough * 0.999)
+        .unwrap_or(10.0 * power);
+    let mut found = Vec::new();
+    let mut k = (low / step).ceil();
+    while k * step <= high + 1e-9 * span && found.len() < 50 {
+        // Through the step's own decimals, so that 0.30000000000000004 prints as 0.3.
+        found.push((k * step * 1e9).round() / 1e9 + 0.0);
+        k += 1.0;
+    }
+    found
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        assert_eq!(ticks(-3.2, 9.9, 4), [0.0, 5.0]);
+        assert_eq!(ticks(0.0, 0.7, 6), [0.0, 0.2, 0.4, 0.6]);
+        assert!(ticks(1.0, 1.0, 4).is_empty() && ticks(0.0, f64::NAN, 4).is_empty());
+    }
+
+    #[test]
+    fn the_figure_has_a_panel_per_joint_and_escapes_its_heading() {
+        let time = [0.0, 1.0, 2.0];
+        let panel = |joint| TorquePanel {
+            joint,
+            time_s: &time,
+            measured_nm: &[0.0, 2.0, -1.0],
+            predicted_nm: &[0.1, 1.9, f64::NAN],
+            relative_error: 0.05,
+        };
+        let svg = torque_figure("arm <1> & more", &[panel(1), panel(2), panel(3)]);
+        assert_eq!(svg.matches("<path").count(), 9);
+        assert!(svg.contains("arm &lt;1&gt; &amp; more") && !svg.contains("NaN"), "{svg}");
+        assert!(!svg.contains("http") || svg.matches("http").count() == 1, "only the namespace");
+    }
+}
