@@ -4,32 +4,20 @@ use didim_core::MAX_JOINTS;
 use didim_core::simulation::{ClosedLoop, SetupError, SimulationError, StepOutput};
 use didim_core::trajectory::Reference;
 use didim_drivers::frame::{Frame, FrameError};
-use didim_drivers::layout::{
-    AxisValues, CompiledLayout, CycleValues, EncodeError, Instant, Quantity, Role,
-};
+use didim_drivers::layout::{CompiledLayout, EncodeError, Quantity};
+use didim_drivers::units::Scales;
 
-use crate::{Fault, FaultAction, Playback, Scenario};
+use crate::{BusCycle, CycleEncoder, Fault, FaultAction, Playback, Scenario};
 
 /// Room that one cycle's frames need: SYNC, a sample and a target per axis, each sent twice, and
 /// an error report.
 pub const CYCLE_FRAMES: usize = 2 * (2 * MAX_JOINTS + 1) + 1;
 
-/// CiA 402 "operation enabled", with the bits that a drive in position mode sets besides.
-const OPERATION_ENABLED: u16 = 0x1237;
-
-/// A classic frame of n bytes takes 47 + 8 n bits and some stuff bits; 20 % is between the usual
-/// and the worst case. At 1 Mbit/s a bit is a microsecond.
-fn wire_time_ns(frame: &Frame) -> u64 {
-    (47 + 8 * u64::from(frame.length)) * 1_200
-}
-
 /// The simulated arm on a bus. It counts its own time: cycle k is due k periods after the start.
 pub struct VirtualDevice {
     closed_loop: ClosedLoop<Playback>,
     reference: Playback,
-    layout: CompiledLayout,
-    counts_per_rad: [f64; MAX_JOINTS],
-    per_mille_per_nm: [f64; MAX_JOINTS],
+    encoder: CycleEncoder,
     faults: Vec<Fault>,
     steps_per_cycle: u32,
     period_ns: u64,
@@ -60,9 +48,6 @@ pub enum DeviceError {
         /// The controller's period \[s\].
         period_s: f64,
     },
-    /// Positions go over the bus in counts: the scenario must say how many make a turn.
-    #[error("the scenario needs simulation.encoder_counts_per_turn to put positions on a bus")]
-    NoEncoders,
     /// A fault cannot happen on this bus.
     #[error("the fault of cycle {cycle}: {reason}")]
     Fault {
@@ -77,7 +62,7 @@ pub enum DeviceError {
     /// The simulation broke down.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// A value does not fit its signal: the rated torque or the counts do not fit the arm.
+    /// A value does not fit its signal: the gains do not fit the arm.
     #[error(transparent)]
     Encode(#[from] EncodeError),
     /// An error report has impossible class bits.
@@ -86,13 +71,15 @@ pub enum DeviceError {
 }
 
 impl VirtualDevice {
-    /// The arm of a scenario, speaking as `layout` says. Stamps begin at `epoch_ns`.
+    /// The arm of a scenario, speaking as `layout` says with drives whose gains are `scales`. Stamps
+    /// begin at `epoch_ns`.
     ///
     /// # Errors
     /// [`DeviceError`] when scenario and layout do not fit.
     pub fn new(
         scenario: &Scenario,
         layout: CompiledLayout,
+        scales: Scales,
         epoch_ns: u64,
     ) -> Result<Self, DeviceError> {
         let arm = scenario.robot().joints();
@@ -106,17 +93,6 @@ impl VirtualDevice {
         let whole = (steps * period_s * 1e9 - cycle_ns).abs() <= 1e-6 * cycle_ns;
         if !(whole && (1.0..=1e6).contains(&steps) && cycle_ns.fract() == 0.0) {
             return Err(DeviceError::Period { cycle_ns, period_s });
-        }
-        let Some(counts) = &scenario.simulation().encoder_counts_per_turn else {
-            return Err(DeviceError::NoEncoders);
-        };
-        let mut counts_per_rad = [0.0; MAX_JOINTS];
-        for (per_rad, counts) in counts_per_rad.iter_mut().zip(counts) {
-            *per_rad = f64::from(*counts) / core::f64::consts::TAU;
-        }
-        let mut per_mille_per_nm = [0.0; MAX_JOINTS];
-        for (per_nm, rated) in per_mille_per_nm.iter_mut().zip(&scenario.drives().rated_torque_nm) {
-            *per_nm = 1000.0 / rated;
         }
         let reference = scenario.played_reference();
         #[allow(
@@ -132,9 +108,7 @@ impl VirtualDevice {
         let device = Self {
             closed_loop,
             reference,
-            layout,
-            counts_per_rad,
-            per_mille_per_nm,
+            encoder: CycleEncoder::new(layout, scales),
             faults: scenario.faults().to_vec(),
             steps_per_cycle,
             period_ns,
@@ -149,7 +123,7 @@ impl VirtualDevice {
 
     /// The layout it speaks.
     pub fn layout(&self) -> &CompiledLayout {
-        &self.layout
+        self.encoder.layout()
     }
 
     /// The bus cycle \[ns\].
@@ -176,7 +150,7 @@ impl VirtualDevice {
         let sample = self.advance()?;
         let stamp_ns = self.epoch_ns + self.cycle * self.period_ns;
         let before = frames.len();
-        let encoded = self.encode(&sample, stamp_ns, frames);
+        let encoded = self.encode(&sample, stamp_ns, frames).map_err(DeviceError::from);
         let encoded = encoded.and_then(|()| self.apply_faults(stamp_ns, before, frames));
         if let Err(error) = encoded {
             frames.truncate(before);
@@ -200,42 +174,21 @@ impl VirtualDevice {
         sample: &StepOutput,
         stamp_ns: u64,
         frames: &mut Vec<Frame>,
-    ) -> Result<(), DeviceError> {
-        let values = self.values(sample);
-        let before = frames.len();
-        for role in [Role::Sync, Role::Sample, Role::Target] {
-            self.layout.encode(role, &values, stamp_ns, frames)?;
-        }
-        if self.layout.instant() == Instant::Sync {
-            // The instant is the SYNC's arrival; what follows arrives one after the other.
-            let mut arrival_ns = stamp_ns;
-            for frame in frames.iter_mut().skip(before + 1) {
-                arrival_ns += wire_time_ns(frame);
-                frame.stamp_ns = arrival_ns;
-            }
-        }
-        Ok(())
-    }
-
-    fn values(&self, sample: &StepOutput) -> CycleValues {
-        let reference = if self.layout.reference_at_next_sync() {
+    ) -> Result<(), EncodeError> {
+        let motor_reference_rad = if self.layout().reference_at_next_sync() {
             // What is sent in this cycle takes effect at the next SYNC. Controller and drives
             // interpolate the same motion, so the target is where the reference will be then.
             self.motor_reference_at_next_cycle(sample)
         } else {
             sample.motor_reference_rad
         };
-        let mut values = CycleValues { counter: self.counter(), ..Default::default() };
-        for (j, axis) in values.axes.iter_mut().enumerate() {
-            let (counts, per_mille) = (self.counts_per_rad[j], self.per_mille_per_nm[j]);
-            *axis = AxisValues {
-                position: (sample.motor_position_rad[j] * counts).round(),
-                torque: (sample.motor_torque_nm[j] * per_mille).round(),
-                reference: (reference[j] * counts).round(),
-                status_word: OPERATION_ENABLED,
-            };
-        }
-        values
+        let cycle = BusCycle {
+            counter: self.counter(),
+            motor_position_rad: sample.motor_position_rad,
+            motor_torque_nm: sample.motor_torque_nm,
+            motor_reference_rad,
+        };
+        self.encoder.encode(&cycle, stamp_ns, frames)
     }
 
     fn motor_reference_at_next_cycle(&self, sample: &StepOutput) -> [f64; MAX_JOINTS] {
@@ -303,7 +256,7 @@ impl VirtualDevice {
     }
 
     fn check_faults(&self) -> Result<(), DeviceError> {
-        let frames = self.layout.messages().len();
+        let frames = self.layout().messages().len();
         for Fault { cycle, action } in self.faults.iter().copied() {
             let reason = match action {
                 FaultAction::Drop { frame } | FaultAction::Duplicate { frame }
@@ -312,7 +265,7 @@ impl VirtualDevice {
                     "a cycle of this layout has not so many frames"
                 }
                 FaultAction::CorruptCounter { .. }
-                    if self.layout.signal(Quantity::Counter, 0).is_none() =>
+                    if self.layout().signal(Quantity::Counter, 0).is_none() =>
                 {
                     "this layout has no counter"
                 }

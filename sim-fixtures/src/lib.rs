@@ -5,6 +5,7 @@
 //! possible. This crate alone can send: the service listens and has no sink.
 
 mod device;
+mod encoder;
 mod fault;
 mod play;
 mod playback;
@@ -13,9 +14,10 @@ mod shipped;
 mod sink;
 
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
+pub use encoder::{BusCycle, CycleEncoder};
 pub use fault::{Fault, FaultAction};
 pub use play::{Pace, PlayError, Played, play};
 pub use playback::{Playback, PlaybackConfig};
-pub use scenario::{DrivesConfig, Scenario, ScenarioError};
+pub use scenario::{Scenario, ScenarioError};
 pub use shipped::{tx40_paper, tx40_physical};
 pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};

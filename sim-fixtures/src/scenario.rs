@@ -22,16 +22,7 @@ pub struct Scenario {
     playback: PlaybackConfig,
     controller: ControllerConfig,
     simulation: SimulationConfig,
-    drives: DrivesConfig,
     faults: Vec<Fault>,
-}
-
-/// What the drives make of torques. The encoders' counts are data of the simulation.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DrivesConfig {
-    /// Rated torque of each motor (6076h), whose per mille are the unit on the bus \[N·m\].
-    pub rated_torque_nm: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -44,7 +35,6 @@ struct RawScenario {
     playback: PlaybackConfig,
     controller: ControllerConfig,
     simulation: SimulationConfig,
-    drives: DrivesConfig,
     #[serde(default)]
     faults: Vec<Fault>,
 }
@@ -132,7 +122,7 @@ impl Scenario {
             return Err(ScenarioError::OtherRobot { expected: raw.robot, found });
         }
         let trajectory = plan(raw.motion, raw.playback, &robot)?;
-        check_values(&raw.playback, raw.samples, &raw.drives, robot.joints())?;
+        check_values(&raw.playback, raw.samples)?;
         let Some(nominal) = robot.nominal() else {
             return Err(ScenarioError::NoTruth { robot: robot.name().to_owned() });
         };
@@ -147,7 +137,6 @@ impl Scenario {
             playback: raw.playback,
             controller: raw.controller,
             simulation: raw.simulation,
-            drives: raw.drives,
             faults: raw.faults,
             robot,
         };
@@ -231,11 +220,6 @@ impl Scenario {
     /// How the loop is integrated and measured.
     pub fn simulation(&self) -> &SimulationConfig {
         &self.simulation
-    }
-
-    /// The drives.
-    pub fn drives(&self) -> &DrivesConfig {
-        &self.drives
     }
 
     /// What goes wrong on the bus.
@@ -328,22 +312,12 @@ fn check_playback(playback: &PlaybackConfig, trajectory: &Trajectory) -> Result<
     Ok(())
 }
 
-fn check_values(
-    playback: &PlaybackConfig,
-    samples: usize,
-    drives: &DrivesConfig,
-    joints: usize,
-) -> Result<(), ScenarioError> {
+fn check_values(playback: &PlaybackConfig, samples: usize) -> Result<(), ScenarioError> {
     if samples == 0 {
         return Err(ScenarioError::BadValue { key: "samples", expected: "positive" });
     }
     if playback.cycles == Some(0) {
         return Err(ScenarioError::BadValue { key: "playback.cycles", expected: "positive" });
-    }
-    check_length("drives.rated_torque_nm", joints, drives.rated_torque_nm.len())?;
-    if !drives.rated_torque_nm.iter().all(|torque| torque.is_finite() && *torque > 0.0) {
-        let key = "drives.rated_torque_nm";
-        return Err(ScenarioError::BadValue { key, expected: "finite and positive" });
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! What the virtual device puts on a bus.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, reason = "counts are whole numbers")]
+#![allow(clippy::needless_range_loop, reason = "an axis indexes several arrays")]
 
 mod common;
 
@@ -14,6 +15,7 @@ use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::source::{
     CandumpWriter, InterfaceName, Received, Source, StampDigits, WhenFull, in_process_bus,
 };
+use didim_drivers::units::Scales;
 use didim_sim::{
     CandumpSink, DeviceError, Fault, FaultAction, InProcessSink, Pace, PlayError, Scenario,
     SinkError, VirtualDevice, play,
@@ -21,6 +23,14 @@ use didim_sim::{
 
 const COUNTS: [f64; 6] = [196_608.0, 196_608.0, 65_536.0, 65_536.0, 65_536.0, 65_536.0];
 const EPOCH_NS: u64 = 1_700_000_000_000_000_000;
+
+fn new_device(
+    scenario: &Scenario,
+    (layout, scales): (CompiledLayout, Scales),
+    epoch_ns: u64,
+) -> Result<VirtualDevice, DeviceError> {
+    VirtualDevice::new(scenario, layout, scales, epoch_ns)
+}
 
 fn cycle(device: &mut VirtualDevice) -> Vec<Frame> {
     let mut frames = Vec::new();
@@ -41,10 +51,10 @@ fn read(layout: &CompiledLayout, frames: &[Frame], quantity: Quantity, axis: usi
 #[test]
 fn the_packed_frames_hold_the_loop_s_samples() {
     let scenario = scenario();
-    let layout = packed();
-    let mut device = VirtualDevice::new(&scenario, layout.clone(), EPOCH_NS).unwrap();
+    let (layout, scales) = packed();
+    let mut device =
+        VirtualDevice::new(&scenario, layout.clone(), scales.clone(), EPOCH_NS).unwrap();
     let mut closed_loop = scenario.played_loop().unwrap();
-    let rated = &scenario.drives().rated_torque_nm;
     for k in 0..2000_u64 {
         assert_eq!(device.poll_due(), Some(k * 200_000));
         let frames = cycle(&mut device);
@@ -61,8 +71,9 @@ fn the_packed_frames_hold_the_loop_s_samples() {
             assert!((position - sample.motor_position_rad[j]).abs() < 1e-9);
             let reference = value(Quantity::Reference) * TAU / COUNTS[j];
             assert!((reference - sample.motor_reference_rad[j]).abs() <= 0.5001 * TAU / COUNTS[j]);
-            let torque = value(Quantity::Torque) * 1e-3 * rated[j];
-            assert!((torque - sample.motor_torque_nm[j]).abs() <= 0.5001e-3 * rated[j]);
+            let torque = scales.torque_nm(j, value(Quantity::Torque));
+            let count = scales.torque_nm(j, 1.0);
+            assert!((torque - sample.motor_torque_nm[j]).abs() <= 0.5001 * count);
         }
     }
 }
@@ -70,8 +81,8 @@ fn the_packed_frames_hold_the_loop_s_samples() {
 #[test]
 fn cia_402_frames_follow_the_sync_and_targets_lead_by_a_cycle() {
     let scenario = scenario();
-    let layout = cia402();
-    let mut device = VirtualDevice::new(&scenario, layout.clone(), 0).unwrap();
+    let (layout, scales) = cia402();
+    let mut device = VirtualDevice::new(&scenario, layout.clone(), scales, 0).unwrap();
     let mut closed_loop = scenario.played_loop().unwrap();
     let mut targets = [None; 6];
     let mut moved = false;
@@ -106,10 +117,13 @@ fn cia_402_frames_follow_the_sync_and_targets_lead_by_a_cycle() {
     assert!(moved);
 }
 
-fn faulty(layout: CompiledLayout, faults: &[(u64, FaultAction)]) -> Vec<Vec<Frame>> {
+fn faulty(
+    (layout, scales): (CompiledLayout, Scales),
+    faults: &[(u64, FaultAction)],
+) -> Vec<Vec<Frame>> {
     let faults = faults.iter().map(|&(cycle, action)| Fault { cycle, action }).collect();
     let scenario = scenario().with_faults(faults);
-    let mut device = VirtualDevice::new(&scenario, layout, 0).unwrap();
+    let mut device = VirtualDevice::new(&scenario, layout, scales, 0).unwrap();
     (0..10).map(|_| cycle(&mut device)).collect()
 }
 
@@ -141,7 +155,7 @@ fn faults_happen_where_they_are_told_to() {
     assert!(bad[7][0].is_error());
     assert_eq!(bad[7][1..], good[7]);
 
-    let layout = packed();
+    let (layout, _) = packed();
     let bad = faulty(packed(), &[(3, FaultAction::CorruptCounter { add: 5 })]);
     let counters: Vec<f64> =
         bad.iter().map(|frames| read(&layout, frames, Quantity::Counter, 0)).collect();
@@ -150,9 +164,9 @@ fn faults_happen_where_they_are_told_to() {
 
 #[test]
 fn what_cannot_happen_on_this_bus_is_refused() {
-    let refused = |layout, action| {
+    let refused = |bus, action| {
         let scenario = scenario().with_faults(vec![Fault { cycle: 1, action }]);
-        VirtualDevice::new(&scenario, layout, 0).err().unwrap()
+        new_device(&scenario, bus, 0).err().unwrap()
     };
     let error = refused(packed(), FaultAction::Drop { frame: 1 });
     assert!(matches!(error, DeviceError::Fault { cycle: 1, .. }), "{error}");
@@ -167,7 +181,7 @@ fn name() -> [InterfaceName; 1] {
 }
 
 fn log(scenario: &Scenario) -> Vec<u8> {
-    let mut device = VirtualDevice::new(scenario, packed(), EPOCH_NS).unwrap();
+    let mut device = new_device(scenario, packed(), EPOCH_NS).unwrap();
     let writer = CandumpWriter::new(Vec::new(), &name(), StampDigits::Nanoseconds);
     let mut sink = CandumpSink::new(writer);
     let played = play(&mut device, &mut sink, Pace::Unpaced, &AtomicBool::new(false)).unwrap();
@@ -188,7 +202,7 @@ fn the_same_scenario_gives_the_same_log() {
 
 #[test]
 fn a_reader_gets_every_frame_and_then_the_end() {
-    let mut device = VirtualDevice::new(&scenario(), packed(), 0).unwrap();
+    let mut device = new_device(&scenario(), packed(), 0).unwrap();
     let cycles = device.cycles();
     let (sender, mut source) = in_process_bus(&name(), 64, WhenFull::Wait);
     let sending = std::thread::spawn(move || {
@@ -213,7 +227,7 @@ fn it_stops_when_told_to_or_when_nobody_listens() {
     let stop = AtomicBool::new(true);
     let (sender, source) = in_process_bus(&name(), 64, WhenFull::Wait);
     let mut sink = InProcessSink::new(sender);
-    let mut device = VirtualDevice::new(&scenario(), packed(), 0).unwrap();
+    let mut device = new_device(&scenario(), packed(), 0).unwrap();
     assert_eq!(play(&mut device, &mut sink, Pace::RealTime, &stop).unwrap().cycles, 0);
     drop(source);
     stop.store(false, Ordering::Relaxed);
@@ -224,7 +238,7 @@ fn it_stops_when_told_to_or_when_nobody_listens() {
 /// A quarter of a second in real time is never shorter, and lateness does not add up.
 #[test]
 fn real_time_does_not_drift() {
-    let mut device = VirtualDevice::new(&scenario(), cia402(), 0).unwrap();
+    let mut device = new_device(&scenario(), cia402(), 0).unwrap();
     let (sender, mut source) = in_process_bus(&name(), 100_000, WhenFull::Drop);
     let stop = AtomicBool::new(false);
     let start = Instant::now();

@@ -110,8 +110,6 @@ fn what_is_wrong_with_a_scenario_is_said() {
     assert!(matches!(error, ScenarioError::OtherRobot { .. }), "{error}");
     let error = refusal(&PAPER.replace("0.118, 0.000]\nstart", "9.0, 0.000]\nstart"));
     assert!(error.to_string().contains("move 0, joint 5"), "{error}");
-    let error = refusal(&PAPER.replace("[1.03, 1.03,", "[1.03,"));
-    assert!(error.to_string().contains("drives.rated_torque_nm"), "{error}");
     let error = refusal(&PAPER.replace("kp_per_rad = 341.87", "kp_per_rad = nan"));
     assert!(error.to_string().contains("kp_per_rad"), "{error}");
     let error = refusal(&PAPER.replace("lead_in_s = 0.5", "lead_in_s = -0.5"));

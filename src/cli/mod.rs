@@ -4,9 +4,12 @@
 //! 78 configuration.
 
 mod check;
+mod convert;
 mod error;
 mod identify;
 mod output;
+mod signals;
+mod sim;
 
 use std::process::ExitCode;
 
@@ -25,8 +28,12 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Put the simulated TX40 on a bus
+    Sim(sim::Arguments),
     /// Identify offline, from a CSV experiment or a candump log
     Identify(identify::Arguments),
+    /// Convert between a CSV experiment and a candump log
+    Convert(convert::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -43,7 +50,9 @@ pub fn main() -> ExitCode {
     };
     log_to_stderr();
     let outcome = match arguments.command {
+        Command::Sim(arguments) => sim::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
+        Command::Convert(arguments) => convert::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {
