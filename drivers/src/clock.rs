@@ -29,7 +29,7 @@ impl ClockPair {
 /// What a new pair of readings showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockChange {
-    /// The clocks agree with the last pair, within the uncertainty of both.
+    /// The clocks agree with the last pair, within the uncertainty of both and a microsecond.
     None,
     /// A small change, followed at once.
     Drift {
@@ -63,6 +63,9 @@ pub struct ClockCounters {
 /// Changes of the offset from here on are steps \[ns\]. Both clocks are slewed alike (adjtimex(2)),
 /// so between them there should be none but steps; a virtual machine may show small ones.
 const STEP_NS: u64 = 1_000_000;
+
+/// Changes of the offset up to this are of no consequence \[ns\].
+const NOISE_NS: u128 = 1_000;
 
 /// How long after a step stamps taken before it may still arrive \[ns\].
 const STEP_MEMORY_NS: u64 = 1_000_000_000;
@@ -104,7 +107,7 @@ impl ClockMap {
     /// Takes note of a later pair.
     pub fn handle_pair(&mut self, pair: ClockPair) -> ClockChange {
         let gained = self.offset - pair.offset();
-        let noise = u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns);
+        let noise = u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns) + NOISE_NS;
         if self.before_step.is_some_and(|(_, until)| pair.monotonic_ns > until) {
             self.before_step = None;
         }
