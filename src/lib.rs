@@ -3,3 +3,6 @@
 pub mod cell;
 pub mod experiment;
 pub mod report;
+pub mod store;
+pub mod stream;
+pub mod worker;

@@ -32,6 +32,8 @@ pub trait Scalar:
     fn sign(self) -> Self;
     /// −1 or 1 where the magnitude reaches `threshold`, 0 below it.
     fn dead_band_sign(self, threshold: f64) -> Self;
+    /// Whether every lane is above 0; false for NaN.
+    fn all_positive(self) -> bool;
 
     /// The additive identity.
     fn zero() -> Self {
@@ -63,5 +65,8 @@ impl Scalar for f64 {
     }
     fn dead_band_sign(self, threshold: f64) -> Self {
         if self.abs() < threshold { 0.0 } else { Scalar::sign(self) }
+    }
+    fn all_positive(self) -> bool {
+        self > 0.0
     }
 }

@@ -1,1 +1,29 @@
-//! The joint controllers of the real loop as data.
+//! The joint controllers of the real loop as data, and their execution.
+//!
+//! Every joint has a controller of its own (decentralised control, as in an industrial cabinet)
+//! that turns the error e = q_r − q and its derivative into a joint torque. The real one is
+//! *sampled*: it computes once per period and the torque is held until the next command
+//! ([`SampledController`]). The *continuous* one ([`ContinuousController`]) is there to compare
+//! with simulation tools that know no other.
+
+mod config;
+mod continuous;
+mod error;
+mod law;
+mod sampled;
+
+pub use config::{ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController};
+pub use continuous::ContinuousController;
+pub use error::ControlError;
+pub use sampled::SampledController;
+
+/// What the joints are told to do at one instant: one entry per joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Setpoint<'a> {
+    /// \[rad\]
+    pub position: &'a [f64],
+    /// \[rad/s\]
+    pub velocity: &'a [f64],
+    /// \[rad/s²\]
+    pub acceleration: &'a [f64],
+}

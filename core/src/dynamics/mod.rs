@@ -1,1 +1,121 @@
 //! Inverse and direct dynamics, regressor, mass matrix and base parameters.
+//!
+//! A [`Model`] is immutable and shared; a [`Workspace`] holds all scratch memory of one thread. No
+//! algorithm allocates. All are generic over [`Scalar`], and linear in the standard parameters:
+//! inertia about the origin of the link's frame, first moments, mass, drive inertia and friction.
+
+mod base;
+mod direct;
+mod drives;
+mod inertia;
+mod inverse;
+mod kinematics;
+mod mass_matrix;
+mod regressor;
+mod vector;
+
+pub use base::{BaseParameters, BaseParametersError, UnknownBaseParameter};
+pub use direct::NotPositiveDefinite;
+
+use drives::Drives;
+use inertia::Inertia;
+use kinematics::{Motion, Pose};
+
+use crate::MAX_JOINTS;
+use crate::robot::{Joint, Parameter, ParameterKind, ParameterTable, Robot, SignModel};
+use crate::scalar::Scalar;
+
+/// The dynamics of one robot, prepared for evaluation.
+#[derive(Clone, Debug)]
+pub struct Model {
+    chain: Vec<Joint>,
+    gravity_m_s2: [f64; 3],
+    table: ParameterTable,
+    /// Column of each link's XX; its other nine parameters follow.
+    first_columns: Vec<usize>,
+    drives: Drives,
+}
+
+impl Model {
+    /// The model of a robot.
+    pub fn new(robot: &Robot) -> Self {
+        let table = robot.parameters().clone();
+        let is_first = |(column, parameter): (usize, &Parameter)| {
+            (parameter.kind == ParameterKind::Xx).then_some(column)
+        };
+        Self {
+            chain: robot.chain().to_vec(),
+            gravity_m_s2: robot.gravity_m_s2(),
+            first_columns: table.parameters().iter().enumerate().filter_map(is_first).collect(),
+            table,
+            drives: Drives::new(robot),
+        }
+    }
+
+    /// Number of joints, n.
+    pub fn joints(&self) -> usize {
+        self.chain.len()
+    }
+
+    /// The joints from base to tip.
+    pub fn chain(&self) -> &[Joint] {
+        &self.chain
+    }
+
+    /// Names of the p standard parameters, in the order of the regressor's columns.
+    pub fn parameter_names(&self) -> &[String] {
+        self.table.names()
+    }
+
+    /// The standard parameters themselves.
+    pub fn parameters(&self) -> &ParameterTable {
+        &self.table
+    }
+
+    /// The same model with another law for the sign of Coulomb friction.
+    #[must_use]
+    pub fn with_sign_model(mut self, sign_model: SignModel) -> Self {
+        self.drives.set_sign_model(sign_model);
+        self
+    }
+
+    fn link<T: Scalar>(&self, parameters: &[T], link: usize) -> Inertia<T> {
+        let first = self.first_columns[link];
+        let mut ten = [T::zero(); 10];
+        ten.copy_from_slice(&parameters[first..first + 10]);
+        Inertia::from_parameters(&ten)
+    }
+
+    fn check_joints<T>(&self, slice: &[T]) {
+        assert_eq!(slice.len(), self.joints(), "one entry per joint");
+    }
+
+    fn check_parameters<T>(&self, slice: &[T]) {
+        assert_eq!(slice.len(), self.table.names().len(), "one entry per standard parameter");
+    }
+}
+
+/// All scratch memory of the algorithms; one serves robots of every size.
+#[derive(Clone, Debug)]
+pub struct Workspace<T> {
+    poses: [Pose<T>; MAX_JOINTS],
+    motions: [Motion<T>; MAX_JOINTS],
+    mass: [[T; MAX_JOINTS]; MAX_JOINTS],
+}
+
+impl<T: Scalar> Workspace<T> {
+    /// Scratch memory for one thread.
+    pub fn new() -> Self {
+        Self {
+            poses: [Pose::identity(); MAX_JOINTS],
+            motions: [Motion::zero(); MAX_JOINTS],
+            mass: [[T::zero(); MAX_JOINTS]; MAX_JOINTS],
+        }
+    }
+}
+
+impl<T: Scalar> Default for Workspace<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,1 +1,25 @@
-//! Tall linear least squares with the statistics of its result.
+//! Tall linear least squares with the statistics of its result (paper, section 3.1.2).
+//!
+//! The system is `y = X θ + ε` (equation 7) with the rows of each joint together (equation 8).
+//! Every figure says which matrix it belongs to: **X**, the observation matrix as given, or
+//! **Ω^{-1/2} X**, each joint's rows divided by that joint's noise level.
+//!
+//! | | ordinary | weighted |
+//! |---|---|---|
+//! | minimises | ‖y − Xθ‖² | Σ_j ‖y_j − X_j θ‖²/σ_j² |
+//! | covariance | sandwich, σ_j² from its own residuals | (Xᵀ Ω⁻¹ X)⁻¹ with the σ_j given |
+//! | singular values | of X | of Ω^{-1/2} X |
+//!
+//! Everything goes by Householder QR of the tall matrix: the normal equations would square the
+//! condition number.
+
+mod error;
+mod observations;
+mod rank;
+mod residuals;
+mod solution;
+
+pub use error::RegressionError;
+pub use observations::Observations;
+pub use residuals::ResidualStatistics;
+pub use solution::Solution;

@@ -1,1 +1,22 @@
-//! Zero-phase filters, differences and decimation.
+//! Zero-phase filters, differences and decimation: what turns a recorded position into position,
+//! velocity and acceleration, and a fast record into independent rows (paper, section 3.1.1).
+//!
+//! Every function reproduces its counterpart in SciPy or NumPy, which the golden values in
+//! `tests/golden` hold it to: `butter` and `cheby1` with `output="sos"`, `sosfiltfilt` with odd
+//! padding, `numpy.gradient` with edge order 1.
+
+mod decimation;
+mod design;
+mod difference;
+mod error;
+mod interpolation;
+mod sections;
+mod zero_phase;
+
+pub use decimation::ParallelDecimation;
+pub use design::{MAX_ORDER, butterworth_low_pass, chebyshev1_low_pass};
+pub use difference::central_difference;
+pub use error::SignalError;
+pub use interpolation::delay_linear;
+pub use sections::SecondOrderSections;
+pub use zero_phase::OddPadding;

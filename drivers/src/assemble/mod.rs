@@ -1,1 +1,212 @@
 //! Frames to samples: a pure state machine.
+//!
+//! Frames go in with their stamps, one [`JointSample`] per bus cycle comes out, and whatever does
+//! not become part of one is counted under a cause ([`Losses`]). Time is an argument; nothing is
+//! allocated after [`Assembler::new`].
+//!
+//! # With a SYNC
+//! Cycle k lasts from SYNC k to SYNC k + 1, at most one period by the grid of the stamps. Drives
+//! latch their position at SYNC k and send it within the cycle, in any order; the sample has the
+//! SYNC's stamp. A target in an RPDO received in cycle k takes effect at SYNC k + 1 (CiA 301), so it
+//! is the reference of sample k + 1, when the layout says `next-sync`. A cycle is decided when it
+//! ends, not when its last frame is there: only then is it known that nothing contradicts it.
+//!
+//! A frame that comes after its cycle's end looks like one of the next cycle. It is told by the
+//! company it keeps: the message was missing in the cycle before and comes twice in this one. Where a
+//! message comes twice with different content and none was missing before, the cycle is lost.
+//!
+//! # With a packed frame
+//! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
+
+mod counter;
+mod cycle;
+mod grid;
+mod losses;
+mod packed;
+mod sync;
+
+use didim_core::{JointSample, MAX_JOINTS};
+
+pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses};
+
+use self::cycle::{Cycle, References, Whole};
+use self::grid::Grid;
+use crate::frame::Frame;
+use crate::layout::{CompiledLayout, Instant, Role};
+use crate::units::Scales;
+
+/// Makes samples of frames.
+#[derive(Clone, Debug)]
+pub struct Assembler {
+    layout: CompiledLayout,
+    state: State,
+}
+
+/// Everything that changes.
+#[derive(Clone, Debug)]
+struct State {
+    scales: Scales,
+    axes: usize,
+    period_ns: f64,
+    next_sync: bool,
+    whole: Whole,
+    grid: Option<Grid>,
+    /// The cycle that is being filled.
+    open: Option<Cycle>,
+    /// References that take effect at the next SYNC.
+    pending: References,
+    /// Messages that the cycle before did not get.
+    missing_before: u64,
+    /// Sequence of the latest cycle.
+    sequence: u64,
+    /// Counter of the latest packed frame.
+    counter: u64,
+    last_position_rad: Option<[f64; MAX_JOINTS]>,
+    ready: Option<Ready>,
+    losses: Losses,
+}
+
+/// A sample that waits to be taken, with the frames it was made of.
+#[derive(Clone, Copy, Debug)]
+struct Ready {
+    sample: JointSample,
+    frames: u64,
+}
+
+impl Assembler {
+    /// An assembler that has seen nothing yet. All memory is allocated here.
+    pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
+        let state = State {
+            scales,
+            axes: layout.axes(),
+            period_ns: layout.period_ns(),
+            next_sync: layout.reference_at_next_sync(),
+            whole: Whole::of(&layout),
+            grid: None,
+            open: None,
+            pending: References::default(),
+            missing_before: 0,
+            sequence: 0,
+            counter: 0,
+            last_position_rad: None,
+            ready: None,
+            losses: Losses::default(),
+        };
+        Self { layout, state }
+    }
+
+    /// Takes one frame. At most one sample becomes ready by it: poll after every frame, or a sample
+    /// is counted as not taken.
+    pub fn handle_frame(&mut self, frame: &Frame) {
+        let state = &mut self.state;
+        state.losses.frames_received += 1;
+        let (index, message) = match self.layout.read(frame) {
+            Ok(found) => found,
+            Err(why) => return state.losses.frames.count(why.into(), 1),
+        };
+        match (self.layout.instant(), message.role) {
+            (Instant::Packed, _) => state.packed_frame(index, message, frame),
+            (Instant::Sync, Role::Sync) => state.sync_frame(frame.stamp_ns),
+            (Instant::Sync, Role::Sample) => state.sample_frame(index, message, frame),
+            (Instant::Sync, Role::Target) => state.target_frame(index, message, frame),
+        }
+    }
+
+    /// Ends the open cycle where `now_ns`, on the clock of the stamps, is past its end. Call it when
+    /// the source is silent, not while frames are waiting: they would come late. `u64::MAX` at the
+    /// end of a log gives the last sample.
+    pub fn handle_timeout(&mut self, now_ns: u64) {
+        self.state.end_by_time(now_ns);
+    }
+
+    /// The sample that is ready, once.
+    pub fn poll_sample(&mut self) -> Option<JointSample> {
+        let state = &mut self.state;
+        let ready = state.ready.take()?;
+        state.losses.frames_used += ready.frames;
+        state.losses.samples += 1;
+        if self.layout.has_reference() && !ready.sample.has_reference {
+            state.losses.samples_without_reference += 1;
+        }
+        Some(ready.sample)
+    }
+
+    /// What was counted.
+    pub fn losses(&self) -> &Losses {
+        &self.state.losses
+    }
+
+    /// Frames that are part of no sample yet and may become so.
+    pub fn frames_waiting(&self) -> u64 {
+        let state = &self.state;
+        state.open.map_or(0, |cycle| cycle.frames + cycle.references.frames)
+            + state.pending.frames
+            + state.ready.map_or(0, |ready| ready.frames)
+    }
+
+    /// Cycles that are not decided, or decided and not taken.
+    pub fn cycles_waiting(&self) -> u64 {
+        u64::from(self.state.open.is_some()) + u64::from(self.state.ready.is_some())
+    }
+
+    /// The period of the bus cycle as the stamps show it \[ns\]; the nominal one before the first.
+    /// It stays within 1 % of the nominal period.
+    pub fn measured_period_ns(&self) -> f64 {
+        self.state.grid.map_or(self.state.period_ns, |grid| grid.period_ns())
+    }
+
+    /// What the samples are made by.
+    pub fn layout(&self) -> &CompiledLayout {
+        &self.layout
+    }
+}
+
+impl State {
+    /// Starts a grid at `stamp_ns`: the first cycle, or the first after `cause` broke the train.
+    fn start(&mut self, stamp_ns: u64, cause: Option<CycleCause>) {
+        self.grid = Some(Grid::start(self.period_ns, stamp_ns));
+        self.last_position_rad = None;
+        self.missing_before = 0;
+        match cause {
+            // The gap in the sequence is one cycle, so that nobody joins what lies on either side.
+            Some(cause) => self.skip(cause, 2),
+            None => self.losses.cycles_begun = 1,
+        }
+    }
+
+    /// Moves the sequence on by `cycles`; all but the last of them are lost.
+    fn skip(&mut self, cause: CycleCause, cycles: u64) {
+        self.sequence += cycles;
+        self.losses.cycles_begun += cycles;
+        self.losses.cycles.count(cause, cycles - 1);
+    }
+
+    /// Decides the open cycle: a sample, or a loss.
+    fn end_cycle(&mut self) {
+        let Some(cycle) = self.open.take() else { return };
+        self.missing_before = self.whole.missing(&cycle);
+        let sample =
+            cycle.sample(self.whole, self.axes, &self.scales, self.last_position_rad.as_ref());
+        match sample {
+            Err(cause) => {
+                self.losses.cycles.count(cause, 1);
+                let frames = cycle.frames + cycle.references.frames;
+                self.losses.frames.count(FrameCause::CycleLost, frames);
+            }
+            Ok(sample) => {
+                self.last_position_rad = Some(sample.motor_position_rad);
+                let mut frames = cycle.frames;
+                if sample.has_reference {
+                    frames += cycle.references.frames;
+                } else {
+                    let unused = cycle.references.frames;
+                    self.losses.frames.count(FrameCause::ReferenceUnused, unused);
+                }
+                if let Some(lost) = self.ready.replace(Ready { sample, frames }) {
+                    self.losses.cycles.count(CycleCause::NotTaken, 1);
+                    self.losses.frames.count(FrameCause::CycleLost, lost.frames);
+                }
+            }
+        }
+    }
+}

@@ -1,8 +1,19 @@
 //! Where frames come from: one trait that can only receive.
 
+mod candump;
+mod in_process;
+mod socket_can;
+
 use core::time::Duration;
 
+pub use candump::{CandumpError, CandumpSource, CandumpWriter, LineFault, StampDigits, WriteError};
+pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
+pub use socket_can::{
+    LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,
+};
+
 use crate::frame::Frame;
+pub use crate::frame::interface::{InterfaceName, InterfaceNameError, MAX_INTERFACES};
 
 /// What a call to [`Source::receive`] brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,17 +22,31 @@ pub enum Received {
     Frames,
     /// The time ran out with nothing on the bus.
     Silence,
-    /// The source is exhausted: the end of a log, or a bus whose every sender is gone.
+    /// The source is exhausted: the end of a log, or a bus whose every sender is gone. Every
+    /// further call says so again.
     End,
 }
 
+/// Whose time the stamps of a source are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StampClock {
+    /// The computer's CLOCK_REALTIME, which is set and slewed while frames arrive: map it with
+    /// [`crate::clock`] before comparing stamps.
+    Realtime,
+    /// The source's own, which never steps: that of a log, or of a simulation.
+    Own,
+}
+
 /// A receive-only source of frames.
+///
+/// Frames of one interface keep their order. A failure that leaves frames already read does not
+/// swallow them: they are handed out first, and the next call reports the failure.
 pub trait Source: Send {
     /// Waits at most `timeout` for frames and appends them to `batch`, never beyond its capacity
-    /// (no allocation). `batch` must have room for at least one frame.
+    /// (no allocation).
     ///
     /// # Errors
-    /// See [`SourceError`]. After a recoverable error the next call tries again.
+    /// See [`SourceError`]; [`SourceError::is_recoverable`] tells whether to call again.
     fn receive(
         &mut self,
         batch: &mut Vec<Frame>,
@@ -30,21 +55,63 @@ pub trait Source: Send {
 
     /// What was counted since the source was opened.
     fn counters(&self) -> SourceCounters;
+
+    /// The interfaces, in the order that [`Frame::interface`] counts them.
+    fn interfaces(&self) -> &[InterfaceName];
+
+    /// Whose time the stamps are.
+    fn stamp_clock(&self) -> StampClock;
 }
 
-/// What a source counted.
+/// What a source counted since it was opened, over all its interfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SourceCounters {
     /// Frames handed out, error frames included.
     pub frames: u64,
-    /// Frames that the kernel dropped because nobody read in time.
-    pub kernel_drops: u64,
+    /// Frames dropped before this source because nobody read in time: by the kernel for want of
+    /// room in the receive buffer, or by an in-process bus that may overflow. The kernel tells
+    /// with the next frame that it queues after the loss.
+    pub queue_drops: u64,
     /// Error frames of the controller.
     pub error_frames: u64,
     /// Times an interface was found down.
     pub link_down: u64,
+    /// Times an interface had vanished and was opened again.
+    pub reopened: u64,
+    /// Frames passed over: of an interface that was not asked for, or of a kind that is not
+    /// understood (CAN XL).
+    pub passed_over: u64,
+    /// Frames without a stamp of the kernel, stamped when they were read instead.
+    pub stamped_late: u64,
 }
 
 /// Why a source could not deliver.
 #[derive(Debug, thiserror::Error)]
-pub enum SourceError {}
+pub enum SourceError {
+    /// The batch has no room. A mistake of the caller: hand over a batch with spare capacity.
+    #[error("the batch has no room for a frame: empty it, or make it with a capacity")]
+    NoRoom,
+    /// A log could not be read.
+    #[error(transparent)]
+    Candump(#[from] CandumpError),
+    /// A SocketCAN interface failed.
+    #[error(transparent)]
+    SocketCan(#[from] SocketCanError),
+}
+
+impl SourceError {
+    /// Whether a further call may bring frames. An unusable line of a log is passed over by the
+    /// next call: a caller that must not lose frames stops here all the same.
+    pub fn is_recoverable(&self) -> bool {
+        match self {
+            Self::NoRoom => true,
+            Self::Candump(error) => error.is_recoverable(),
+            Self::SocketCan(error) => error.is_recoverable(),
+        }
+    }
+}
+
+/// The free places of a batch.
+fn room(batch: &Vec<Frame>) -> usize {
+    batch.capacity() - batch.len()
+}

@@ -1,0 +1,43 @@
+//! What can be wrong with a controller's data.
+
+/// Why a controller cannot be built. Joints are numbered from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ControlError {
+    /// A gain, limit or time is not a finite number or has a sign that makes no sense.
+    /// Correct the named key.
+    #[error("controller of joint {joint}: {key} = {value} must be {expected}")]
+    BadValue {
+        /// The joint, from 1.
+        joint: usize,
+        /// The key in the file.
+        key: &'static str,
+        /// What it holds.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// The sample period or the delay makes no sense. Correct the named key.
+    #[error("controller timing: {key} = {value} must be {expected}")]
+    BadTiming {
+        /// The key in the file.
+        key: &'static str,
+        /// What it holds.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// The number of joint controllers is zero or larger than an arm can have.
+    #[error("{count} joint controllers: there must be one per joint, 1 to {max}")]
+    JointCount {
+        /// Controllers in the file.
+        count: usize,
+        /// The largest number of joints.
+        max: usize,
+    },
+    /// A sampled controller was built from continuous data, or the other way round.
+    #[error("the controller's timing is not {expected}")]
+    WrongTiming {
+        /// What was asked for.
+        expected: &'static str,
+    },
+}

@@ -1,0 +1,67 @@
+//! One joint's law at one instant, shared by the sampled and the continuous controller.
+
+use super::{ControlLaw, JointController};
+
+/// What the law sees of one joint at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Signals {
+    /// e = q_r − q \[rad\].
+    pub(super) error: f64,
+    /// ė \[rad/s\].
+    pub(super) error_rate: f64,
+    /// q̇ \[rad/s\].
+    pub(super) velocity: f64,
+    /// q̇_r \[rad/s\].
+    pub(super) reference_velocity: f64,
+    /// q̈_r \[rad/s²\].
+    pub(super) reference_acceleration: f64,
+}
+
+impl JointController {
+    /// What the integral accumulates: e for PID \[rad\], v_e for P-PI \[rad/s\], nothing else.
+    pub(super) fn integrand(&self, s: &Signals) -> f64 {
+        match self.law {
+            ControlLaw::P { .. } | ControlLaw::Pd { .. } => 0.0,
+            ControlLaw::Pid { integral_dead_zone_rad, .. } => {
+                if s.error.abs() < integral_dead_zone_rad { 0.0 } else { s.error }
+            }
+            ControlLaw::CascadedPPi { kv_per_s, .. } => {
+                kv_per_s * s.error + s.reference_velocity - s.velocity
+            }
+        }
+    }
+
+    /// The torque before saturation \[N·m\].
+    pub(super) fn torque(&self, s: &Signals, integral: f64) -> f64 {
+        let feedback = match self.law {
+            ControlLaw::P { kp_per_rad, k_tau_nm } => k_tau_nm * (kp_per_rad * s.error),
+            ControlLaw::Pd { kp_per_rad, kd_s_per_rad, k_tau_nm } => {
+                k_tau_nm * (kp_per_rad * s.error + kd_s_per_rad * s.error_rate)
+            }
+            ControlLaw::Pid { kp_per_rad, kd_s_per_rad, ki_per_rad_s, k_tau_nm, .. } => {
+                k_tau_nm
+                    * (kp_per_rad * s.error + kd_s_per_rad * s.error_rate + ki_per_rad_s * integral)
+            }
+            ControlLaw::CascadedPPi { kv_per_s, kp_s_per_rad, ki_per_rad, k_tau_nm } => {
+                let velocity_error = kv_per_s * s.error + s.reference_velocity - s.velocity;
+                k_tau_nm * (kp_s_per_rad * velocity_error + ki_per_rad * integral)
+            }
+        };
+        feedback
+            + self.feed_forward.acceleration_kg_m2 * s.reference_acceleration
+            + self.feed_forward.velocity_nm_s_per_rad * s.reference_velocity
+    }
+
+    /// Conditional integration: whether adding `integrand` would drive a saturated torque deeper.
+    pub(super) fn winds_up(&self, torque: f64, integrand: f64) -> bool {
+        self.torque_limit_nm.is_some_and(|limit| torque.abs() > limit && torque * integrand > 0.0)
+    }
+
+    /// The torque within the joint's limit \[N·m\]. NaN stays NaN: a divergence must be seen.
+    pub(super) fn saturate(&self, torque: f64) -> f64 {
+        match self.torque_limit_nm {
+            Some(limit) => torque.clamp(-limit, limit),
+            None => torque,
+        }
+    }
+}

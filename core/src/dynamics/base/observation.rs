@@ -1,0 +1,52 @@
+//! The columns of the regressor, stacked over random motions.
+
+use nalgebra::DMatrix;
+
+use crate::dynamics::{Model, Workspace};
+use crate::robot::{JointKind, SignModel};
+
+/// Start of the random motions: the same for every robot, so that the same robot always has the
+/// same base parameters.
+const SEED: u64 = 0x5eed_0fb0_dd1e_5000;
+
+/// SplitMix64 (Steele, Lea and Flood 2014): well spread, and the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self, size: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        // The upper 52 bits, as a number in [-1, 1).
+        #[allow(clippy::cast_precision_loss, reason = "52 bits fit the mantissa")]
+        let unit = (z >> 12) as f64 / (1_u64 << 51) as f64 - 1.0;
+        size * unit
+    }
+}
+
+/// Regressors of as many random motions as there are parameters, one below the other.
+///
+/// Which parameters act together is a matter of structure, not of the friction law's width, so
+/// the plain sign stands in for the robot's own.
+pub(super) fn observation(model: &Model) -> DMatrix<f64> {
+    let model = model.clone().with_sign_model(SignModel::Sign);
+    let (n, p) = (model.joints(), model.parameter_names().len());
+    let mut random = Random(SEED);
+    let mut workspace = Workspace::new();
+    let mut regressor = vec![0.0; n * p];
+    let mut stacked = DMatrix::zeros(n * p, p);
+    for sample in 0..p {
+        let range = |kind| match kind {
+            JointKind::Revolute => core::f64::consts::PI,
+            JointKind::Prismatic => 1.0,
+        };
+        let q: Vec<f64> = model.chain().iter().map(|j| random.uniform(range(j.kind))).collect();
+        let dq: Vec<f64> = (0..n).map(|_| random.uniform(3.0)).collect();
+        let ddq: Vec<f64> = (0..n).map(|_| random.uniform(10.0)).collect();
+        model.regressor(&mut workspace, &q, &dq, &ddq, &mut regressor);
+        stacked.rows_mut(sample * n, n).copy_from(&DMatrix::from_row_slice(n, p, &regressor));
+    }
+    stacked
+}

@@ -1,0 +1,146 @@
+//! What motors add to the links: their inertia, friction, and offset, across couplings.
+//!
+//! All of it follows from R. Seen at its own joint, motor m moves by s · q with
+//! s = row m of R / R_mm, so its inertia ia_m adds s sᵀ ia_m to the mass matrix, its viscous
+//! friction s sᵀ fv_m q̇ and its Coulomb friction s fc_m sign(s · q̇) to the torques. What cannot be
+//! told from another joint's own term is regrouped into that: diagonal entries (i, i) of s sᵀ into
+//! fv_i, and into ia_i where motor i is not coupled itself.
+
+use crate::MAX_JOINTS;
+use crate::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, Off};
+use crate::robot::{Robot, SignModel};
+use crate::scalar::Scalar;
+
+/// τ\[row\] += factor · φ\[column\] · x\[input\].
+#[derive(Clone, Copy, Debug)]
+struct Term {
+    column: usize,
+    row: usize,
+    input: usize,
+    factor: f64,
+}
+
+/// τ += s φ\[column\] sign(s · q̇).
+#[derive(Clone, Copy, Debug)]
+struct CoulombTerm {
+    column: usize,
+    direction: [f64; MAX_JOINTS],
+}
+
+/// The terms of all drives, each with the column of its parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Drives {
+    inertia: Vec<Term>,
+    viscous: Vec<Term>,
+    coulomb: Vec<CoulombTerm>,
+    /// Column and row.
+    offset: Vec<(usize, usize)>,
+    sign_model: SignModel,
+}
+
+impl Drives {
+    pub(super) fn new(robot: &Robot) -> Self {
+        let (n, table) = (robot.joints(), robot.parameters());
+        let transmission = robot.transmission();
+        let mut drives = Self {
+            inertia: Vec::new(),
+            viscous: Vec::new(),
+            coulomb: Vec::new(),
+            offset: Vec::new(),
+            sign_model: robot.sign_model(),
+        };
+        for j in 0..n {
+            let direction = transmission.direction(j);
+            if let Some(column) = table.column(Ia, j) {
+                let kept = |i: usize| {
+                    i == j || transmission.is_coupled(i) || table.column(Ia, i).is_none()
+                };
+                drives.inertia.extend(outer(n, &direction, column, kept));
+            }
+            if let Some(column) = table.column(Fv, j) {
+                drives.viscous.push(Term { column, row: j, input: j, factor: 1.0 });
+            }
+            if let Some(column) = table.column(FvMotor, j) {
+                drives.viscous.extend(outer(n, &direction, column, |_| false));
+            }
+            if let Some(column) = table.column(Fc, j) {
+                let mut own = [0.0; MAX_JOINTS];
+                own[j] = 1.0;
+                drives.coulomb.push(CoulombTerm { column, direction: own });
+            }
+            if let Some(column) = table.column(FcMotor, j) {
+                drives.coulomb.push(CoulombTerm { column, direction });
+            }
+            if let Some(column) = table.column(Off, j) {
+                drives.offset.push((column, j));
+            }
+        }
+        drives
+    }
+
+    pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
+        self.sign_model = sign_model;
+    }
+
+    /// Calls `add(row, column, coefficient)` for every product φ\[column\] · coefficient in τ\[row\]
+    /// that the drives' inertia causes.
+    pub(super) fn for_each_inertia<T: Scalar>(
+        &self,
+        ddq: &[T],
+        mut add: impl FnMut(usize, usize, T),
+    ) {
+        for &Term { column, row, input, factor } in &self.inertia {
+            add(row, column, T::constant(factor) * ddq[input]);
+        }
+    }
+
+    /// The same for friction and offsets.
+    pub(super) fn for_each_friction<T: Scalar>(
+        &self,
+        dq: &[T],
+        mut add: impl FnMut(usize, usize, T),
+    ) {
+        for &Term { column, row, input, factor } in &self.viscous {
+            add(row, column, T::constant(factor) * dq[input]);
+        }
+        for CoulombTerm { column, direction } in &self.coulomb {
+            let mut speed = T::zero();
+            for (s, dq) in direction.iter().zip(dq).filter(|(s, _)| **s != 0.0) {
+                speed += T::constant(*s) * *dq;
+            }
+            let sign = self.sign_model.value(speed);
+            for (row, s) in direction.iter().enumerate().filter(|(_, s)| **s != 0.0) {
+                add(row, *column, T::constant(*s) * sign);
+            }
+        }
+        for &(column, row) in &self.offset {
+            add(row, column, T::constant(1.0));
+        }
+    }
+
+    /// Calls `add(row, column of the matrix, value)` for every entry of the drives' mass matrix.
+    pub(super) fn for_each_mass<T: Scalar>(
+        &self,
+        parameters: &[T],
+        mut add: impl FnMut(usize, usize, T),
+    ) {
+        for &Term { column, row, input, factor } in &self.inertia {
+            add(row, input, T::constant(factor) * parameters[column]);
+        }
+    }
+}
+
+/// The entries of s sᵀ that are not 0: all beside the diagonal, and those on it that are `kept`.
+fn outer(
+    joints: usize,
+    s: &[f64; MAX_JOINTS],
+    column: usize,
+    kept: impl Fn(usize) -> bool,
+) -> Vec<Term> {
+    let pairs = (0..joints).flat_map(|row| (0..joints).map(move |input| (row, input)));
+    pairs
+        .filter(|&(row, input)| row != input || kept(row))
+        .map(|(row, input)| Term { column, row, input, factor: s[row] * s[input] })
+        .filter(|term| term.factor != 0.0)
+        .collect()
+}

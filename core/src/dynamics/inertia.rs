@@ -1,0 +1,116 @@
+//! The ten parameters of a rigid body about the origin of a frame.
+
+use super::kinematics::{Motion, Pose};
+use super::vector::Vector3;
+use crate::scalar::Scalar;
+
+/// Inertia about the frame's origin, first moments and mass. Nothing here divides by the mass or
+/// asks for a centre of mass, so that parameter sets that are no physical bodies work.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inertia<T> {
+    xx: T,
+    xy: T,
+    xz: T,
+    yy: T,
+    yz: T,
+    zz: T,
+    pub(super) first_moment: Vector3<T>,
+    pub(super) mass: T,
+}
+
+/// A force through the frame's origin and a moment about it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wrench<T> {
+    pub(super) force: Vector3<T>,
+    pub(super) moment: Vector3<T>,
+}
+
+impl<T: Scalar> Inertia<T> {
+    /// From ten parameters in the order xx xy xz yy yz zz mx my mz m.
+    pub(super) fn from_parameters(p: &[T; 10]) -> Self {
+        let [xx, xy, xz, yy, yz, zz, mx, my, mz, mass] = *p;
+        Self { xx, xy, xz, yy, yz, zz, first_moment: Vector3::new(mx, my, mz), mass }
+    }
+
+    /// J v.
+    pub(super) fn rotate(&self, v: Vector3<T>) -> Vector3<T> {
+        Vector3::new(
+            self.xx * v.x + self.xy * v.y + self.xz * v.z,
+            self.xy * v.x + self.yy * v.y + self.yz * v.z,
+            self.xz * v.x + self.yz * v.y + self.zz * v.z,
+        )
+    }
+
+    /// What the motion of the body takes (Newton and Euler about the frame's origin), with ms the
+    /// first moments: F = m a + ω̇ × ms + ω × (ω × ms) and N = J ω̇ + ω × J ω + ms × a.
+    pub(super) fn wrench(&self, motion: &Motion<T>) -> Wrench<T> {
+        let Motion { angular_velocity: w, angular_acceleration: dw, acceleration: a } = *motion;
+        let ms = self.first_moment;
+        Wrench {
+            force: a.scale(self.mass) + dw.cross(ms) + w.cross(w.cross(ms)),
+            moment: self.rotate(dw) + w.cross(self.rotate(w)) + ms.cross(a),
+        }
+    }
+
+    /// The same body seen from the previous link's frame.
+    ///
+    /// Turned by A, then moved by p: J' = A J Aᵀ + (2 p·c + m p·p) I − p cᵀ − c pᵀ − m p pᵀ with
+    /// c = A ms, and ms' = c + m p.
+    pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
+        // The columns of A J, then those of A (A J)ᵀ = A J Aᵀ.
+        let a = pose.to_previous(Vector3::new(self.xx, self.xy, self.xz));
+        let b = pose.to_previous(Vector3::new(self.xy, self.yy, self.yz));
+        let c = pose.to_previous(Vector3::new(self.xz, self.yz, self.zz));
+        let x = pose.to_previous(Vector3::new(a.x, b.x, c.x));
+        let y = pose.to_previous(Vector3::new(a.y, b.y, c.y));
+        let z = pose.to_previous(Vector3::new(a.z, b.z, c.z));
+
+        let turned = pose.to_previous(self.first_moment);
+        let p = pose.origin;
+        // With h = c + m p / 2, the shift is 2 p·h I − p hᵀ − h pᵀ.
+        let half = turned + p.scale(self.mass * T::constant(0.5));
+        let (px, py, pz) = (p.x * half.x, p.y * half.y, p.z * half.z);
+        let two = T::constant(2.0);
+        Self {
+            xx: x.x + two * (py + pz),
+            xy: x.y - p.x * half.y - p.y * half.x,
+            xz: x.z - p.x * half.z - p.z * half.x,
+            yy: y.y + two * (px + pz),
+            yz: y.z - p.y * half.z - p.z * half.y,
+            zz: z.z + two * (px + py),
+            first_moment: turned + p.scale(self.mass),
+            mass: self.mass,
+        }
+    }
+
+    /// Both bodies as one.
+    pub(super) fn join(self, other: Self) -> Self {
+        Self {
+            xx: self.xx + other.xx,
+            xy: self.xy + other.xy,
+            xz: self.xz + other.xz,
+            yy: self.yy + other.yy,
+            yz: self.yz + other.yz,
+            zz: self.zz + other.zz,
+            first_moment: self.first_moment + other.first_moment,
+            mass: self.mass + other.mass,
+        }
+    }
+}
+
+impl<T: Scalar> Wrench<T> {
+    pub(super) fn zero() -> Self {
+        Self { force: Vector3::zero(), moment: Vector3::zero() }
+    }
+
+    /// The same wrench at the previous link's origin: (A f, A n + p × A f).
+    pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
+        let force = pose.to_previous(self.force);
+        let moment = pose.to_previous(self.moment) + pose.origin.cross(force);
+        Self { force, moment }
+    }
+
+    pub(super) fn join(self, other: Self) -> Self {
+        Self { force: self.force + other.force, moment: self.moment + other.moment }
+    }
+}

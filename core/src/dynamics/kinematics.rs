@@ -1,0 +1,128 @@
+//! Where the links are and how they move, each in the frame of its own link.
+
+use super::vector::Vector3;
+use super::{Model, Workspace};
+use crate::robot::{Angle, Joint, JointKind};
+use crate::scalar::Scalar;
+
+/// The frame of a link in that of the previous one: RotX(α) · TransX(d) · RotZ(θ) · TransZ(r).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose<T> {
+    alpha: Angle,
+    cos_theta: T,
+    sin_theta: T,
+    /// The origin, (d, −r sin α, r cos α).
+    pub(super) origin: Vector3<T>,
+}
+
+impl<T: Scalar> Pose<T> {
+    pub(super) fn identity() -> Self {
+        Self {
+            alpha: Angle { cos: 1.0, sin: 0.0 },
+            cos_theta: T::constant(1.0),
+            sin_theta: T::zero(),
+            origin: Vector3::zero(),
+        }
+    }
+
+    fn new(joint: &Joint, q: T) -> Self {
+        let Joint { kind, alpha, theta, d_m, r_m, .. } = *joint;
+        let (cos0, sin0) = (T::constant(theta.cos), T::constant(theta.sin));
+        let (cos_theta, sin_theta, r) = match kind {
+            JointKind::Revolute => {
+                // The offset is added as a rotation, not to q: quarter turns stay exact.
+                let (sin, cos) = q.sin_cos();
+                (cos * cos0 - sin * sin0, sin * cos0 + cos * sin0, T::constant(r_m))
+            }
+            JointKind::Prismatic => (cos0, sin0, T::constant(r_m) + q),
+        };
+        let origin =
+            Vector3::new(T::constant(d_m), r * T::constant(-alpha.sin), r * T::constant(alpha.cos));
+        Self { alpha, cos_theta, sin_theta, origin }
+    }
+
+    /// A vector of the link, in the frame of the previous link.
+    pub(super) fn to_previous(self, v: Vector3<T>) -> Vector3<T> {
+        let x = self.cos_theta * v.x - self.sin_theta * v.y;
+        let y = self.sin_theta * v.x + self.cos_theta * v.y;
+        let (cos, sin) = (T::constant(self.alpha.cos), T::constant(self.alpha.sin));
+        Vector3::new(x, cos * y - sin * v.z, sin * y + cos * v.z)
+    }
+
+    /// A vector of the previous link, in the frame of the link.
+    pub(super) fn to_link(self, v: Vector3<T>) -> Vector3<T> {
+        let (cos, sin) = (T::constant(self.alpha.cos), T::constant(self.alpha.sin));
+        let y = cos * v.y + sin * v.z;
+        let z = cos * v.z - sin * v.y;
+        Vector3::new(
+            self.cos_theta * v.x + self.sin_theta * y,
+            self.cos_theta * y - self.sin_theta * v.x,
+            z,
+        )
+    }
+}
+
+/// How a link moves, in its own frame. Gravity is an acceleration of the base by −g, so that
+/// `acceleration` is what an accelerometer at the frame's origin would read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion<T> {
+    pub(super) angular_velocity: Vector3<T>,
+    pub(super) angular_acceleration: Vector3<T>,
+    pub(super) acceleration: Vector3<T>,
+}
+
+impl<T: Scalar> Motion<T> {
+    pub(super) fn zero() -> Self {
+        Self {
+            angular_velocity: Vector3::zero(),
+            angular_acceleration: Vector3::zero(),
+            acceleration: Vector3::zero(),
+        }
+    }
+}
+
+impl Model {
+    /// Fills the poses of all links.
+    pub(super) fn place<T: Scalar>(&self, ws: &mut Workspace<T>, q: &[T]) {
+        for ((pose, joint), q) in ws.poses.iter_mut().zip(&self.chain).zip(q) {
+            *pose = Pose::new(joint, *q);
+        }
+    }
+
+    /// Fills the motions of all links from their poses: the outward recursion of Luh, Walker and
+    /// Paul in Khalil's form (Khalil and Dombre, ch. 9.5). With A the rotation to the link's
+    /// frame, p the origin's place, ω, ω̇ and a those of the previous link:
+    ///
+    /// revolute  ω_j = A ω + q̇ z,  ω̇_j = A ω̇ + q̈ z + A ω × q̇ z,  a_j = A (a + ω̇ × p + ω × (ω × p))
+    /// prismatic ω_j = A ω,  ω̇_j = A ω̇,  a_j = A (…) + q̈ z + 2 A ω × q̇ z
+    pub(super) fn propagate<T: Scalar>(&self, ws: &mut Workspace<T>, dq: &[T], ddq: Option<&[T]>) {
+        let mut previous = Motion::zero();
+        previous.acceleration = Vector3::constant(self.gravity_m_s2.map(|g| -g));
+        for (j, joint) in self.chain.iter().enumerate() {
+            let pose = ws.poses[j];
+            let Motion { angular_velocity, angular_acceleration, acceleration } = previous;
+            let centripetal = angular_velocity.cross(angular_velocity.cross(pose.origin));
+            let tangential = angular_acceleration.cross(pose.origin);
+            let carried_velocity = pose.to_link(angular_velocity);
+            let mut motion = Motion {
+                angular_velocity: carried_velocity,
+                angular_acceleration: pose.to_link(angular_acceleration),
+                acceleration: pose.to_link(acceleration + tangential + centripetal),
+            };
+            let velocity = Vector3::along_z(dq[j]);
+            let own = Vector3::along_z(ddq.map_or_else(T::zero, |ddq| ddq[j]));
+            let gyroscopic = carried_velocity.cross(velocity);
+            match joint.kind {
+                JointKind::Revolute => {
+                    motion.angular_velocity = carried_velocity + velocity;
+                    motion.angular_acceleration = motion.angular_acceleration + own + gyroscopic;
+                }
+                JointKind::Prismatic => {
+                    motion.acceleration = motion.acceleration + own + gyroscopic + gyroscopic;
+                }
+            }
+            ws.motions[j] = motion;
+            previous = motion;
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Three-dimensional vectors over any [`Scalar`].
+//!
+//! nalgebra's vectors ask more of their entries (equality, a numeric tower) than SIMD lanes and
+//! dual numbers can give.
+
+use core::ops::{Add, Sub};
+
+use crate::scalar::Scalar;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vector3<T> {
+    pub(super) x: T,
+    pub(super) y: T,
+    pub(super) z: T,
+}
+
+impl<T: Scalar> Vector3<T> {
+    pub(super) fn new(x: T, y: T, z: T) -> Self {
+        Self { x, y, z }
+    }
+
+    pub(super) fn zero() -> Self {
+        Self::new(T::zero(), T::zero(), T::zero())
+    }
+
+    pub(super) fn constant(value: [f64; 3]) -> Self {
+        let [x, y, z] = value.map(T::constant);
+        Self { x, y, z }
+    }
+
+    pub(super) fn along_z(z: T) -> Self {
+        Self::new(T::zero(), T::zero(), z)
+    }
+
+    pub(super) fn scale(self, factor: T) -> Self {
+        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+
+    pub(super) fn dot(self, other: Self) -> T {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    pub(super) fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+}
+
+impl<T: Scalar> Add for Vector3<T> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<T: Scalar> Sub for Vector3<T> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}

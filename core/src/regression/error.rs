@@ -1,0 +1,78 @@
+//! Why a least-squares problem has no trustworthy solution.
+
+use thiserror::Error;
+
+/// What is wrong with an overdetermined system; indices count from 0.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RegressionError {
+    /// The sizes do not fit: X needs a row per measurement, the same number for every joint.
+    /// Remedy: a programming error of the caller.
+    #[error(
+        "{rows} x {columns} observation matrix, {measurements} measurements and {joints} joints \
+         do not fit together"
+    )]
+    Shape {
+        /// Rows of X.
+        rows: usize,
+        /// Columns of X.
+        columns: usize,
+        /// Length of y.
+        measurements: usize,
+        /// Joints.
+        joints: usize,
+    },
+    /// No more rows than parameters, so nothing is left to estimate the noise from. Remedy: a
+    /// longer record, a smaller decimation factor, or fewer parameters.
+    #[error("{rows} rows are too few for {columns} parameters")]
+    TooFewRows {
+        /// Rows of X, all joints.
+        rows: usize,
+        /// Columns of X.
+        columns: usize,
+    },
+    /// An entry of X or y is not finite. Remedy: find the sample in the record.
+    #[error("the equation of joint {joint}, row {row} holds a value that is not finite")]
+    NotFinite {
+        /// Joint of the equation.
+        joint: usize,
+        /// Row within the joint.
+        row: usize,
+    },
+    /// Values so large or small that their squares leave double precision. Remedy: check the units.
+    #[error("the values are too large or too small to be squared; check the units")]
+    OutOfRange,
+    /// Every measurement of a joint is zero, so it has no relative error and no weight. Remedy:
+    /// check that the torque of this joint is recorded.
+    #[error("every measurement of joint {joint} is zero")]
+    NoMeasurement {
+        /// The joint.
+        joint: usize,
+    },
+    /// Columns are zero, or zero but for rounding: the motion does not excite these parameters.
+    /// Remedy: leave them out, or move the joints concerned.
+    #[error("the motion does not excite columns {columns:?}")]
+    ZeroColumns {
+        /// The columns.
+        columns: Vec<usize>,
+    },
+    /// Columns are linearly dependent: only a combination of these parameters can be identified
+    /// from this motion. Remedy: leave some of them out, or move along a richer trajectory.
+    #[error("columns {columns:?} are linearly dependent")]
+    DependentColumns {
+        /// Every column that takes part in a dependency.
+        columns: Vec<usize>,
+    },
+    /// A noise level given for weighting is not a positive number. Remedy: take those of
+    /// [`Observations::noise_levels`](super::Observations::noise_levels).
+    #[error("noise level {level} of joint {joint} is not a positive number")]
+    NoiseLevel {
+        /// The joint.
+        joint: usize,
+        /// The level given, in the unit of the measurements.
+        level: f64,
+    },
+    /// The singular values were not found within the iterations allowed. Remedy: scale the
+    /// columns; not seen with finite data of usual range.
+    #[error("the singular values of the observation matrix were not found")]
+    SingularValues,
+}

@@ -1,0 +1,139 @@
+//! The overdetermined system of equation 7 and what is computed from it.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::RegressionError;
+use super::solution::{self, Solution};
+
+/// `y = X θ + ε` with the rows of joint 1 first, then joint 2, … (equations 7 and 8).
+///
+/// Sizes fit, everything is finite, there are more rows than columns, and no joint's measurements
+/// are all zero: guaranteed by [`Observations::new`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observations {
+    matrix: DMatrix<f64>,
+    measurements: DVector<f64>,
+    joints: usize,
+}
+
+impl Observations {
+    /// Checks and takes the observation matrix X (r × b) and the measurements y (r), r = n N.
+    ///
+    /// # Errors
+    /// [`Shape`](RegressionError::Shape), [`TooFewRows`](RegressionError::TooFewRows),
+    /// [`NotFinite`](RegressionError::NotFinite), [`NoMeasurement`](RegressionError::NoMeasurement).
+    pub fn new(
+        matrix: DMatrix<f64>,
+        measurements: DVector<f64>,
+        joints: usize,
+    ) -> Result<Self, RegressionError> {
+        let (rows, columns) = matrix.shape();
+        if joints == 0 || columns == 0 || measurements.len() != rows || rows % joints != 0 {
+            let measurements = measurements.len();
+            return Err(RegressionError::Shape { rows, columns, measurements, joints });
+        }
+        if rows <= columns {
+            return Err(RegressionError::TooFewRows { rows, columns });
+        }
+        let per_joint = rows / joints;
+        let bad = matrix
+            .column_iter()
+            .chain([measurements.column(0)])
+            .find_map(|column| column.iter().position(|value| !value.is_finite()));
+        if let Some(row) = bad {
+            let (joint, row) = (row / per_joint, row % per_joint);
+            return Err(RegressionError::NotFinite { joint, row });
+        }
+        let system = Self { matrix, measurements, joints };
+        for joint in 0..joints {
+            let square = system.joint_of(&system.measurements, joint).norm_squared();
+            if !square.is_finite() {
+                return Err(RegressionError::OutOfRange);
+            }
+            if square <= 0.0 {
+                return Err(RegressionError::NoMeasurement { joint });
+            }
+        }
+        Ok(system)
+    }
+
+    /// Joints n.
+    pub fn joints(&self) -> usize {
+        self.joints
+    }
+
+    /// Rows N of each joint.
+    pub fn rows_per_joint(&self) -> usize {
+        self.matrix.nrows() / self.joints
+    }
+
+    /// The rows of one joint in X and y.
+    pub fn joint_rows(&self, joint: usize) -> Range<usize> {
+        joint * self.rows_per_joint()..(joint + 1) * self.rows_per_joint()
+    }
+
+    /// The observation matrix X (r × b), unweighted.
+    pub fn matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// The measurements y (r).
+    pub fn measurements(&self) -> &DVector<f64> {
+        &self.measurements
+    }
+
+    /// `y − X θ` (r), unweighted, in the unit of the measurements.
+    pub fn residuals(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        let mut residuals = self.measurements.clone();
+        residuals.gemv(-1.0, &self.matrix, parameters, 1.0);
+        residuals
+    }
+
+    /// Noise level σ_j of every joint from residuals (equations 11 and 12):
+    /// `σ_j² = ‖ρ_j‖²/(N − b/n)`, the b parameters counted against the n joints in equal parts.
+    ///
+    /// A level is never below the rounding of the joint's measurements, so that an exact fit does
+    /// not ask for an infinite weight.
+    pub fn noise_levels(&self, residuals: &DVector<f64>) -> Vec<f64> {
+        let rows = self.rows_per_joint() as f64;
+        let divisor = rows - self.matrix.ncols() as f64 / self.joints as f64;
+        let level = |joint| {
+            let rounding = self.joint_of(&self.measurements, joint).norm() / rows.sqrt();
+            let level = self.joint_of(residuals, joint).norm() / divisor.sqrt();
+            level.max(f64::EPSILON * rounding).max(f64::MIN_POSITIVE)
+        };
+        (0..self.joints).map(level).collect()
+    }
+
+    /// Ordinary least squares (equation 9). The covariance is the sandwich
+    /// `(XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹` with Ω from the [`noise_levels`](Self::noise_levels) of its own
+    /// residuals: right also where the noise differs per joint. The singular values are those of X.
+    ///
+    /// # Errors
+    /// [`ZeroColumns`](RegressionError::ZeroColumns),
+    /// [`DependentColumns`](RegressionError::DependentColumns),
+    /// [`OutOfRange`](RegressionError::OutOfRange).
+    pub fn ordinary(&self) -> Result<Solution, RegressionError> {
+        solution::ordinary(self)
+    }
+
+    /// Weighted least squares with one noise level σ_j per joint: each joint's rows are divided by
+    /// its level. Covariance `(XᵀΩ⁻¹X)⁻¹` (equation 10). The singular values are those of
+    /// `Ω^{-1/2} X`.
+    ///
+    /// # Errors
+    /// As [`ordinary`](Self::ordinary), and [`NoiseLevel`](RegressionError::NoiseLevel).
+    pub fn weighted(&self, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
+        solution::weighted(self, noise_levels)
+    }
+
+    pub(super) fn joint_of<'a>(
+        &self,
+        vector: &'a DVector<f64>,
+        joint: usize,
+    ) -> nalgebra::DVectorView<'a, f64> {
+        vector.rows_range(self.joint_rows(joint))
+    }
+}

@@ -1,0 +1,73 @@
+//! Whether the columns of a matrix are independent, and if not, which are not.
+
+use nalgebra::{DMatrix, SVD};
+
+use super::error::RegressionError;
+
+/// A column takes part in a dependency when its share of the null vector exceeds this fraction of
+/// the largest share; below it there is only rounding.
+const SHARE: f64 = 1e-6;
+
+/// A column shorter than this fraction of the longest one holds only rounding: differentiating a
+/// constant twice at some kHz leaves so much. In SI units no parameter of an arm is so far from
+/// the others.
+const ZERO_COLUMN: f64 = 1e-12;
+
+/// Iterations allowed to a singular value decomposition: far more than it ever needs, but bounded.
+const MAX_SVD_ITERATIONS: usize = 10_000;
+
+/// Refuses a triangular factor R whose columns are not independent relative to their own norms.
+///
+/// Columns have different units, so R is judged after scaling each to norm 1: deficient when the
+/// smallest singular value is below `rows · ε` of the largest (the convention of LAPACK and NumPy).
+/// R has the column norms and the singular values of the tall matrix of `rows` rows it came from.
+pub(super) fn check(r: &DMatrix<f64>, rows: usize) -> Result<(), RegressionError> {
+    let tolerance = rows.max(r.ncols()) as f64 * f64::EPSILON;
+    let norms: Vec<f64> = r.column_iter().map(|column| column.norm()).collect();
+    let largest = norms.iter().copied().fold(0.0, f64::max);
+    if !largest.is_finite() {
+        return Err(RegressionError::OutOfRange);
+    }
+    let columns: Vec<usize> =
+        (0..norms.len()).filter(|&c| norms[c] <= ZERO_COLUMN * largest).collect();
+    if !columns.is_empty() {
+        return Err(RegressionError::ZeroColumns { columns });
+    }
+
+    let mut scaled = r.clone();
+    for (mut column, norm) in scaled.column_iter_mut().zip(&norms) {
+        column /= *norm;
+    }
+    let svd = decompose(scaled, true)?;
+    let Some(v_t) = &svd.v_t else { return Err(RegressionError::SingularValues) };
+    let limit = tolerance * svd.singular_values.max();
+    let mut columns: Vec<usize> = svd
+        .singular_values
+        .iter()
+        .zip(v_t.row_iter())
+        .filter(|(value, _)| **value <= limit)
+        .flat_map(|(_, null)| {
+            let share = SHARE * null.amax();
+            (0..null.len()).filter(move |&c| null[c].abs() > share).collect::<Vec<_>>()
+        })
+        .collect();
+    columns.sort_unstable();
+    columns.dedup();
+    if columns.is_empty() { Ok(()) } else { Err(RegressionError::DependentColumns { columns }) }
+}
+
+/// The singular values of R, largest first: those of the tall matrix it came from.
+pub(super) fn singular_values(r: &DMatrix<f64>) -> Result<Vec<f64>, RegressionError> {
+    Ok(decompose(r.clone(), false)?.singular_values.iter().copied().collect())
+}
+
+fn decompose(
+    matrix: DMatrix<f64>,
+    with_v: bool,
+) -> Result<SVD<f64, nalgebra::Dyn, nalgebra::Dyn>, RegressionError> {
+    if !matrix.norm_squared().is_finite() {
+        return Err(RegressionError::OutOfRange);
+    }
+    SVD::try_new(matrix, false, with_v, 5.0 * f64::EPSILON, MAX_SVD_ITERATIONS)
+        .ok_or(RegressionError::SingularValues)
+}

@@ -1,0 +1,116 @@
+//! What can be wrong with a robot's file.
+
+use thiserror::Error;
+
+use super::TransmissionError;
+
+/// Why a robot's file was refused; each message says what, where, and what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RobotError {
+    /// Not TOML, an unknown or missing key, or a value of the wrong type.
+    #[error("line {line}: {message}")]
+    Format {
+        /// Line, counted from 1.
+        line: usize,
+        /// What the reader of TOML says; it names the keys that are allowed.
+        message: String,
+    },
+    /// The robot has no name.
+    #[error("line {line}: `name` is empty; give the robot a name, results carry it")]
+    EmptyName {
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// Too few or too many joints.
+    #[error("the arm has {found} joints; give 1 to {largest} `[[joint]]` tables")]
+    JointCount {
+        /// Joints in the file.
+        found: usize,
+        /// The largest number supported.
+        largest: usize,
+    },
+    /// A number is infinite or not a number.
+    #[error("line {line}: `{key}` is not a finite number; give its value in the key's unit")]
+    NotFinite {
+        /// The key.
+        key: String,
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// A joint lacks a limit.
+    #[error("line {line}: joint {joint} has no `{key}`; add it, limits have no default")]
+    MissingLimit {
+        /// Joint, counted from 1.
+        joint: usize,
+        /// The missing key.
+        key: &'static str,
+        /// Line of the joint, counted from 1.
+        line: usize,
+    },
+    /// A limit has the unit of the other kind of joint.
+    #[error("line {line}: `{key}` does not fit the type of joint {joint}; use `{instead}`")]
+    WrongUnit {
+        /// Joint, counted from 1.
+        joint: usize,
+        /// The key found.
+        key: &'static str,
+        /// The key that fits.
+        instead: &'static str,
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// A limit leaves no room to move.
+    #[error("line {line}: `{min}` of joint {joint} is not below `{max}`; swap or correct them")]
+    LimitOrder {
+        /// Joint, counted from 1.
+        joint: usize,
+        /// Key of the lower limit.
+        min: &'static str,
+        /// Key of the upper limit.
+        max: &'static str,
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// A limit on speed or torque is zero or negative.
+    #[error("line {line}: `{key}` of joint {joint} is not positive; limits are magnitudes")]
+    NotPositive {
+        /// Joint, counted from 1.
+        joint: usize,
+        /// The key.
+        key: &'static str,
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// The transmission matrix cannot be used.
+    #[error("line {line}: `transmission.rows` (q_motor = R q_joint): {source}")]
+    Transmission {
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong with the matrix.
+        source: TransmissionError,
+    },
+    /// Coulomb friction without a sign model, or a sign model without Coulomb friction.
+    #[error("line {line}: give `sign` in [friction] if and only if `coulomb` is true")]
+    SignModel {
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// A nominal value for a parameter that the robot does not have.
+    #[error("line {line}: the robot has no parameter `{name}`; its parameters are {known}")]
+    UnknownParameter {
+        /// The name found.
+        name: String,
+        /// The names there are.
+        known: String,
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// Two nominal values for one parameter, such as `zz1` and `zz1r`.
+    #[error("line {line}: `{name}` has a value already; keep one, `r` only marks a regrouped one")]
+    DuplicateParameter {
+        /// The name found second.
+        name: String,
+        /// Line, counted from 1.
+        line: usize,
+    },
+}

@@ -1,0 +1,230 @@
+//! From a robot's file to a [`Robot`] that cannot be wrong.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{
+    Angle, FrictionTerms, Joint, JointKind, Limits, NominalParameters, ParameterTable, Robot,
+    RobotError, SignModel, Transmission,
+};
+use crate::MAX_JOINTS;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRobot {
+    name: Spanned<String>,
+    gravity_m_s2: Spanned<[f64; 3]>,
+    #[serde(default)]
+    joint: Vec<Spanned<RawJoint>>,
+    transmission: RawTransmission,
+    friction: Spanned<RawFriction>,
+    nominal: Option<BTreeMap<Spanned<String>, Spanned<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJoint {
+    r#type: JointKind,
+    alpha_deg: Spanned<f64>,
+    d_m: Spanned<f64>,
+    theta_deg: Spanned<f64>,
+    r_m: Spanned<f64>,
+    drive_inertia: bool,
+    position_min_deg: Option<Spanned<f64>>,
+    position_max_deg: Option<Spanned<f64>>,
+    velocity_max_rad_s: Option<Spanned<f64>>,
+    torque_max_nm: Option<Spanned<f64>>,
+    position_min_m: Option<Spanned<f64>>,
+    position_max_m: Option<Spanned<f64>>,
+    velocity_max_m_s: Option<Spanned<f64>>,
+    force_max_n: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTransmission {
+    rows: Spanned<Vec<Vec<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFriction {
+    viscous: bool,
+    coulomb: bool,
+    offset: bool,
+    sign: Option<SignModel>,
+}
+
+/// The text, to turn the reader's byte offsets into lines.
+#[derive(Clone, Copy)]
+struct Text<'a>(&'a str);
+
+impl Text<'_> {
+    fn line(self, offset: usize) -> usize {
+        1 + self.0.bytes().take(offset).filter(|byte| *byte == b'\n').count()
+    }
+
+    fn line_of<V>(self, value: &Spanned<V>) -> usize {
+        self.line(value.span().start)
+    }
+
+    fn finite(self, key: &str, value: &Spanned<f64>) -> Result<f64, RobotError> {
+        let number = *value.get_ref();
+        if number.is_finite() {
+            Ok(number)
+        } else {
+            Err(RobotError::NotFinite { key: key.into(), line: self.line_of(value) })
+        }
+    }
+}
+
+pub(super) fn read(text: &str) -> Result<Robot, RobotError> {
+    let raw: RawRobot = toml::from_str(text).map_err(|error| RobotError::Format {
+        // An error without a place concerns the file as a whole.
+        line: error.span().map_or(1, |span| Text(text).line(span.start)),
+        message: error.message().to_owned(),
+    })?;
+    let text = Text(text);
+
+    if raw.name.get_ref().trim().is_empty() {
+        return Err(RobotError::EmptyName { line: text.line_of(&raw.name) });
+    }
+    if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
+        let line = text.line_of(&raw.gravity_m_s2);
+        return Err(RobotError::NotFinite { key: "gravity_m_s2".into(), line });
+    }
+    let found = raw.joint.len();
+    if !(1..=MAX_JOINTS).contains(&found) {
+        return Err(RobotError::JointCount { found, largest: MAX_JOINTS });
+    }
+    let joints = raw
+        .joint
+        .iter()
+        .enumerate()
+        .map(|(i, joint)| read_joint(text, i + 1, joint))
+        .collect::<Result<Vec<_>, _>>()?;
+    let transmission =
+        Transmission::new(found, raw.transmission.rows.get_ref()).map_err(|source| {
+            RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
+        })?;
+    let (friction, sign_model) = read_friction(text, &raw.friction)?;
+    let parameters = ParameterTable::new(&joints, friction, &transmission);
+    let nominal = raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
+
+    Ok(Robot {
+        name: raw.name.into_inner(),
+        gravity_m_s2: raw.gravity_m_s2.into_inner(),
+        joints,
+        transmission,
+        friction,
+        sign_model,
+        parameters,
+        nominal,
+    })
+}
+
+fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<Joint, RobotError> {
+    let joint_line = text.line_of(raw);
+    let raw = raw.get_ref();
+    // The limit's key that fits the kind of joint, its value and its line; the other is an error.
+    let limit = |revolute: (&'static str, &Option<Spanned<f64>>),
+                 prismatic: (&'static str, &Option<Spanned<f64>>)| {
+        let ((key, value), (other, wrong)) = match raw.r#type {
+            JointKind::Revolute => (revolute, prismatic),
+            JointKind::Prismatic => (prismatic, revolute),
+        };
+        if let Some(wrong) = wrong {
+            let line = text.line_of(wrong);
+            return Err(RobotError::WrongUnit { joint: number, key: other, instead: key, line });
+        }
+        let Some(value) = value else {
+            return Err(RobotError::MissingLimit { joint: number, key, line: joint_line });
+        };
+        Ok((key, text.finite(key, value)?, text.line_of(value)))
+    };
+    let positive = |(key, value, line): (&'static str, f64, usize)| {
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(RobotError::NotPositive { joint: number, key, line })
+        }
+    };
+
+    let (min, position_min, line) = limit(
+        ("position_min_deg", &raw.position_min_deg),
+        ("position_min_m", &raw.position_min_m),
+    )?;
+    let (max, position_max, _) = limit(
+        ("position_max_deg", &raw.position_max_deg),
+        ("position_max_m", &raw.position_max_m),
+    )?;
+    if position_min >= position_max {
+        return Err(RobotError::LimitOrder { joint: number, min, max, line });
+    }
+    let to_si = |position: f64| match raw.r#type {
+        JointKind::Revolute => position.to_radians(),
+        JointKind::Prismatic => position,
+    };
+    let limits = Limits {
+        position_min: to_si(position_min),
+        position_max: to_si(position_max),
+        velocity_max: positive(limit(
+            ("velocity_max_rad_s", &raw.velocity_max_rad_s),
+            ("velocity_max_m_s", &raw.velocity_max_m_s),
+        )?)?,
+        torque_max: positive(limit(
+            ("torque_max_nm", &raw.torque_max_nm),
+            ("force_max_n", &raw.force_max_n),
+        )?)?,
+    };
+    Ok(Joint {
+        kind: raw.r#type,
+        alpha: Angle::from_degrees(text.finite("alpha_deg", &raw.alpha_deg)?),
+        d_m: text.finite("d_m", &raw.d_m)?,
+        theta: Angle::from_degrees(text.finite("theta_deg", &raw.theta_deg)?),
+        r_m: text.finite("r_m", &raw.r_m)?,
+        limits,
+        drive_inertia: raw.drive_inertia,
+    })
+}
+
+fn read_friction(
+    text: Text<'_>,
+    raw: &Spanned<RawFriction>,
+) -> Result<(FrictionTerms, SignModel), RobotError> {
+    let line = text.line_of(raw);
+    let &RawFriction { viscous, coulomb, offset, sign } = raw.get_ref();
+    if coulomb != sign.is_some() {
+        return Err(RobotError::SignModel { line });
+    }
+    // Without Coulomb friction no term reads the sign model.
+    Ok((FrictionTerms { viscous, coulomb, offset }, sign.unwrap_or(SignModel::Sign)))
+}
+
+fn read_nominal(
+    text: Text<'_>,
+    table: &ParameterTable,
+    values: &BTreeMap<Spanned<String>, Spanned<f64>>,
+) -> Result<NominalParameters, RobotError> {
+    let mut by_column: Vec<Option<(String, f64)>> = vec![None; table.names().len()];
+    // In the order of the file: of two values for one parameter, the second is the error.
+    let mut values: Vec<_> = values.iter().collect();
+    values.sort_by_key(|(key, _)| key.span().start);
+    for (key, value) in values {
+        let name = key.get_ref();
+        let line = text.line_of(key);
+        let entry = table.find(name).and_then(|column| by_column.get_mut(column));
+        let Some(entry) = entry else {
+            let known = table.names().join(" ");
+            return Err(RobotError::UnknownParameter { name: name.clone(), known, line });
+        };
+        if entry.is_some() {
+            return Err(RobotError::DuplicateParameter { name: name.clone(), line });
+        }
+        *entry = Some((name.clone(), text.finite(name, value)?));
+    }
+    let standard = by_column.iter().map(|entry| entry.as_ref().map_or(0.0, |(_, v)| *v)).collect();
+    Ok(NominalParameters::new(by_column.into_iter().flatten().collect(), standard))
+}

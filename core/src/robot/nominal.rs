@@ -1,0 +1,31 @@
+//! Parameter values that a robot's file states.
+
+/// Nominal parameter values. A set of base parameters stands for an arm with the same dynamics in
+/// which every parameter that is not listed is 0; so does a set of essential parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NominalParameters {
+    listed: Vec<(String, f64)>,
+    standard: Vec<f64>,
+}
+
+impl NominalParameters {
+    pub(super) fn new(listed: Vec<(String, f64)>, standard: Vec<f64>) -> Self {
+        Self { listed, standard }
+    }
+
+    /// The values as listed in the file (`zz1r` or `zz1`), in the order of the model's columns.
+    pub fn listed(&self) -> &[(String, f64)] {
+        &self.listed
+    }
+
+    /// The value listed under this very name.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.listed.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
+    }
+
+    /// A value for every standard parameter, in the order of the model's columns; 0 where none is
+    /// listed.
+    pub fn standard(&self) -> &[f64] {
+        &self.standard
+    }
+}

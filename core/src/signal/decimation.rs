@@ -1,0 +1,69 @@
+//! Parallel decimation: one filter for every column and for the torque, then every n-th sample
+//! (paper, equation 6).
+
+use core::ops::Range;
+
+use super::design::chebyshev1_low_pass;
+use super::error::SignalError;
+use super::sections::SecondOrderSections;
+
+/// The parallel filter F_p of equation 6, applied without phase, and the factor n_d.
+///
+/// The same filter goes over both sides of the equation, so it distorts neither; it removes what
+/// the model does not describe and makes the kept samples nearly independent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParallelDecimation {
+    filter: SecondOrderSections,
+    factor: usize,
+}
+
+impl ParallelDecimation {
+    /// A Chebyshev filter of type I with its cut-off at `cutoff_ratio` of the Nyquist frequency
+    /// **after** decimation: `cheby1(order, ripple_db, cutoff_ratio/factor)`.
+    ///
+    /// # Errors
+    /// [`SignalError::Factor`], and those of [`chebyshev1_low_pass`].
+    pub fn chebyshev1(
+        order: usize,
+        ripple_db: f64,
+        cutoff_ratio: f64,
+        factor: usize,
+    ) -> Result<Self, SignalError> {
+        if factor == 0 {
+            return Err(SignalError::Factor);
+        }
+        let filter = chebyshev1_low_pass(order, ripple_db, cutoff_ratio / factor as f64)?;
+        Ok(Self { filter, factor })
+    }
+
+    /// The factor n_d: one sample in so many is kept.
+    pub fn factor(&self) -> usize {
+        self.factor
+    }
+
+    /// The samples that are kept: multiples of the factor, counted from the first sample of the
+    /// record, inside `counted`.
+    pub fn kept(&self, counted: Range<usize>) -> impl Iterator<Item = usize> + Clone + use<> {
+        (counted.start.next_multiple_of(self.factor)..counted.end).step_by(self.factor)
+    }
+
+    /// Filters `signal` over its whole length in place; the caller then reads the
+    /// [`kept`](Self::kept) samples.
+    ///
+    /// # Errors
+    /// As [`SecondOrderSections::filter_zero_phase`].
+    pub fn filter(&self, signal: &mut [f64]) -> Result<(), SignalError> {
+        self.filter.filter_zero_phase(signal, self.filter.default_padding())
+    }
+
+    /// [`filter`](Self::filter) of `L` interleaved signals.
+    ///
+    /// # Errors
+    /// As [`SecondOrderSections::filter_zero_phase_lanes`].
+    pub fn filter_lanes<const L: usize>(
+        &self,
+        signals: &mut [[f64; L]],
+    ) -> Result<(), SignalError> {
+        self.filter.filter_zero_phase_lanes(signals, self.filter.default_padding())
+    }
+}

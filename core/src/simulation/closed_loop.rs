@@ -1,0 +1,280 @@
+//! The loop, stepped sample by sample.
+
+use crate::MAX_JOINTS;
+use crate::control::{ContinuousController, ControlTiming, ControllerConfig, SampledController};
+use crate::dynamics::{Model, Workspace};
+use crate::robot::Robot;
+use crate::trajectory::Reference;
+
+use super::config::check_length;
+use super::error::{SetupError, SimulationError};
+use super::hold::CommandHold;
+use super::integrator::Stages;
+use super::measurement::Encoders;
+use super::noise::{Noises, WhiteNoise};
+use super::plant::{Plant, ReferencePoint};
+use super::{InitialState, Integrator, Record, SimulationConfig, StepOutput};
+
+/// An arm under control, simulated.
+pub struct ClosedLoop<R> {
+    plant: Plant<R>,
+    sampled: Option<(SampledController, CommandHold)>,
+    encoders: Encoders,
+    disturbance: WhiteNoise,
+    torque_measurement: WhiteNoise,
+    integrator: Integrator,
+    substeps: u32,
+    period_s: f64,
+    initial: InitialState,
+    stages: Stages,
+    /// The rate of the state just after the sample of `output`.
+    rate: Vec<f64>,
+    /// The state at the sample of `output`.
+    state: Vec<f64>,
+    /// Where a step is tried before it is believed.
+    trial: Vec<f64>,
+    output: StepOutput,
+    started: bool,
+}
+
+impl<R: Reference> ClosedLoop<R> {
+    /// A loop of `robot` with these standard parameters (in the order of
+    /// [`Model::parameter_names`]) under `controller`, following `reference`, at time 0.
+    ///
+    /// # Errors
+    /// [`SetupError`] names what does not fit the arm or makes no sense.
+    pub fn new(
+        robot: &Robot,
+        parameters: &[f64],
+        controller: &ControllerConfig,
+        reference: R,
+        config: &SimulationConfig,
+        initial: InitialState,
+    ) -> Result<Self, SetupError> {
+        let joints = robot.joints();
+        config.validate(joints)?;
+        check_length("controller.joints", joints, controller.joints.len())?;
+        check_length("reference", joints, reference.joints())?;
+        if let InitialState::At { position_rad, velocity_rad_s } = &initial {
+            check_length("initial position", joints, position_rad.len())?;
+            check_length("initial velocity", joints, velocity_rad_s.len())?;
+        }
+        let model = Model::new(robot);
+        let (sampled, continuous) = match controller.timing {
+            ControlTiming::Sampled { .. } => {
+                let controller = SampledController::new(controller)?;
+                let hold = CommandHold::new(controller.delay_s(), controller.period_s());
+                (Some((controller, hold)), None)
+            }
+            ControlTiming::Continuous { .. } => {
+                (None, Some(ContinuousController::new(controller)?))
+            }
+        };
+        let noises = Noises::new(config.noise.as_ref());
+        let plant = Plant {
+            workspace: Workspace::new(),
+            parameters: vec![0.0; model.parameter_names().len()],
+            model,
+            reference,
+            continuous,
+            command: [0.0; MAX_JOINTS],
+            disturbance: [0.0; MAX_JOINTS],
+            torque: [0.0; MAX_JOINTS],
+            divergence: config.divergence,
+            joints,
+        };
+        let states = plant.states();
+        let mut closed_loop = Self {
+            plant,
+            sampled,
+            encoders: Encoders::new(
+                robot.transmission().clone(),
+                config.encoder_counts_per_turn.as_deref(),
+                noises.motor_position,
+            ),
+            disturbance: noises.disturbance_torque,
+            torque_measurement: noises.torque_measurement,
+            integrator: config.integrator,
+            substeps: config.substeps,
+            period_s: controller.timing.sample_period_s(),
+            initial,
+            stages: Stages::new(states),
+            rate: vec![0.0; states],
+            state: vec![0.0; states],
+            trial: vec![0.0; states],
+            output: StepOutput::default(),
+            started: false,
+        };
+        closed_loop.restart(parameters)?;
+        Ok(closed_loop)
+    }
+
+    /// Back to time 0 with other parameters and the same noise.
+    ///
+    /// # Errors
+    /// [`SetupError::Length`] when there is not one value per standard parameter, and
+    /// [`SetupError::BadValue`] when one is not finite; the loop is unchanged then.
+    pub fn restart(&mut self, parameters: &[f64]) -> Result<(), SetupError> {
+        check_length("parameters", self.plant.parameters.len(), parameters.len())?;
+        if let Some(value) = parameters.iter().find(|value| !value.is_finite()) {
+            let (what, expected) = ("parameters", "finite");
+            return Err(SetupError::BadValue { what, value: *value, expected });
+        }
+        self.plant.parameters.copy_from_slice(parameters);
+        self.plant.command = [0.0; MAX_JOINTS];
+        self.plant.disturbance = [0.0; MAX_JOINTS];
+        if let Some((controller, hold)) = &mut self.sampled {
+            controller.reset();
+            hold.clear();
+        }
+        self.encoders.restart();
+        self.disturbance.restart();
+        self.torque_measurement.restart();
+        let n = self.plant.joints;
+        let (q, rest) = self.state.split_at_mut(n);
+        let (dq, integrals) = rest.split_at_mut(n);
+        match &self.initial {
+            InitialState::OnReference => {
+                let point = ReferencePoint::at(&self.plant.reference, 0.0);
+                q.copy_from_slice(&point.position[..n]);
+                dq.copy_from_slice(&point.velocity()[..n]);
+            }
+            InitialState::At { position_rad, velocity_rad_s } => {
+                q.copy_from_slice(position_rad);
+                dq.copy_from_slice(velocity_rad_s);
+            }
+        }
+        integrals.fill(0.0);
+        self.output = StepOutput::default();
+        self.started = false;
+        Ok(())
+    }
+
+    /// Period of the samples \[s\].
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// The model that is simulated.
+    pub fn model(&self) -> &Model {
+        &self.plant.model
+    }
+
+    /// The next sample: the first at time 0, each further one a period later. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SimulationError`] names the joint and the time. The loop stays at its last sample, and
+    /// the next call meets the same error.
+    pub fn step(&mut self) -> Result<&StepOutput, SimulationError> {
+        let index = if self.started { self.output.index + 1 } else { 0 };
+        if self.started {
+            self.advance()?;
+        } else {
+            self.plant.check_bounds(0.0, &self.state)?;
+        }
+        self.sample(index)?;
+        self.started = true;
+        Ok(&self.output)
+    }
+
+    /// Records the next `samples` samples.
+    ///
+    /// # Errors
+    /// The first [`SimulationError`]; what was recorded before is lost.
+    pub fn run(&mut self, samples: usize) -> Result<Record, SimulationError> {
+        let mut record = Record::zeros(1.0 / self.period_s, samples, self.plant.joints);
+        for row in 0..samples {
+            record.set(row, self.step()?);
+        }
+        Ok(record)
+    }
+
+    /// Integrates from the sample of `output` to the next one, into `state`.
+    fn advance(&mut self) -> Result<(), SimulationError> {
+        let start_s = self.output.time_s;
+        let end_s = self.time_s(self.output.index + 1);
+        self.trial.copy_from_slice(&self.state);
+        match &self.sampled {
+            None => self.integrate(start_s, self.period_s, true)?,
+            Some((_, hold)) => {
+                let rest_s = hold.rest_s();
+                let (before, after) = (hold.before_rest(), hold.after_rest());
+                if rest_s > 0.0 {
+                    self.plant.command = before;
+                    self.integrate(start_s, rest_s, true)?;
+                }
+                self.plant.command = after;
+                self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)?;
+            }
+        }
+        self.plant.check_bounds(end_s, &self.trial)?;
+        self.state.copy_from_slice(&self.trial);
+        Ok(())
+    }
+
+    /// Integrates `trial` over an interval in which the held torque is constant. Where it begins
+    /// at the sample, the rate there is known already.
+    fn integrate(
+        &mut self,
+        start_s: f64,
+        length_s: f64,
+        at_sample: bool,
+    ) -> Result<(), SimulationError> {
+        let h = length_s / f64::from(self.substeps);
+        let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.trial);
+        for k in 0..self.substeps {
+            let t = start_s + f64::from(k) * h;
+            if k == 0 && at_sample {
+                stages.first_rate_mut().copy_from_slice(&self.rate);
+            } else {
+                plant.rate(t, y, stages.first_rate_mut())?;
+            }
+            stages.advance(self.integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
+        }
+        Ok(())
+    }
+
+    /// Measures, commands and reports at the state that was reached.
+    fn sample(&mut self, index: u64) -> Result<(), SimulationError> {
+        let n = self.plant.joints;
+        let time_s = self.time_s(index);
+        let reference = ReferencePoint::at(&self.plant.reference, time_s);
+        let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
+        let mut command = [0.0; MAX_JOINTS];
+        if let Some((controller, hold)) = &mut self.sampled {
+            controller.update(reference.setpoint(n), &joint_position_rad[..n], &mut command[..n]);
+            hold.push(command);
+            self.plant.command = hold.at_sample();
+        }
+        self.plant.disturbance = [0.0; MAX_JOINTS];
+        self.disturbance.add_to(&mut self.plant.disturbance[..n]);
+        self.plant.rate(time_s, &self.state, &mut self.rate)?;
+        if self.sampled.is_none() {
+            command = self.plant.command;
+        }
+        let output = &mut self.output;
+        output.index = index;
+        output.time_s = time_s;
+        output.motor_position_rad = motor_position_rad;
+        output.joint_position_rad = joint_position_rad;
+        output.joint_torque_nm = command;
+        self.torque_measurement.add_to(&mut output.joint_torque_nm[..n]);
+        let transmission = self.encoders.transmission();
+        transmission.motor_torque(&output.joint_torque_nm[..n], &mut output.motor_torque_nm[..n]);
+        output.joint_reference_rad = reference.position;
+        transmission.motor_position(&reference.position[..n], &mut output.motor_reference_rad[..n]);
+        let (q, dq) = self.state.split_at(n);
+        output.true_position_rad[..n].copy_from_slice(q);
+        output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
+        output.true_acceleration_rad_s2[..n].copy_from_slice(&self.rate[n..2 * n]);
+        output.true_torque_nm[..n].copy_from_slice(&self.plant.torque[..n]);
+        Ok(())
+    }
+
+    /// Time of a sample \[s\]; a product, so that it does not drift.
+    fn time_s(&self, index: u64) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "exact up to 2^53 samples, 57 000 years")]
+        let index = index as f64;
+        index * self.period_s
+    }
+}

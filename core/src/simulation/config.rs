@@ -1,0 +1,115 @@
+//! How a loop is simulated, as it stands in a file.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::SetupError;
+use super::{Integrator, NoiseConfig};
+
+/// How a closed loop is integrated and measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulationConfig {
+    /// The method.
+    #[serde(default)]
+    pub integrator: Integrator,
+    /// Integration steps per sample; 1 is the paper's.
+    #[serde(default = "one")]
+    pub substeps: u32,
+    /// Encoder counts per turn of each motor; ideal encoders when absent. The grid includes 0 and
+    /// has a line every 2π / counts rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoder_counts_per_turn: Option<Vec<u32>>,
+    /// Random disturbances; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<NoiseConfig>,
+    /// What counts as divergence.
+    #[serde(default)]
+    pub divergence: DivergenceLimits,
+}
+
+/// Bounds that only an unstable loop passes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DivergenceLimits {
+    /// Largest |q_r − q| \[rad\].
+    pub position_error_rad: f64,
+    /// Largest |q̇| \[rad/s\].
+    pub velocity_rad_s: f64,
+}
+
+impl Default for DivergenceLimits {
+    /// A turn of error and several times the speed of any arm's joint.
+    fn default() -> Self {
+        Self { position_error_rad: core::f64::consts::TAU, velocity_rad_s: 100.0 }
+    }
+}
+
+/// Where the arm is at time 0.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum InitialState {
+    /// On the reference, with its velocity.
+    #[default]
+    OnReference,
+    /// Anywhere.
+    At {
+        /// Joint positions \[rad\].
+        position_rad: Vec<f64>,
+        /// Joint velocities \[rad/s\].
+        velocity_rad_s: Vec<f64>,
+    },
+}
+
+impl Default for SimulationConfig {
+    /// ode3, one step per sample, ideal encoders, no noise.
+    fn default() -> Self {
+        Self {
+            integrator: Integrator::Ode3,
+            substeps: one(),
+            encoder_counts_per_turn: None,
+            noise: None,
+            divergence: DivergenceLimits::default(),
+        }
+    }
+}
+
+impl SimulationConfig {
+    /// Checks everything that the types cannot, for an arm with `joints` joints.
+    pub(super) fn validate(&self, joints: usize) -> Result<(), SetupError> {
+        // A thousand steps per sample is a mistake, and takes minutes per simulated second.
+        if !(1..=1000).contains(&self.substeps) {
+            return Err(SetupError::BadValue {
+                what: "substeps",
+                value: f64::from(self.substeps),
+                expected: "1 to 1000",
+            });
+        }
+        if let Some(counts) = &self.encoder_counts_per_turn {
+            check_length("encoder_counts_per_turn", joints, counts.len())?;
+            if counts.contains(&0) {
+                let what = "encoder_counts_per_turn";
+                return Err(SetupError::BadValue { what, value: 0.0, expected: "positive" });
+            }
+        }
+        for (what, value) in [
+            ("divergence.position_error_rad", self.divergence.position_error_rad),
+            ("divergence.velocity_rad_s", self.divergence.velocity_rad_s),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(SetupError::BadValue { what, value, expected: "finite and positive" });
+            }
+        }
+        self.noise.as_ref().map_or(Ok(()), |noise| noise.validate(joints))
+    }
+}
+
+pub(super) fn check_length(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), SetupError> {
+    if expected == found { Ok(()) } else { Err(SetupError::Length { what, expected, found }) }
+}
+
+fn one() -> u32 {
+    1
+}

@@ -1,0 +1,80 @@
+//! What can go wrong with a simulation. Joints are numbered from 1.
+
+use core::fmt;
+
+use crate::control::ControlError;
+
+/// Why a closed loop cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SetupError {
+    /// The controller's data make no sense.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// A list does not fit the arm. Give one value per joint (or motor, or parameter).
+    #[error("{what}: {found} values where the arm needs {expected}")]
+    Length {
+        /// Which list.
+        what: &'static str,
+        /// What the arm needs.
+        expected: usize,
+        /// What was given.
+        found: usize,
+    },
+    /// A value makes no sense. Correct the named key.
+    #[error("{what} = {value} must be {expected}")]
+    BadValue {
+        /// Which value.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+}
+
+/// Why a simulation cannot go on. The loop stays at its last good sample.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// A state is not finite or beyond the divergence limits: the loop is unstable with these
+    /// parameters and gains, or the step is too long for them.
+    #[error("joint {joint} diverged at {time_s:.6} s: {quantity} is {value}")]
+    Divergence {
+        /// The joint.
+        joint: usize,
+        /// Time of the simulation \[s\].
+        time_s: f64,
+        /// What left its bounds.
+        quantity: StateQuantity,
+        /// Its value.
+        value: f64,
+    },
+    /// The mass matrix is not positive definite: the parameters belong to no arm.
+    #[error(
+        "the mass matrix is not positive definite at joint {joint}, {time_s:.6} s: \
+         the parameters belong to no arm"
+    )]
+    NotPositiveDefinite {
+        /// The joint where the factorisation failed.
+        joint: usize,
+        /// Time of the simulation \[s\].
+        time_s: f64,
+    },
+}
+
+/// A state of the loop that can diverge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateQuantity {
+    /// q_r − q \[rad\].
+    PositionError,
+    /// q̇ \[rad/s\].
+    Velocity,
+}
+
+impl fmt::Display for StateQuantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PositionError => "the position error in rad",
+            Self::Velocity => "the velocity in rad/s",
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! Torque commands on their way from the controller to the arm.
+
+use crate::MAX_JOINTS;
+
+/// Holds every command for one period, beginning a delay after it was computed.
+///
+/// The delay is a number of whole periods and a rest. Between t_k and t_k + rest the arm still
+/// feels the command before; then the one computed the whole number of periods ago. Before the
+/// first command arrives, it acts already: the loop has been at rest before time 0.
+#[derive(Clone, Debug)]
+pub(super) struct CommandHold {
+    /// The newest command first; one more than the whole periods of delay, and one for the rest.
+    commands: Vec<[f64; MAX_JOINTS]>,
+    rest_s: f64,
+    started: bool,
+}
+
+impl CommandHold {
+    pub(super) fn new(delay_s: f64, period_s: f64) -> Self {
+        // A rest within rounding of a whole period is none.
+        let periods = delay_s / period_s;
+        let whole = (periods + 1e-9).floor();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the controller's validation keeps the delay within 16 periods"
+        )]
+        let count = whole as usize + 2;
+        let rest = periods - whole;
+        let rest_s = if rest < 1e-9 { 0.0 } else { rest * period_s };
+        Self { commands: vec![[0.0; MAX_JOINTS]; count], rest_s, started: false }
+    }
+
+    /// Takes the command of a new sample.
+    pub(super) fn push(&mut self, command: [f64; MAX_JOINTS]) {
+        if !self.started {
+            self.commands.fill(command);
+            self.started = true;
+        }
+        self.commands.rotate_right(1);
+        if let Some(newest) = self.commands.first_mut() {
+            *newest = command;
+        }
+    }
+
+    /// For how long after the newest sample the command before still acts \[s\].
+    pub(super) fn rest_s(&self) -> f64 {
+        self.rest_s
+    }
+
+    /// The command that acts before the rest is over.
+    pub(super) fn before_rest(&self) -> [f64; MAX_JOINTS] {
+        self.commands.last().copied().unwrap_or_default()
+    }
+
+    /// The command that acts after the rest, to the end of the period.
+    pub(super) fn after_rest(&self) -> [f64; MAX_JOINTS] {
+        self.commands.iter().nth_back(1).copied().unwrap_or_default()
+    }
+
+    /// The command that acts just after the newest sample.
+    pub(super) fn at_sample(&self) -> [f64; MAX_JOINTS] {
+        if self.rest_s > 0.0 { self.before_rest() } else { self.after_rest() }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.started = false;
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "commands are passed on unchanged")]
+mod tests {
+    use super::*;
+
+    fn acting(delay_s: f64) -> Vec<(f64, f64)> {
+        let mut hold = CommandHold::new(delay_s, 0.5);
+        (1..=4)
+            .map(|k| {
+                hold.push([f64::from(k); MAX_JOINTS]);
+                (hold.at_sample()[0], hold.after_rest()[0])
+            })
+            .collect()
+    }
+
+    #[test]
+    fn commands_act_when_their_delay_is_over() {
+        assert_eq!(acting(0.0), [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 4.0)]);
+        assert_eq!(acting(0.5), [(1.0, 1.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0)]);
+        assert_eq!(acting(0.125), [(1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0)]);
+        assert_eq!(acting(0.625), [(1.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 3.0)]);
+        assert_eq!(CommandHold::new(0.625, 0.5).rest_s(), 0.125);
+    }
+
+    #[test]
+    fn a_whole_number_of_periods_leaves_no_rest() {
+        let hold = CommandHold::new(3.0 * 2e-4, 2e-4);
+        assert_eq!((hold.rest_s(), hold.commands.len()), (0.0, 5));
+    }
+}

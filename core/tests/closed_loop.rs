@@ -1,0 +1,362 @@
+//! The closed loop against solutions known from elsewhere.
+#![allow(clippy::float_cmp, reason = "what must be the same bits is compared as such")]
+#![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use didim_core::control::{
+    ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController,
+};
+use didim_core::robot::Robot;
+use didim_core::simulation::{
+    ClosedLoop, InitialState, Integrator, NoiseConfig, SimulationConfig, SimulationError,
+    StateQuantity,
+};
+use didim_core::trajectory::Reference;
+
+/// One joint with a horizontal axis that hangs down at q = 0, geared by `gear`.
+fn pendulum(gear: f64) -> Robot {
+    let text = format!(
+        "name = 'pendulum'\n\
+         gravity_m_s2 = [0.0, 0.0, -9.81]\n\
+         [[joint]]\n\
+         type = 'revolute'\n\
+         alpha_deg = -90.0\n\
+         d_m = 0.0\n\
+         theta_deg = 90.0\n\
+         r_m = 0.0\n\
+         drive_inertia = true\n\
+         position_min_deg = -360.0\n\
+         position_max_deg = 360.0\n\
+         velocity_max_rad_s = 50.0\n\
+         torque_max_nm = 100.0\n\
+         [transmission]\n\
+         rows = [[{gear:?}]]\n\
+         [friction]\n\
+         viscous = true\n\
+         coulomb = false\n\
+         offset = false\n"
+    );
+    Robot::from_toml(&text).unwrap()
+}
+
+/// Standard parameters of the pendulum: zz1, mx1, ia1, fv1.
+fn parameters(robot: &Robot, zz: f64, mx: f64, ia: f64, fv: f64) -> Vec<f64> {
+    let value = |name: &String| match name.as_str() {
+        "zz1" => zz,
+        "mx1" => mx,
+        "ia1" => ia,
+        "fv1" => fv,
+        _ => 0.0,
+    };
+    robot.parameters().names().iter().map(value).collect()
+}
+
+fn controller(timing: ControlTiming, law: ControlLaw) -> ControllerConfig {
+    let joint =
+        JointController { law, feed_forward: FeedForward::default(), torque_limit_nm: None };
+    ControllerConfig { timing, joints: vec![joint] }
+}
+
+fn pd(kp: f64, kd: f64) -> ControlLaw {
+    ControlLaw::Pd { kp_per_rad: kp, kd_s_per_rad: kd, k_tau_nm: 1.0 }
+}
+
+fn sampled(period: f64, delay: f64) -> ControlTiming {
+    ControlTiming::Sampled { sample_period_s: period, computation_delay_s: delay }
+}
+
+fn at(position: f64, velocity: f64) -> InitialState {
+    InitialState::At { position_rad: vec![position], velocity_rad_s: vec![velocity] }
+}
+
+/// q_r = amplitude · sin(ω t)
+struct Sine {
+    amplitude: f64,
+    omega: f64,
+}
+
+impl Reference for Sine {
+    fn joints(&self) -> usize {
+        1
+    }
+    fn at(&self, t: f64, q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
+        let (sin, cos) = (self.omega * t).sin_cos();
+        q[0] = self.amplitude * sin;
+        dq[0] = self.amplitude * self.omega * cos;
+        ddq[0] = -self.amplitude * self.omega * self.omega * sin;
+    }
+}
+
+const STILL: Sine = Sine { amplitude: 0.0, omega: 1.0 };
+
+/// A free pendulum released at 90° is back after 4 K(1/2) / ω₀, K the complete elliptic integral.
+#[test]
+fn a_free_pendulum_returns_after_its_period_with_the_method_s_order() {
+    let robot = pendulum(1.0);
+    let (zz, mx) = (0.5, 0.4);
+    let omega = (mx * 9.81_f64 / zz).sqrt();
+    let period = 4.0 * 1.854_074_677_301_372 / omega;
+    let run = |integrator, steps: u32| {
+        let timing = ControlTiming::Continuous { sample_period_s: period / f64::from(steps) };
+        let config = SimulationConfig { integrator, ..Default::default() };
+        let mut closed_loop = ClosedLoop::new(
+            &robot,
+            &parameters(&robot, zz, mx, 0.0, 0.0),
+            &controller(timing, pd(0.0, 0.0)),
+            &STILL,
+            &config,
+            at(FRAC_PI_2, 0.0),
+        )
+        .unwrap();
+        let record = closed_loop.run(steps as usize + 1).unwrap();
+        let last = record.samples() - 1;
+        let energy = |k: usize| {
+            let (q, dq) = (record.true_position_rad[(k, 0)], record.true_velocity_rad_s[(k, 0)]);
+            0.5 * zz * dq * dq - mx * 9.81 * q.cos()
+        };
+        // At the turning point the position is flat; the velocity shows the error of time.
+        (record.true_velocity_rad_s[(last, 0)].abs(), (energy(last) - energy(0)).abs())
+    };
+    for (integrator, order) in [(Integrator::Ode3, 3.0), (Integrator::Rk4, 4.0)] {
+        let (coarse, fine) = (run(integrator, 400), run(integrator, 800));
+        let observed = (coarse.0 / fine.0).log2();
+        assert!((observed - order).abs() < 0.3, "{integrator:?}: order {observed}");
+        assert!(fine.0 < 1e-6, "{integrator:?}: {fine:?}");
+        assert!(fine.1 < 1e-6 * mx * 9.81, "{integrator:?}: energy {fine:?}");
+        assert!(fine.1 < coarse.1 / 6.0, "energy drifts with the order: {coarse:?} {fine:?}");
+    }
+}
+
+/// J q̈ = −Kp q − (Kd + fv) q̇, underdamped: the textbook's decaying cosine.
+#[test]
+fn a_continuous_pd_gives_the_damped_oscillation() {
+    let robot = pendulum(1.0);
+    let (inertia, kp, kd, fv) = (0.5, 200.0, 3.0, 1.0);
+    let mut closed_loop = ClosedLoop::new(
+        &robot,
+        &parameters(&robot, 0.2, 0.0, 0.3, fv),
+        &controller(ControlTiming::Continuous { sample_period_s: 1e-3 }, pd(kp, kd)),
+        &STILL,
+        &SimulationConfig { integrator: Integrator::Rk4, ..Default::default() },
+        at(0.1, 0.0),
+    )
+    .unwrap();
+    let decay: f64 = (kd + fv) / (2.0 * inertia);
+    let omega = (kp / inertia - decay * decay).sqrt();
+    for _ in 0..1000 {
+        let sample = *closed_loop.step().unwrap();
+        let t = sample.time_s;
+        let (sin, cos) = (omega * t).sin_cos();
+        let exact = 0.1 * (-decay * t).exp() * (cos + decay / omega * sin);
+        assert!((sample.true_position_rad[0] - exact).abs() < 1e-9, "{t}");
+        let torque = -kp * sample.true_position_rad[0] - kd * sample.true_velocity_rad_s[0];
+        assert!((sample.joint_torque_nm[0] - torque).abs() < 1e-12);
+    }
+}
+
+/// On a pure inertia a held torque gives parabolas, which every method integrates exactly: the
+/// recursion of the sampled loop, with its derivative law, hold and delay, is written out here.
+#[test]
+fn the_sampled_loop_is_its_recursion() {
+    let robot = pendulum(-3.0);
+    let (inertia, period, kp, kd) = (0.5, 0.01, 40.0, 2.0);
+    let reference = Sine { amplitude: 0.3, omega: 5.0 };
+    // Whole periods of delay and the rest.
+    for (whole, rest, integrator, substeps) in [
+        (0, 0.0, Integrator::Ode3, 1),
+        (0, 0.0, Integrator::Rk4, 3),
+        (0, 0.004, Integrator::Ode3, 1),
+        (1, 0.0, Integrator::Ode3, 2),
+        (1, 0.003, Integrator::Rk4, 1),
+    ] {
+        let delay = if whole == 0 { rest } else { period + rest };
+        let mut closed_loop = ClosedLoop::new(
+            &robot,
+            &parameters(&robot, inertia, 0.0, 0.0, 0.0),
+            &controller(sampled(period, delay), pd(kp, kd)),
+            &reference,
+            &SimulationConfig { integrator, substeps, ..Default::default() },
+            at(0.05, 0.2),
+        )
+        .unwrap();
+        let (mut q, mut dq, mut last_error) = (0.05, 0.2, None);
+        let mut commands: Vec<f64> = Vec::new();
+        for k in 0..300 {
+            let error = 0.3 * (5.0 * k as f64 * period).sin() - q;
+            let rate = last_error.map_or(0.0, |last| (error - last) / period);
+            last_error = Some(error);
+            commands.push(kp * error + kd * rate);
+            let sample = closed_loop.step().unwrap();
+            assert!((sample.true_position_rad[0] - q).abs() < 1e-9, "{delay} {k}");
+            assert!((sample.true_velocity_rad_s[0] - dq).abs() < 1e-8, "{delay} {k}");
+            assert!((sample.joint_torque_nm[0] - commands[k]).abs() < 1e-5, "{delay} {k}");
+            assert!((sample.motor_position_rad[0] + 3.0 * q).abs() < 1e-8);
+            assert!((sample.motor_torque_nm[0] + commands[k] / 3.0).abs() < 1e-5);
+            // Before the first command arrives, it acts already.
+            let acting = |age: usize| commands[k.saturating_sub(age)];
+            for (torque, h) in [(acting(whole + 1), rest), (acting(whole), period - rest)] {
+                q += h * dq + 0.5 * h * h * torque / inertia;
+                dq += h * torque / inertia;
+            }
+        }
+    }
+}
+
+fn noisy(seed: u64, change: impl Fn(&mut NoiseConfig)) -> SimulationConfig {
+    let mut noise = NoiseConfig::with_seed(seed);
+    change(&mut noise);
+    SimulationConfig { noise: Some(noise), ..Default::default() }
+}
+
+fn noisy_loop(config: &SimulationConfig) -> ClosedLoop<Sine> {
+    let robot = pendulum(50.0);
+    ClosedLoop::new(
+        &robot,
+        &parameters(&robot, 0.5, 0.4, 0.0, 0.5),
+        &controller(sampled(1e-3, 0.0), pd(500.0, 10.0)),
+        Sine { amplitude: 0.5, omega: 3.0 },
+        config,
+        InitialState::OnReference,
+    )
+    .unwrap()
+}
+
+#[test]
+fn measured_positions_lie_on_the_encoder_s_grid() {
+    let config =
+        SimulationConfig { encoder_counts_per_turn: Some(vec![4096]), ..Default::default() };
+    let resolution = TAU / 4096.0;
+    let mut closed_loop = noisy_loop(&config);
+    let mut different = 0;
+    for _ in 0..1000 {
+        let sample = closed_loop.step().unwrap();
+        let counts = sample.motor_position_rad[0] / resolution;
+        assert!((counts - counts.round()).abs() < 1e-9);
+        let error = sample.motor_position_rad[0] - 50.0 * sample.true_position_rad[0];
+        assert!(error.abs() <= 0.5 * resolution * (1.0 + 1e-9));
+        assert!((sample.joint_position_rad[0] - sample.motor_position_rad[0] / 50.0).abs() < 1e-15);
+        different += usize::from(error.abs() > 0.1 * resolution);
+    }
+    assert!(different > 500, "the grid does nothing");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_does_not() {
+    let all = |noise: &mut NoiseConfig| {
+        noise.motor_position_rad = Some(vec![1e-3]);
+        noise.disturbance_torque_nm = Some(vec![0.1]);
+        noise.torque_measurement_nm = Some(vec![0.1]);
+    };
+    let mut closed_loop = noisy_loop(&noisy(1, all));
+    let first = closed_loop.run(500).unwrap();
+    let again = noisy_loop(&noisy(1, all)).run(500).unwrap();
+    assert_eq!(first, again);
+    assert_ne!(first, noisy_loop(&noisy(2, all)).run(500).unwrap());
+    let robot = pendulum(50.0);
+    closed_loop.restart(&parameters(&robot, 0.5, 0.4, 0.0, 0.5)).unwrap();
+    assert_eq!(first, closed_loop.run(500).unwrap());
+    closed_loop.restart(&parameters(&robot, 0.6, 0.4, 0.0, 0.5)).unwrap();
+    assert_ne!(first, closed_loop.run(500).unwrap());
+}
+
+#[test]
+fn the_arm_feels_a_disturbance_and_not_the_measurement() {
+    let quiet = noisy_loop(&SimulationConfig::default()).run(2000).unwrap();
+    let config = noisy(3, |noise| noise.torque_measurement_nm = Some(vec![0.2]));
+    let measured = noisy_loop(&config).run(2000).unwrap();
+    assert_eq!(quiet.true_position_rad, measured.true_position_rad);
+    let noise = &measured.joint_torque_nm - &quiet.joint_torque_nm;
+    let rms = (noise.norm_squared() / 2000.0).sqrt();
+    // The standard error of a standard deviation from 2000 samples is 1.6 %.
+    assert!((rms / 0.2 - 1.0).abs() < 0.06, "{rms}");
+
+    let mut disturbed =
+        noisy_loop(&noisy(3, |noise| noise.disturbance_torque_nm = Some(vec![0.2])));
+    let (mut moved, mut sum) = (0.0_f64, 0.0);
+    for k in 0..2000 {
+        let sample = disturbed.step().unwrap();
+        sum += (sample.true_torque_nm[0] - sample.joint_torque_nm[0]).powi(2);
+        moved = moved.max((sample.true_position_rad[0] - quiet.true_position_rad[(k, 0)]).abs());
+        // M q̈ + fv q̇ + g = the torque that the arm felt
+        let (q, dq) = (sample.true_position_rad[0], sample.true_velocity_rad_s[0]);
+        let demand = 0.5 * sample.true_acceleration_rad_s2[0] + 0.5 * dq + 0.4 * 9.81 * q.sin();
+        assert!((demand - sample.true_torque_nm[0]).abs() < 1e-9);
+    }
+    assert!(((sum / 2000.0_f64).sqrt() / 0.2 - 1.0).abs() < 0.06);
+    assert!(moved > 1e-6);
+}
+
+#[test]
+fn divergence_names_joint_and_time_and_leaves_the_loop_where_it_was() {
+    let robot = pendulum(1.0);
+    let mut closed_loop = ClosedLoop::new(
+        &robot,
+        &parameters(&robot, 0.5, 0.0, 0.0, 0.0),
+        &controller(sampled(0.01, 0.0), pd(1e5, 0.0)),
+        &STILL,
+        &SimulationConfig::default(),
+        at(0.01, 0.0),
+    )
+    .unwrap();
+    let mut last = None;
+    let error = loop {
+        match closed_loop.step() {
+            Ok(sample) => last = Some(sample.time_s),
+            Err(error) => break error,
+        }
+    };
+    let SimulationError::Divergence { joint: 1, time_s, quantity, .. } = error else {
+        panic!("{error}");
+    };
+    assert!((time_s - last.unwrap() - 0.01).abs() < 1e-12, "{error}");
+    assert!(matches!(quantity, StateQuantity::PositionError | StateQuantity::Velocity));
+    assert_eq!(closed_loop.step().unwrap_err(), error);
+    assert!(error.to_string().starts_with("joint 1 diverged at 0.0"), "{error}");
+}
+
+#[test]
+fn parameters_of_no_arm_are_an_error() {
+    let robot = pendulum(1.0);
+    let mut closed_loop = ClosedLoop::new(
+        &robot,
+        &parameters(&robot, -0.5, 0.0, 0.1, 0.0),
+        &controller(sampled(0.01, 0.0), pd(1.0, 0.0)),
+        &STILL,
+        &SimulationConfig::default(),
+        at(0.01, 0.0),
+    )
+    .unwrap();
+    let error = closed_loop.step().unwrap_err();
+    assert_eq!(error, SimulationError::NotPositiveDefinite { joint: 1, time_s: 0.0 });
+}
+
+#[test]
+fn what_does_not_fit_the_arm_is_refused_by_name() {
+    let robot = pendulum(1.0);
+    let build = |parameters: &[f64], config: &SimulationConfig, initial| {
+        let controller = controller(sampled(0.01, 0.0), pd(1.0, 0.0));
+        ClosedLoop::new(&robot, parameters, &controller, &STILL, config, initial)
+            .err()
+            .map(|error| error.to_string())
+            .unwrap_or_default()
+    };
+    let good = parameters(&robot, 0.5, 0.0, 0.0, 0.0);
+    let config = SimulationConfig::default();
+    let on = InitialState::OnReference;
+    assert_eq!(build(&good, &config, on.clone()), "");
+    assert!(build(&good[1..], &config, on.clone()).contains("parameters"));
+    let mut bad = good.clone();
+    bad[0] = f64::NAN;
+    assert!(build(&bad, &config, on.clone()).contains("parameters = NaN"));
+    let counts =
+        |counts| SimulationConfig { encoder_counts_per_turn: Some(counts), ..Default::default() };
+    assert!(build(&good, &counts(vec![1, 2]), on.clone()).contains("encoder_counts_per_turn"));
+    assert!(build(&good, &counts(vec![0]), on.clone()).contains("encoder_counts_per_turn"));
+    let substeps = SimulationConfig { substeps: 0, ..Default::default() };
+    assert!(build(&good, &substeps, on.clone()).contains("substeps"));
+    let noise = noisy(0, |noise| noise.motor_position_rad = Some(vec![-1.0]));
+    assert!(build(&good, &noise, on).contains("noise.motor_position_rad"));
+    let initial = InitialState::At { position_rad: vec![], velocity_rad_s: vec![0.0] };
+    assert!(build(&good, &config, initial).contains("initial position"));
+}

@@ -1,0 +1,106 @@
+//! Identities that hold for every serial arm, on random ones.
+
+use crate::arms::{
+    Motors, difference, inverse, mass_matrix, multiply, physical_parameters, random_robots,
+};
+use didim_core::dynamics::{Model, Workspace};
+use nalgebra::DMatrix;
+
+const ROBOTS: u64 = 300;
+const TOLERANCE: f64 = 1e-11;
+
+#[test]
+fn regressor_times_parameters_is_the_inverse_dynamics() {
+    for (mut random, robot) in random_robots(ROBOTS) {
+        let model = Model::new(&robot);
+        let (n, p) = (model.joints(), model.parameter_names().len());
+        // Any parameters: the model is linear in them, physical or not.
+        let parameters = random.vector(p, 1.0);
+        let (q, dq, ddq) = (random.vector(n, 3.0), random.vector(n, 4.0), random.vector(n, 9.0));
+        let mut regressor = vec![f64::NAN; n * p];
+        model.regressor(&mut Workspace::new(), &q, &dq, &ddq, &mut regressor);
+        let tau = inverse(&model, &parameters, &q, &dq, &ddq);
+        assert!(difference(&multiply(&regressor, &parameters), &tau) < TOLERANCE);
+    }
+}
+
+#[test]
+fn mass_times_acceleration_plus_bias_is_the_inverse_dynamics() {
+    for (mut random, robot) in random_robots(ROBOTS) {
+        let (n, model) = (robot.joints(), Model::new(&robot));
+        let parameters = random.vector(model.parameter_names().len(), 1.0);
+        let (q, dq, ddq) = (random.vector(n, 3.0), random.vector(n, 4.0), random.vector(n, 9.0));
+        let mut sum = vec![f64::NAN; n];
+        model.bias(&mut Workspace::new(), &parameters, &q, &dq, &mut sum);
+        let inertial = multiply(&mass_matrix(&model, &parameters, &q), &ddq);
+        sum.iter_mut().zip(inertial).for_each(|(sum, torque)| *sum += torque);
+        assert!(difference(&sum, &inverse(&model, &parameters, &q, &dq, &ddq)) < TOLERANCE);
+    }
+}
+
+#[test]
+fn drives_across_couplings_are_those_of_their_motors() {
+    for (mut random, robot) in random_robots(ROBOTS) {
+        let model = Model::new(&robot);
+        let n = robot.joints();
+        let motors = Motors::random(&mut random, n);
+        let parameters = motors.parameters(&robot);
+        let dq = random.vector(n, 4.0);
+
+        // R' diag(J) R is the joint-side inertia, R' diag(Fv) R the viscous friction.
+        let declared =
+            |m: usize| if robot.chain()[m].drive_inertia { motors.inertia[m] } else { 0.0 };
+        let r = DMatrix::from_fn(n, n, |m, i| robot.transmission().row(m)[i]);
+        let inertia = DMatrix::from_fn(n, n, |i, j| if i == j { declared(i) } else { 0.0 });
+        let mass = r.transpose() * inertia * &r;
+        let found = mass_matrix(&model, &parameters, &random.vector(n, 3.0));
+        assert!(difference(mass.as_slice(), &found) < TOLERANCE);
+
+        // The motors' own friction, taken to the joints by R'.
+        let mut speed = vec![0.0; n];
+        robot.transmission().motor_position(&dq, &mut speed);
+        let mut torque = vec![0.0; n];
+        for m in 0..n {
+            let ratio = robot.transmission().row(m)[m];
+            if robot.friction().viscous {
+                torque[m] += motors.viscous[m] * speed[m];
+            }
+            if robot.friction().coulomb {
+                // The sign model reads the motor's speed as seen at the joint.
+                let sign = robot.sign_model().value(speed[m] / ratio);
+                torque[m] += motors.coulomb[m] * ratio.signum() * sign;
+            }
+        }
+        let mut expected = vec![0.0; n];
+        robot.transmission().joint_torque(&torque, &mut expected);
+        let mut friction = vec![0.0; n];
+        model.friction(&parameters, &dq, &mut friction);
+        assert!(difference(&friction, &expected) < TOLERANCE);
+    }
+}
+
+#[test]
+fn mass_matrix_of_a_physical_arm_is_symmetric_and_positive_definite() {
+    for (mut random, robot) in random_robots(ROBOTS) {
+        let (n, model) = (robot.joints(), Model::new(&robot));
+        let parameters = physical_parameters(&mut random, &robot);
+        let mass = mass_matrix(&model, &parameters, &random.vector(n, 3.0));
+        let mass = DMatrix::from_row_slice(n, n, &mass);
+        assert_eq!(mass, mass.transpose());
+        assert!(mass.symmetric_eigenvalues().min() > 0.0);
+    }
+}
+
+#[test]
+fn direct_dynamics_undoes_inverse_dynamics() {
+    for (mut random, robot) in random_robots(ROBOTS) {
+        let (n, model) = (robot.joints(), Model::new(&robot));
+        let parameters = physical_parameters(&mut random, &robot);
+        let (q, dq, ddq) = (random.vector(n, 3.0), random.vector(n, 4.0), random.vector(n, 9.0));
+        let tau = inverse(&model, &parameters, &q, &dq, &ddq);
+        let mut back = vec![f64::NAN; n];
+        let mut workspace = Workspace::new();
+        model.direct_dynamics(&mut workspace, &parameters, &q, &dq, &tau, &mut back).unwrap();
+        assert!(difference(&back, &ddq) < 1e-9);
+    }
+}

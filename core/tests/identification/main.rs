@@ -1,0 +1,4 @@
+//! IDIM-LS on simulated motions and on the real recording, through the public interface.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod recording;

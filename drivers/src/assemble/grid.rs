@@ -1,0 +1,71 @@
+//! Which bus cycle a stamp belongs to.
+//!
+//! Stamps jitter, by up to a good part of a period on a busy machine, and the bus's clock is not
+//! ours. So cycles are counted on a grid that follows the stamps slowly: an alpha-beta filter
+//! (Benedict and Bordner 1962) of phase and period. A stamp belongs to the nearest grid point.
+
+/// Share of a stamp's deviation that the phase of the grid takes.
+const PHASE_GAIN: f64 = 0.125;
+
+/// Share that the period takes, `α² / (2 − α)`: the fastest period that does not ring.
+const PERIOD_GAIN: f64 = PHASE_GAIN * PHASE_GAIN / (2.0 - PHASE_GAIN);
+
+/// How far the period may move from the nominal one, as a share of it: a controller on an ordinary
+/// operating system is within it; a period beyond it is another configuration, and has to show as
+/// losses.
+const PERIOD_TOLERANCE: f64 = 0.01;
+
+/// A silence of this many nominal periods, and of at least this long \[ns\], is the end of the train:
+/// what comes after it is a new start, and how many cycles there would have been means nothing.
+const SILENCE_PERIODS: f64 = 10.0;
+const SILENCE_NS: f64 = 1e9;
+
+/// The grid of bus cycles, standing at the latest one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    nominal_ns: f64,
+    period_ns: f64,
+    /// The stamp of the latest cycle, and where its grid point lies relative to it.
+    stamp_ns: u64,
+    phase_ns: f64,
+}
+
+impl Grid {
+    pub(super) fn start(nominal_ns: f64, stamp_ns: u64) -> Self {
+        Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0 }
+    }
+
+    /// The period as the stamps show it \[ns\].
+    pub(super) fn period_ns(&self) -> f64 {
+        self.period_ns
+    }
+
+    /// Periods since the latest grid point, fractional; negative before it.
+    pub(super) fn periods_to(&self, stamp_ns: u64) -> f64 {
+        (difference(stamp_ns, self.stamp_ns) - self.phase_ns) / self.period_ns
+    }
+
+    /// Whether the train has ended before `stamp_ns`.
+    pub(super) fn is_silence(&self, stamp_ns: u64) -> bool {
+        difference(stamp_ns, self.stamp_ns) >= SILENCE_NS.max(SILENCE_PERIODS * self.nominal_ns)
+    }
+
+    /// Moves to the grid point `cycles` further, which `stamp_ns` belongs to.
+    pub(super) fn advance(&mut self, stamp_ns: u64, cycles: u64) {
+        let cycles = cycles.max(1) as f64;
+        let deviation =
+            difference(stamp_ns, self.stamp_ns) - self.phase_ns - cycles * self.period_ns;
+        self.period_ns = (self.period_ns + PERIOD_GAIN * deviation / cycles).clamp(
+            self.nominal_ns * (1.0 - PERIOD_TOLERANCE),
+            self.nominal_ns * (1.0 + PERIOD_TOLERANCE),
+        );
+        self.phase_ns = (PHASE_GAIN - 1.0) * deviation;
+        self.stamp_ns = stamp_ns;
+    }
+}
+
+/// `a − b` \[ns\]; exact up to 104 days.
+pub(super) fn difference(a: u64, b: u64) -> f64 {
+    let distance = a.abs_diff(b) as f64;
+    if a >= b { distance } else { -distance }
+}

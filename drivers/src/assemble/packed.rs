@@ -1,0 +1,82 @@
+//! Cycles of one packed frame each.
+
+use super::State;
+use super::counter::{Step, step};
+use super::cycle::{Cycle, References, Values, bit, read_values};
+use super::losses::{CycleCause, FrameCause};
+use crate::frame::Frame;
+use crate::layout::{MessagePlan, Quantity};
+
+/// What a packed frame is to the train.
+enum Place {
+    First,
+    After { cycles: u64, lost: CycleCause },
+    Broken(CycleCause),
+    Unused(FrameCause),
+}
+
+impl State {
+    /// A packed frame: a cycle of its own.
+    pub(super) fn packed_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
+        let mut values = Values::default();
+        let fault = read_values(message, frame.data(), &mut values);
+        let mut follows = false;
+        match self.place(message, &values, frame.stamp_ns) {
+            Place::First => self.start(frame.stamp_ns, None),
+            Place::Broken(cause) => self.start(frame.stamp_ns, Some(cause)),
+            Place::Unused(cause) => return self.losses.frames.count(cause, 1),
+            Place::After { cycles, lost } => {
+                follows = cycles == 1;
+                if let Some(grid) = &mut self.grid {
+                    grid.advance(frame.stamp_ns, cycles);
+                }
+                self.skip(lost, cycles);
+            }
+        }
+        self.counter = values.counter;
+        let mut references = References::default();
+        references.read(index, message, frame.data(), frame.stamp_ns);
+        if self.next_sync {
+            let before = std::mem::replace(&mut self.pending, references);
+            references = if follows { before } else { References::default() };
+        }
+        self.open = Some(Cycle {
+            stamp_ns: frame.stamp_ns,
+            sequence: self.sequence,
+            values,
+            references,
+            messages: bit(index),
+            frames: 1,
+            fault,
+        });
+        self.end_cycle();
+    }
+
+    /// By the counter where there is one, else by the stamp.
+    fn place(&self, message: &MessagePlan, values: &Values, stamp_ns: u64) -> Place {
+        let Some(grid) = &self.grid else { return Place::First };
+        if grid.is_silence(stamp_ns) {
+            return Place::Broken(CycleCause::Restart);
+        }
+        let periods = grid.periods_to(stamp_ns);
+        let counter = message.extractions.iter().find(|e| e.quantity == Quantity::Counter);
+        let Some(counter) = counter else {
+            #[allow(clippy::cast_possible_truncation, reason = "shorter than a silence")]
+            return match periods.round() as i64 {
+                ..0 => Place::Broken(CycleCause::ClockStep),
+                0 => Place::Unused(FrameCause::Duplicate),
+                cycles => {
+                    let lost = CycleCause::MissingSync;
+                    Place::After { cycles: cycles.unsigned_abs(), lost }
+                }
+            };
+        };
+        match step(self.counter, values.counter, counter.signal.field.width(), periods) {
+            Step::Forward(cycles) => Place::After { cycles, lost: CycleCause::CounterGap },
+            Step::Repeated => Place::Unused(FrameCause::CounterRepeated),
+            Step::Older => Place::Unused(FrameCause::Late),
+            Step::Restart if periods < 0.0 => Place::Broken(CycleCause::ClockStep),
+            Step::Restart => Place::Broken(CycleCause::Restart),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Cycles between SYNCs.
+
+use super::State;
+use super::cycle::{Cycle, References, bit, first, read_values};
+use super::losses::{CycleCause, FrameCause};
+use crate::frame::Frame;
+use crate::layout::MessagePlan;
+
+impl State {
+    /// A SYNC: the cycle before it ends, the next begins.
+    pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
+        let Some(grid) = &mut self.grid else {
+            self.start(stamp_ns, None);
+            return self.begin_cycle(stamp_ns, 0);
+        };
+        if grid.is_silence(stamp_ns) {
+            self.end_cycle();
+            self.start(stamp_ns, Some(CycleCause::Restart));
+            return self.begin_cycle(stamp_ns, 0);
+        }
+        let cycles = grid.periods_to(stamp_ns).round();
+        if cycles < 0.0 {
+            self.end_cycle();
+            self.start(stamp_ns, Some(CycleCause::ClockStep));
+            return self.begin_cycle(stamp_ns, 0);
+        }
+        if cycles == 0.0 {
+            return self.losses.frames.count(FrameCause::Duplicate, 1);
+        }
+        #[allow(clippy::cast_possible_truncation, reason = "positive, and shorter than a silence")]
+        let cycles = cycles as u64;
+        grid.advance(stamp_ns, cycles);
+        self.end_cycle();
+        if cycles > 1 {
+            // What was missing before the gap does not come after it.
+            self.missing_before = 0;
+        }
+        self.skip(CycleCause::MissingSync, cycles);
+        self.begin_cycle(stamp_ns, cycles);
+    }
+
+    /// Begins the cycle of a SYNC `cycles` after the one before; 0 where there is none before.
+    fn begin_cycle(&mut self, stamp_ns: u64, cycles: u64) {
+        let mut references = References::default();
+        if self.next_sync {
+            references = std::mem::take(&mut self.pending);
+            if cycles != 1 {
+                // The drives may have had a SYNC that we have not: older targets are not theirs.
+                references.drop_older(stamp_ns.saturating_sub(rounded(self.period_ns)));
+            }
+        }
+        self.open = Some(Cycle {
+            stamp_ns,
+            sequence: self.sequence,
+            references,
+            frames: 1,
+            ..Cycle::default()
+        });
+    }
+
+    /// A frame that a sample cannot be without.
+    pub(super) fn sample_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
+        self.end_by_time(frame.stamp_ns);
+        if self.grid.is_none() {
+            return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
+        }
+        let Some(cycle) = &mut self.open else {
+            return self.losses.frames.count(FrameCause::Late, 1);
+        };
+        if frame.stamp_ns < cycle.stamp_ns {
+            return self.losses.frames.count(FrameCause::Late, 1);
+        }
+        let mut values = cycle.values;
+        let fault = read_values(message, frame.data(), &mut values);
+        if cycle.messages & bit(index) == 0 {
+            cycle.messages |= bit(index);
+            cycle.frames += 1;
+        } else if self.missing_before & bit(index) != 0 {
+            // The one before was of the cycle before; this one is of this cycle.
+            self.missing_before &= !bit(index);
+            self.losses.frames.count(FrameCause::Late, 1);
+        } else {
+            if values != cycle.values {
+                cycle.fault = first(cycle.fault, CycleCause::Contradiction);
+            }
+            return self.losses.frames.count(FrameCause::Duplicate, 1);
+        }
+        cycle.values = values;
+        if let Some(fault) = fault {
+            cycle.fault = first(cycle.fault, fault);
+        }
+        let references = if self.next_sync { &mut self.pending } else { &mut cycle.references };
+        references.read(index, message, frame.data(), frame.stamp_ns);
+    }
+
+    /// A frame that carries nothing but references.
+    pub(super) fn target_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
+        let references = if self.next_sync {
+            if self.open.is_some_and(|cycle| frame.stamp_ns < cycle.stamp_ns) {
+                return self.losses.frames.count(FrameCause::Late, 1);
+            }
+            &mut self.pending
+        } else {
+            self.end_by_time(frame.stamp_ns);
+            match &mut self.open {
+                Some(cycle) if frame.stamp_ns >= cycle.stamp_ns => &mut cycle.references,
+                None if self.grid.is_none() => {
+                    return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
+                }
+                _ => return self.losses.frames.count(FrameCause::Late, 1),
+            }
+        };
+        if references.read(index, message, frame.data(), frame.stamp_ns) {
+            self.losses.frames.count(FrameCause::Duplicate, 1);
+        } else {
+            references.frames += 1;
+        }
+    }
+
+    /// Ends the open cycle where a period has passed since its grid point.
+    pub(super) fn end_by_time(&mut self, now_ns: u64) {
+        if self.grid.is_some_and(|grid| grid.periods_to(now_ns) >= 1.0) {
+            self.end_cycle();
+        }
+    }
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a period: 1e4 to 1e9")]
+fn rounded(period_ns: f64) -> u64 {
+    period_ns.round() as u64
+}

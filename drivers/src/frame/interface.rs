@@ -1,0 +1,88 @@
+//! The name of a bus interface, held without allocation.
+
+/// How many interfaces one source can listen to.
+pub const MAX_INTERFACES: usize = 16;
+
+/// The longest name of an interface \[bytes\]: IFNAMSIZ without its terminator.
+const MAX_LENGTH: usize = 15;
+
+/// A name like `can0`: 1 to 15 bytes of printable ASCII without a slash or a colon.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct InterfaceName {
+    bytes: [u8; MAX_LENGTH],
+    length: u8,
+}
+
+impl InterfaceName {
+    /// The name as the kernel takes it.
+    ///
+    /// # Errors
+    /// [`InterfaceNameError`] when no interface can be called that.
+    pub fn new(name: &str) -> Result<Self, InterfaceNameError> {
+        Self::from_bytes(name.as_bytes()).ok_or_else(|| InterfaceNameError { name: name.into() })
+    }
+
+    /// As [`Self::new`]; nothing when no interface can be called that.
+    pub(crate) fn from_bytes(name: &[u8]) -> Option<Self> {
+        let allowed = |byte: &u8| byte.is_ascii_graphic() && !matches!(byte, b'/' | b':');
+        if name.is_empty() || !name.iter().all(allowed) || matches!(name, b"." | b"..") {
+            return None;
+        }
+        let mut bytes = [0; MAX_LENGTH];
+        bytes.get_mut(..name.len())?.copy_from_slice(name);
+        Some(Self { bytes, length: u8::try_from(name.len()).ok()? })
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        let name = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
+        // Only printable ASCII gets in.
+        core::str::from_utf8(name).unwrap_or_default()
+    }
+}
+
+impl core::fmt::Display for InterfaceName {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl core::fmt::Debug for InterfaceName {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:?}", self.as_str())
+    }
+}
+
+impl core::str::FromStr for InterfaceName {
+    type Err = InterfaceNameError;
+
+    fn from_str(name: &str) -> Result<Self, InterfaceNameError> {
+        Self::new(name)
+    }
+}
+
+/// No interface can have this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{name:?} cannot be the name of an interface: 1 to 15 characters such as `can0`, without \
+     space, slash or colon"
+)]
+pub struct InterfaceNameError {
+    /// The name given.
+    pub name: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_names_that_the_kernel_takes() {
+        for good in ["can0", "vcan1", "a", "exactly15bytes_"] {
+            assert_eq!(InterfaceName::new(good).unwrap().as_str(), good);
+        }
+        for bad in ["", ".", "..", "can 0", "can/0", "can:0", "cän0", "sixteen_bytes_xx", "a\0"] {
+            assert!(InterfaceName::new(bad).is_err(), "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! A specification and a DBC file to a plan.
+
+use didim_core::MAX_JOINTS;
+
+use super::dbc::{Database, SignalFormat};
+use super::error::LayoutError;
+use super::field::Encoding;
+use super::plan::{CompiledLayout, Extraction, Instant, MessagePlan, Quantity, Role};
+use super::spec::{LayoutSpec, ReferenceValidity, TorqueValidity};
+use crate::frame::FrameId;
+
+/// The shortest and the longest nominal period that are taken \[µs\].
+const PERIOD_US: (f64, f64) = (10.0, 1e6);
+
+/// The longest hold or delay of a torque, in periods: beyond it is a slip of units.
+const HOLD_PERIODS: f64 = 10.0;
+
+pub(super) fn compile(dbc: &str, spec: &LayoutSpec) -> Result<CompiledLayout, LayoutError> {
+    if !(1..=MAX_JOINTS).contains(&spec.axes) {
+        return refuse("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes));
+    }
+    let period_ns = period_ns(spec)?;
+    check_hold(spec, period_ns)?;
+    let database = Database::parse(dbc)?;
+    let mut messages = Vec::new();
+    if let Some(name) = &spec.sync {
+        let format = database.message("sync", name)?;
+        messages.push(MessagePlan { format, role: Role::Sync, extractions: Vec::new() });
+    }
+    for (key, quantity, pattern) in patterns(spec) {
+        for axis in 0..spec.axes {
+            let name = pattern.replace("{axis}", &(axis + 1).to_string());
+            add(&database, &mut messages, key, &name, quantity, axis)?;
+        }
+    }
+    if let Some(pattern) = &spec.counter {
+        if spec.sync.is_some() {
+            return refuse("counter", "counts packed frames; with `sync` there are none".into());
+        }
+        add(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
+    }
+    check_overlaps(&messages)?;
+    let next_sync = spec.reference.as_ref().is_some_and(|r| r.valid == ReferenceValidity::NextSync);
+    for message in &mut messages {
+        let target_only = message.extractions.iter().all(|e| e.quantity == Quantity::Reference);
+        if message.role == Role::Sample && target_only {
+            message.role = Role::Target;
+        }
+    }
+    let instant = match &spec.sync {
+        Some(_) => Instant::Sync,
+        None if messages.len() == 1 => Instant::Packed,
+        None => {
+            let names: Vec<_> = messages.iter().map(|m| m.format.name.as_str()).collect();
+            let reason = format!(
+                "missing: the signals lie in several messages ({}), so one of the bus has to be \
+                 the instant of the sample",
+                names.join(", ")
+            );
+            return refuse("sync", reason);
+        }
+    };
+    Ok(CompiledLayout::new(messages, instant, spec.axes, period_ns, torque_timing(spec), next_sync))
+}
+
+fn patterns(spec: &LayoutSpec) -> impl Iterator<Item = (&'static str, Quantity, &str)> {
+    [
+        Some(("position.signal", Quantity::Position, spec.position.signal.as_str())),
+        Some(("torque.signal", Quantity::Torque, spec.torque.signal.as_str())),
+        spec.reference
+            .as_ref()
+            .map(|r| ("reference.signal", Quantity::Reference, r.signal.as_str())),
+        spec.status_word
+            .as_ref()
+            .map(|pattern| ("status_word", Quantity::StatusWord, pattern.as_str())),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+/// Adds one signal to the plan of its message.
+fn add(
+    database: &Database<'_>,
+    messages: &mut Vec<MessagePlan>,
+    key: &'static str,
+    name: &str,
+    quantity: Quantity,
+    axis: usize,
+) -> Result<(), LayoutError> {
+    let (message, signal) = match name.split_once('.') {
+        Some((message, signal)) if !message.is_empty() && !signal.is_empty() => (message, signal),
+        _ => return Err(LayoutError::Pattern { key, pattern: name.to_owned() }),
+    };
+    let format = database.message(key, message)?;
+    let signal = database.signal(key, message, signal)?;
+    check_integer(quantity, &signal)?;
+    let extraction = Extraction { quantity, axis, signal };
+    match messages.iter_mut().find(|plan| plan.format.id == format.id) {
+        Some(plan) if plan.role == Role::Sync => {
+            refuse(key, format!("`{name}` lies in the SYNC, which carries no signals"))
+        }
+        Some(plan) => {
+            plan.extractions.push(extraction);
+            Ok(())
+        }
+        None => {
+            let extractions = vec![extraction];
+            messages.push(MessagePlan { format, role: Role::Sample, extractions });
+            Ok(())
+        }
+    }
+}
+
+/// A status word is a word and a counter counts: neither has a scale.
+fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
+    let fault = match quantity {
+        Quantity::Position | Quantity::Torque | Quantity::Reference => None,
+        Quantity::StatusWord | Quantity::Counter
+            if signal.field.encoding() != Encoding::Unsigned
+                || signal.field.scale() != (1.0, 0.0) =>
+        {
+            Some("has to be an unsigned integer with factor 1 and offset 0")
+        }
+        Quantity::StatusWord if signal.field.width() != 16 => {
+            Some("a status word (6041h) has 16 bits")
+        }
+        Quantity::Counter if !(4..=32).contains(&signal.field.width()) => {
+            Some("a counter has 4 to 32 bits")
+        }
+        Quantity::StatusWord | Quantity::Counter => None,
+    };
+    match fault {
+        None => Ok(()),
+        Some(reason) => Err(LayoutError::Signal {
+            signal: signal.name.clone(),
+            line: None,
+            reason: reason.to_owned(),
+        }),
+    }
+}
+
+fn check_overlaps(messages: &[MessagePlan]) -> Result<(), LayoutError> {
+    for message in messages {
+        for (k, second) in message.extractions.iter().enumerate() {
+            for first in &message.extractions[..k] {
+                if first.signal.field.overlaps(&second.signal.field) {
+                    let name = |e: &Extraction| {
+                        format!("{} of axis {} ({})", e.quantity, e.axis + 1, e.signal.name)
+                    };
+                    return Err(LayoutError::Overlap { first: name(first), second: name(second) });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn period_ns(spec: &LayoutSpec) -> Result<f64, LayoutError> {
+    let period_us = match (spec.period_us, spec.rate_hz) {
+        (Some(period), None) => period,
+        (None, Some(rate)) => 1e6 / rate,
+        _ => return refuse("period_us", "give either `period_us` or `rate_hz`".into()),
+    };
+    if !(PERIOD_US.0..=PERIOD_US.1).contains(&period_us) {
+        let reason = format!("{period_us} µs; a bus cycle takes 10 µs to 1 s");
+        return refuse(if spec.rate_hz.is_some() { "rate_hz" } else { "period_us" }, reason);
+    }
+    Ok(period_us * 1e3)
+}
+
+fn check_hold(spec: &LayoutSpec, period_ns: f64) -> Result<(), LayoutError> {
+    if let TorqueValidity::Held { hold_us, delay_us } = spec.torque.valid {
+        let most = HOLD_PERIODS * period_ns * 1e-3;
+        if !(0.0..=most).contains(&hold_us) || !(0.0..=most).contains(&delay_us) {
+            let reason = format!("hold_us and delay_us lie between 0 and {most} (ten periods)");
+            return refuse("torque.valid", reason);
+        }
+    }
+    Ok(())
+}
+
+fn torque_timing(spec: &LayoutSpec) -> didim_core::identification::SignalTiming {
+    use didim_core::identification::SignalTiming;
+    match spec.torque.valid {
+        TorqueValidity::Instant => SignalTiming::INSTANT,
+        TorqueValidity::Held { hold_us, delay_us } => {
+            SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 }
+        }
+    }
+}
+
+fn refuse<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {
+    Err(LayoutError::Key { key, reason })
+}
+
+/// The order in which messages are found: standard identifiers before extended ones.
+pub(super) fn order(id: FrameId) -> (bool, u32) {
+    match id {
+        FrameId::Standard(id) => (false, u32::from(id)),
+        FrameId::Extended(id) => (true, id),
+    }
+}

@@ -1,0 +1,321 @@
+//! A DBC file whose messages can be told apart, and whose signals are looked up by name.
+
+use can_dbc::{
+    AttributeValue, AttributeValueType, Dbc, DbcError, Message, MessageId, MultiplexIndicator,
+    NumericValue, Signal, SignalExtendedValueType,
+};
+
+use super::error::LayoutError;
+use super::field::{ByteOrder, EXACT_BITS, Encoding, Field};
+use crate::frame::{FrameId, MAX_PAYLOAD};
+
+/// The longest payload of a classic frame \[bytes\].
+const CLASSIC_PAYLOAD: usize = 8;
+
+/// How alike two names are to be suggested for one another (1 is equal).
+const NEAR: f64 = 0.6;
+
+/// A parsed and checked DBC file.
+#[derive(Clone, Debug)]
+pub struct Database<'a> {
+    text: &'a str,
+    dbc: Dbc,
+}
+
+/// One message: what its frames look like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MessageFormat {
+    /// Its name.
+    pub name: String,
+    /// Its identifier.
+    pub id: FrameId,
+    /// Whether its frames are CAN FD (`VFrameFormat`, or longer than 8 bytes).
+    pub fd: bool,
+    /// The bytes of its signals.
+    pub length: u8,
+}
+
+/// One signal: its bits, its unit, the range it declares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignalFormat {
+    /// `Message.Signal`.
+    pub name: String,
+    /// Its bits.
+    pub field: Field,
+    /// The unit string.
+    pub unit: String,
+    /// The range that the file declares, in that unit; `[0|0]` declares none.
+    pub range: Option<(f64, f64)>,
+}
+
+impl MessageFormat {
+    /// The bytes of its frames: CAN FD has no length between 8 and 64 but these (ISO 11898-1).
+    pub fn wire_length(&self) -> u8 {
+        const LENGTHS: [u8; 7] = [12, 16, 20, 24, 32, 48, 64];
+        if usize::from(self.length) <= CLASSIC_PAYLOAD {
+            return self.length;
+        }
+        LENGTHS.into_iter().find(|length| *length >= self.length).unwrap_or(self.length)
+    }
+}
+
+impl<'a> Database<'a> {
+    /// Parses a DBC file and checks that its messages can be told apart.
+    ///
+    /// # Errors
+    /// [`LayoutError::Syntax`], [`LayoutError::IdOutOfRange`], [`LayoutError::DuplicateId`],
+    /// [`LayoutError::DuplicateName`].
+    pub fn parse(text: &'a str) -> Result<Self, LayoutError> {
+        check_ids(text)?;
+        let dbc = Dbc::try_from(text).map_err(|error| {
+            let detail = match error {
+                DbcError::Pest(error) => error.to_string(),
+                other => other.to_string(),
+            };
+            LayoutError::Syntax { line: line_in(&detail), detail }
+        })?;
+        for (k, message) in dbc.messages.iter().enumerate() {
+            for other in &dbc.messages[..k] {
+                if other.id == message.id {
+                    return Err(LayoutError::DuplicateId {
+                        id: message.id.raw(),
+                        first: other.name.clone(),
+                        second: message.name.clone(),
+                    });
+                }
+                if other.name == message.name {
+                    return Err(LayoutError::DuplicateName { name: message.name.clone() });
+                }
+            }
+            for (k, signal) in message.signals.iter().enumerate() {
+                if message.signals[..k].iter().any(|other| other.name == signal.name) {
+                    let name = format!("{}.{}", message.name, signal.name);
+                    return Err(LayoutError::DuplicateName { name });
+                }
+            }
+        }
+        Ok(Self { text, dbc })
+    }
+
+    /// The frames of a message; `key` is the key of the layout that asks.
+    ///
+    /// # Errors
+    /// [`LayoutError::NoMessage`], [`LayoutError::Format`].
+    pub fn message(&self, key: &'static str, name: &str) -> Result<MessageFormat, LayoutError> {
+        let message = self.find_message(key, name)?;
+        let refuse = |reason| LayoutError::Format {
+            message: name.to_owned(),
+            line: line_of_message(self.text, name),
+            reason,
+        };
+        let length = usize::try_from(message.size)
+            .ok()
+            .filter(|length| *length <= MAX_PAYLOAD)
+            .ok_or_else(|| refuse("a frame has at most 64 bytes"))?;
+        let id = match message.id {
+            MessageId::Standard(id) => FrameId::Standard(id),
+            MessageId::Extended(id) => FrameId::Extended(id),
+        };
+        let extended = matches!(id, FrameId::Extended(_));
+        let fd = match self.frame_format(message.id).as_deref() {
+            None => length > CLASSIC_PAYLOAD,
+            Some("StandardCAN") if !extended => false,
+            Some("StandardCAN_FD") if !extended => true,
+            Some("ExtendedCAN") if extended => false,
+            Some("ExtendedCAN_FD") if extended => true,
+            Some(_) => return Err(refuse("its VFrameFormat does not match its identifier")),
+        };
+        if !fd && length > CLASSIC_PAYLOAD {
+            return Err(refuse(
+                "longer than the 8 bytes of a classic frame; set VFrameFormat to StandardCAN_FD",
+            ));
+        }
+        let length = u8::try_from(length).map_err(|_| refuse("a frame has at most 64 bytes"))?;
+        Ok(MessageFormat { name: name.to_owned(), id, fd, length })
+    }
+
+    /// A signal of a message; `key` is the key of the layout that asks.
+    ///
+    /// # Errors
+    /// [`LayoutError::NoMessage`], [`LayoutError::NoSignal`], [`LayoutError::Signal`].
+    pub fn signal(
+        &self,
+        key: &'static str,
+        message: &str,
+        name: &str,
+    ) -> Result<SignalFormat, LayoutError> {
+        let found = self.find_message(key, message)?;
+        let signal = found.signals.iter().find(|signal| signal.name == name).ok_or_else(|| {
+            LayoutError::NoSignal {
+                key,
+                message: message.to_owned(),
+                signal: name.to_owned(),
+                near: near(name, found.signals.iter().map(|signal| signal.name.as_str())),
+            }
+        })?;
+        let full_name = format!("{message}.{name}");
+        self.format(found, signal).map_err(|reason| LayoutError::Signal {
+            signal: full_name.clone(),
+            line: line_of_signal(self.text, message, name),
+            reason,
+        })
+    }
+
+    fn format(&self, message: &Message, signal: &Signal) -> Result<SignalFormat, String> {
+        match signal.multiplexer_indicator {
+            MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => {}
+            MultiplexIndicator::MultiplexedSignal(_)
+            | MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => {
+                return Err("multiplexed, so it is not in every frame; name a plain signal".into());
+            }
+        }
+        let extended = self
+            .dbc
+            .signal_extended_value_type_list
+            .iter()
+            .find(|entry| entry.message_id == message.id && entry.signal_name == signal.name);
+        let encoding = match extended.map(|entry| entry.signal_extended_value_type) {
+            Some(SignalExtendedValueType::IEEEfloat32Bit) => Encoding::Float32,
+            Some(SignalExtendedValueType::IEEEdouble64bit) => Encoding::Float64,
+            Some(SignalExtendedValueType::SignedOrUnsignedInteger) | None => {
+                match signal.value_type {
+                    can_dbc::ValueType::Signed => Encoding::Signed,
+                    can_dbc::ValueType::Unsigned => Encoding::Unsigned,
+                }
+            }
+        };
+        let widths = match encoding {
+            Encoding::Float32 => 32..=32,
+            Encoding::Float64 => 64..=64,
+            Encoding::Signed | Encoding::Unsigned => 1..=u64::from(EXACT_BITS),
+        };
+        if !widths.contains(&signal.size) {
+            return Err(format!(
+                "{} bits; {} to {} can be read exactly",
+                signal.size,
+                widths.start(),
+                widths.end()
+            ));
+        }
+        let (factor, offset) = (signal.factor, signal.offset);
+        if !factor.is_finite() || factor == 0.0 || !offset.is_finite() {
+            return Err(format!("the factor {factor} and the offset {offset} give no value"));
+        }
+        let order = match signal.byte_order {
+            can_dbc::ByteOrder::LittleEndian => ByteOrder::LittleEndian,
+            can_dbc::ByteOrder::BigEndian => ByteOrder::BigEndian,
+        };
+        let length = usize::try_from(message.size).unwrap_or(usize::MAX).min(MAX_PAYLOAD);
+        let field = Field::new(
+            signal.start_bit,
+            signal.size,
+            order,
+            encoding,
+            (factor, offset),
+            length,
+        )
+        .ok_or_else(|| {
+            format!(
+                "its {} bits from start bit {} reach beyond the {length} bytes of its message",
+                signal.size, signal.start_bit
+            )
+        })?;
+        let (minimum, maximum) = (number(&signal.min), number(&signal.max));
+        let range = (minimum < maximum).then_some((minimum, maximum));
+        let name = format!("{}.{}", message.name, signal.name);
+        Ok(SignalFormat { name, field, unit: signal.unit.clone(), range })
+    }
+
+    fn find_message(&self, key: &'static str, name: &str) -> Result<&Message, LayoutError> {
+        self.dbc.messages.iter().find(|message| message.name == name).ok_or_else(|| {
+            LayoutError::NoMessage {
+                key,
+                message: name.to_owned(),
+                near: near(name, self.dbc.messages.iter().map(|message| message.name.as_str())),
+            }
+        })
+    }
+
+    /// The name of the message's `VFrameFormat`: its own value, else the default of the file.
+    fn frame_format(&self, id: MessageId) -> Option<String> {
+        const NAME: &str = "VFrameFormat";
+        let names =
+            self.dbc.attribute_definitions.iter().find_map(|definition| match definition {
+                can_dbc::AttributeDefinition::Message(name, AttributeValueType::Enum(names))
+                    if name == NAME =>
+                {
+                    Some(names)
+                }
+                _ => None,
+            })?;
+        let values = &self.dbc.attribute_values_message;
+        let own = values.iter().find(|value| value.name == NAME && value.message_id == id);
+        let default = self.dbc.attribute_defaults.iter().find(|value| value.name == NAME);
+        let value = own.map(|own| &own.value).or(default.map(|default| &default.value))?;
+        match value {
+            AttributeValue::String(name) => Some(name.clone()),
+            AttributeValue::Uint(index) => names.get(usize::try_from(*index).ok()?).cloned(),
+            // Neither a name nor an index: no format has this name, and it is refused.
+            AttributeValue::Int(_) | AttributeValue::Double(_) => Some(String::new()),
+        }
+    }
+}
+
+/// can-dbc cuts an identifier without bit 31 to 16 bits, which turns one message into another: the
+/// numbers are checked where they are written.
+fn check_ids(text: &str) -> Result<(), LayoutError> {
+    const EXTENDED: u64 = 1 << 31;
+    for (k, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        if words.next() != Some("BO_") {
+            continue;
+        }
+        // What is not a number is a matter for the parser.
+        let Some(Ok(id)) = words.next().map(str::parse::<u64>) else { continue };
+        if id > 0x7FF && !(EXTENDED..=EXTENDED + 0x1FFF_FFFF).contains(&id) {
+            return Err(LayoutError::IdOutOfRange { line: k + 1, id });
+        }
+    }
+    Ok(())
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a declared limit, not a measured value")]
+fn number(value: &NumericValue) -> f64 {
+    match *value {
+        NumericValue::Uint(value) => value as f64,
+        NumericValue::Int(value) => value as f64,
+        NumericValue::Double(value) => value,
+    }
+}
+
+/// The line in the parser's message, which starts ` --> line:column`.
+fn line_in(detail: &str) -> Option<usize> {
+    let (_, rest) = detail.split_once("-->")?;
+    rest.split(':').next()?.trim().parse().ok()
+}
+
+fn line_of_message(text: &str, message: &str) -> Option<usize> {
+    text.lines().position(|line| starts(line, "BO_", message, 2)).map(|k| k + 1)
+}
+
+fn line_of_signal(text: &str, message: &str, signal: &str) -> Option<usize> {
+    let first = line_of_message(text, message)?;
+    text.lines().skip(first).position(|line| starts(line, "SG_", signal, 1)).map(|k| first + k + 1)
+}
+
+/// Whether a line begins with `keyword` and its word `at` is `name`, a colon after it or not.
+fn starts(line: &str, keyword: &str, name: &str, at: usize) -> bool {
+    let mut words = line.split_whitespace();
+    words.next() == Some(keyword)
+        && words.nth(at - 1).is_some_and(|word| word.split(':').next() == Some(name))
+}
+
+/// The three names that are most like `name`.
+fn near<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
+    let mut near: Vec<(f64, &str)> = names
+        .map(|other| (strsim::normalized_damerau_levenshtein(name, other), other))
+        .filter(|(likeness, _)| *likeness >= NEAR)
+        .collect();
+    near.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
+    near.into_iter().take(3).map(|(_, name)| name.to_owned()).collect()
+}

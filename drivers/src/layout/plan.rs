@@ -1,0 +1,241 @@
+//! The compiled plan: from a frame to numbers without a name, a search or an allocation.
+
+use std::fmt;
+
+use didim_core::identification::SignalTiming;
+
+use super::compile::{compile, order};
+use super::dbc::{MessageFormat, SignalFormat};
+use super::error::LayoutError;
+use super::spec::LayoutSpec;
+use crate::frame::{Frame, FrameId, FrameKind};
+
+/// One entry for every identifier of 11 bits.
+const STANDARD_IDS: usize = 1 << 11;
+
+/// The entry of an identifier that the plan does not know.
+const NONE: u8 = u8::MAX;
+
+/// What a signal of the layout is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// Measured motor position.
+    Position,
+    /// Motor torque.
+    Torque,
+    /// Commanded motor position.
+    Reference,
+    /// CiA 402 status word.
+    StatusWord,
+    /// Counter of the packed frame; of no axis, `axis` is 0.
+    Counter,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Position => "position",
+            Self::Torque => "torque",
+            Self::Reference => "reference",
+            Self::StatusWord => "status word",
+            Self::Counter => "counter",
+        })
+    }
+}
+
+/// What a message is to a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Its arrival is the instant of a sample; it carries no signal.
+    Sync,
+    /// It carries what a sample cannot be without.
+    Sample,
+    /// It carries nothing but references.
+    Target,
+}
+
+/// What gives a sample its instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Instant {
+    /// The SYNC message.
+    Sync,
+    /// The packed message itself.
+    Packed,
+}
+
+/// Why the plan cannot read a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Unreadable {
+    /// An error report of the controller.
+    Error,
+    /// A remote request: it carries no data.
+    Remote,
+    /// No message of the layout has this identifier.
+    UnknownId,
+    /// A classic frame where the message is CAN FD, or the reverse.
+    WrongFormat,
+    /// Not the length of the message.
+    WrongLength,
+}
+
+/// One signal of the plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extraction {
+    /// What it is.
+    pub quantity: Quantity,
+    /// Of which axis, from 0.
+    pub axis: usize,
+    /// Its bits, unit and range.
+    pub signal: SignalFormat,
+}
+
+impl Extraction {
+    /// The value in the unit of the DBC file, or `None` where it is not finite or outside of the
+    /// range that the file declares.
+    pub fn value(&self, payload: &[u8]) -> Option<f64> {
+        let value = self.signal.field.value(payload);
+        let (minimum, maximum) = self.signal.range.unwrap_or((f64::MIN, f64::MAX));
+        (minimum..=maximum).contains(&value).then_some(value)
+    }
+}
+
+/// One message of the plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MessagePlan {
+    /// What its frames look like.
+    pub format: MessageFormat,
+    /// What it is to a sample.
+    pub role: Role,
+    /// Its signals, in the order position, torque, reference, status word, counter.
+    pub extractions: Vec<Extraction>,
+}
+
+/// A layout ready to read frames. Immutable after it is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompiledLayout {
+    messages: Vec<MessagePlan>,
+    standard: Box<[u8]>,
+    extended: Vec<(u32, u8)>,
+    instant: Instant,
+    axes: usize,
+    period_ns: f64,
+    torque_timing: SignalTiming,
+    reference_at_next_sync: bool,
+}
+
+impl CompiledLayout {
+    /// Compiles the text of a DBC file and a specification to a plan.
+    ///
+    /// # Errors
+    /// [`LayoutError`] says what does not fit, and where.
+    pub fn compile(dbc: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
+        compile(dbc, spec)
+    }
+
+    pub(super) fn new(
+        mut messages: Vec<MessagePlan>,
+        instant: Instant,
+        axes: usize,
+        period_ns: f64,
+        torque_timing: SignalTiming,
+        reference_at_next_sync: bool,
+    ) -> Self {
+        messages.sort_by_key(|message| order(message.format.id));
+        let mut standard = vec![NONE; STANDARD_IDS].into_boxed_slice();
+        let mut extended = Vec::new();
+        for (k, message) in (0u8..).zip(&messages) {
+            match message.format.id {
+                FrameId::Standard(id) => {
+                    if let Some(entry) = standard.get_mut(usize::from(id)) {
+                        *entry = k;
+                    }
+                }
+                FrameId::Extended(id) => extended.push((id, k)),
+            }
+        }
+        Self {
+            messages,
+            standard,
+            extended,
+            instant,
+            axes,
+            period_ns,
+            torque_timing,
+            reference_at_next_sync,
+        }
+    }
+
+    /// The messages, ordered by identifier.
+    pub fn messages(&self) -> &[MessagePlan] {
+        &self.messages
+    }
+
+    /// The message of a frame and its index in [`Self::messages`].
+    ///
+    /// # Errors
+    /// [`Unreadable`] says why the frame is none of the layout's.
+    pub fn read(&self, frame: &Frame) -> Result<(usize, &MessagePlan), Unreadable> {
+        let fd = match frame.kind {
+            FrameKind::Error => return Err(Unreadable::Error),
+            FrameKind::Remote => return Err(Unreadable::Remote),
+            FrameKind::Classic => false,
+            FrameKind::Fd { .. } => true,
+        };
+        let index = self.find(frame.id).ok_or(Unreadable::UnknownId)?;
+        let message = self.messages.get(index).ok_or(Unreadable::UnknownId)?;
+        if message.format.fd != fd {
+            return Err(Unreadable::WrongFormat);
+        }
+        if frame.length != message.format.length && frame.length != message.format.wire_length() {
+            return Err(Unreadable::WrongLength);
+        }
+        Ok((index, message))
+    }
+
+    fn find(&self, id: FrameId) -> Option<usize> {
+        let index = match id {
+            FrameId::Standard(id) => *self.standard.get(usize::from(id))?,
+            FrameId::Extended(id) => {
+                let at = self.extended.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+                self.extended.get(at)?.1
+            }
+        };
+        (index != NONE).then_some(usize::from(index))
+    }
+
+    /// What gives a sample its instant.
+    pub fn instant(&self) -> Instant {
+        self.instant
+    }
+
+    /// Number of axes.
+    pub fn axes(&self) -> usize {
+        self.axes
+    }
+
+    /// The nominal period of the bus cycle \[ns\].
+    pub fn period_ns(&self) -> f64 {
+        self.period_ns
+    }
+
+    /// When the torque acts, relative to the instant of its sample.
+    pub fn torque_timing(&self) -> SignalTiming {
+        self.torque_timing
+    }
+
+    /// Whether a reference takes effect in the sample after the one whose cycle carries it.
+    pub fn reference_at_next_sync(&self) -> bool {
+        self.reference_at_next_sync
+    }
+
+    /// The signal that carries a quantity of an axis (from 0), if the layout has it.
+    pub fn signal(&self, quantity: Quantity, axis: usize) -> Option<&SignalFormat> {
+        let mut all = self.messages.iter().flat_map(|message| &message.extractions);
+        all.find(|e| e.quantity == quantity && e.axis == axis).map(|e| &e.signal)
+    }
+
+    /// Whether the layout has a reference.
+    pub fn has_reference(&self) -> bool {
+        self.signal(Quantity::Reference, 0).is_some()
+    }
+}

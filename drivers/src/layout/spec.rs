@@ -1,0 +1,108 @@
+//! What a cell file says about the frames of its bus.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// The table `[bus.layout]` of a cell file: which signals of which DBC file are the arm's.
+///
+/// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1. Every
+/// signal says when it is valid, relative to the instant of its sample: the SYNC, or the arrival of
+/// the packed frame.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayoutSpec {
+    /// The DBC file, relative to the cell file. Whoever reads the cell file reads this one too.
+    pub dbc: PathBuf,
+    /// Number of axes.
+    pub axes: usize,
+    /// The nominal period of the bus cycle \[µs\]; or `rate_hz`, not both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_us: Option<f64>,
+    /// The nominal rate of the bus cycle \[Hz\]; or `period_us`, not both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// The message whose arrival is the instant of the sample. Without it every signal lies in one
+    /// packed message, and that frame's arrival is the instant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sync: Option<String>,
+    /// Measured motor position.
+    pub position: PositionSpec,
+    /// Motor torque, demanded or measured.
+    pub torque: TorqueSpec,
+    /// Motor position that the drive was told to reach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceSpec>,
+    /// CiA 402 status word (6041h): a cycle counts only when every drive is in the state "operation
+    /// enabled".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub status_word: Option<String>,
+    /// A counter in the packed message, one more per sample.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counter: Option<String>,
+}
+
+/// The signal of the measured position.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionSpec {
+    /// `Message.Signal`, with `{axis}`.
+    pub signal: String,
+    /// When it is valid.
+    pub valid: PositionValidity,
+}
+
+/// When a measured position is valid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PositionValidity {
+    /// At the instant of the sample: drives latch it there.
+    Instant,
+}
+
+/// The signal of the torque.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TorqueSpec {
+    /// `Message.Signal`, with `{axis}`.
+    pub signal: String,
+    /// When it is valid.
+    pub valid: TorqueValidity,
+}
+
+/// When a torque is valid.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum TorqueValidity {
+    /// At the instant of the sample: a measured torque.
+    Instant,
+    /// From the instant of the sample, later by a delay, for a while: a command that the current
+    /// loop holds until the next one.
+    Held {
+        /// How long it acts \[µs\]: as a rule the cycle of the position controller.
+        hold_us: f64,
+        /// How much later than the sample's instant it starts to act \[µs\].
+        delay_us: f64,
+    },
+}
+
+/// The signal of the reference position.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferenceSpec {
+    /// `Message.Signal`, with `{axis}`.
+    pub signal: String,
+    /// When it is valid.
+    pub valid: ReferenceValidity,
+}
+
+/// When a reference takes effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReferenceValidity {
+    /// In the sample whose cycle carries it: a reference that the drive reports.
+    Instant,
+    /// In the next sample: a synchronous RPDO received after SYNC k takes effect at SYNC k + 1
+    /// (CiA 301).
+    NextSync,
+}

@@ -1,0 +1,119 @@
+//! What can be wrong with a log, and what to do about it.
+
+use std::path::PathBuf;
+
+use crate::frame::FrameError;
+use crate::source::MAX_INTERFACES;
+
+/// Why a log could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum CandumpError {
+    /// The file cannot be opened: check the path and its permissions.
+    #[error("cannot open the log {path}: {source}; check the path and the permissions", path = path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Reading failed; the source ends there.
+    #[error("{path}:{line}: cannot read on: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The line that was being read, from 1.
+        line: u64,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A line is not a frame. The next call passes over it.
+    #[error("{path}:{line}: {fault}", path = path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong with it.
+        fault: LineFault,
+    },
+    /// The last line has no end: the recording was cut off in the middle of writing, and even a
+    /// line that looks complete may lack bytes. Delete it, or add the newline if it is whole.
+    #[error(
+        "{path}:{line}: the last line has no newline: the recording was cut off there; delete \
+         that line, or end it with a newline if it is known to be whole",
+        path = path.display()
+    )]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+    },
+}
+
+impl CandumpError {
+    /// Whether the lines after it can still be read.
+    pub fn is_recoverable(&self) -> bool {
+        matches!(self, Self::Line { .. })
+    }
+}
+
+/// What is wrong with a line of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LineFault {
+    /// Nothing on it.
+    #[error("the line is empty: delete it")]
+    Empty,
+    /// Longer than any frame.
+    #[error(
+        "the line is longer than any frame ({} bytes): this is not a candump log",
+        super::MAX_LINE
+    )]
+    TooLong,
+    /// No stamp in parentheses.
+    #[error(
+        "no time stamp: a line starts with seconds and their fraction, as in \
+         `(1436509052.249713)`; record with `candump -l` or `candump -L`"
+    )]
+    Stamp,
+    /// The stamp does not fit 64 bits of nanoseconds.
+    #[error("the time stamp lies beyond the year 2554: correct the clock of the recorder")]
+    StampRange,
+    /// No usable interface name.
+    #[error(
+        "no interface after the time stamp: expected a name of at most 15 characters, as in `can0`"
+    )]
+    Interface,
+    /// More interfaces than a source can have.
+    #[error("more than {MAX_INTERFACES} interfaces in one log: name those that matter")]
+    TooManyInterfaces,
+    /// No `#` where the frame should be.
+    #[error("no frame after the interface: expected an identifier, `#` and data, as in `123#1122`")]
+    Frame,
+    /// The identifier is not three or eight hexadecimal digits.
+    #[error("the identifier must be three hexadecimal digits (11 bits) or eight (29 bits)")]
+    Id,
+    /// The data are not pairs of hexadecimal digits.
+    #[error("the data must be pairs of hexadecimal digits: the line is damaged or cut off")]
+    Data,
+    /// The flags of an FD frame are missing or unknown.
+    #[error("after `##` one hexadecimal digit of flags must follow, at most 7")]
+    FdFlags,
+    /// The length of a remote request is not a digit up to 8.
+    #[error("a remote request is `R` or `R` and its length from 0 to 8")]
+    RemoteLength,
+    /// A raw data length code that does not belong there.
+    #[error(
+        "`_` and a data length code from 9 to F may only follow eight bytes of a classic frame"
+    )]
+    RawLengthCode,
+    /// The identifier marks an error frame, the form another.
+    #[error("an error frame (identifier from 20000000) can be neither CAN FD nor remote")]
+    ErrorForm,
+    /// Something else than `T` or `R` after the frame.
+    #[error("after the frame only `R` or `T` may follow: delete the rest of the line")]
+    Direction,
+    /// No such frame can exist.
+    #[error(transparent)]
+    Impossible(#[from] FrameError),
+}

@@ -1,0 +1,270 @@
+//! One line of a log to one frame.
+
+use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, FLAG_FDF, LineFault};
+use crate::frame::{Direction, Frame, FrameId, FrameKind, MAX_PAYLOAD};
+use crate::source::InterfaceName;
+
+const NS_PER_S: u64 = 1_000_000_000;
+
+/// Reads a line without its newline. The frame's interface index is left 0: the name says it.
+pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
+    let line = line.trim_ascii_end();
+    if line.is_empty() {
+        return Err(LineFault::Empty);
+    }
+    let mut fields = line.split(|&byte| byte == b' ').filter(|field| !field.is_empty());
+    let stamp_ns = parse_stamp(fields.next().ok_or(LineFault::Stamp)?)?;
+    let name = fields.next().and_then(InterfaceName::from_bytes).ok_or(LineFault::Interface)?;
+    let frame = parse_frame(fields.next().ok_or(LineFault::Frame)?)?;
+    let direction = match fields.next() {
+        None | Some(b"R") => Direction::Received,
+        Some(b"T") => Direction::Transmitted,
+        Some(_) => return Err(LineFault::Direction),
+    };
+    match fields.next() {
+        None => Ok((name, frame.at(stamp_ns).going(direction))),
+        Some(_) => Err(LineFault::Direction),
+    }
+}
+
+/// `(seconds.fraction)` with up to nine digits of fraction, exactly, in integers.
+fn parse_stamp(field: &[u8]) -> Result<u64, LineFault> {
+    let inside = field.strip_prefix(b"(").and_then(|rest| rest.strip_suffix(b")"));
+    let inside = inside.ok_or(LineFault::Stamp)?;
+    let dot = inside.iter().position(|&byte| byte == b'.').ok_or(LineFault::Stamp)?;
+    let (seconds, fraction) = (&inside[..dot], &inside[dot + 1..]);
+    if seconds.is_empty() || fraction.is_empty() || fraction.len() > 9 {
+        return Err(LineFault::Stamp);
+    }
+    let missing_digits = (fraction.len()..9).map(|_| b'0');
+    let nanoseconds = decimal(fraction.iter().copied().chain(missing_digits))?;
+    decimal(seconds.iter().copied())?
+        .checked_mul(NS_PER_S)
+        .and_then(|ns| ns.checked_add(nanoseconds))
+        .ok_or(LineFault::StampRange)
+}
+
+fn decimal(digits: impl Iterator<Item = u8>) -> Result<u64, LineFault> {
+    let mut value: u64 = 0;
+    for digit in digits {
+        if !digit.is_ascii_digit() {
+            return Err(LineFault::Stamp);
+        }
+        value = value
+            .checked_mul(10)
+            .and_then(|value| value.checked_add(u64::from(digit - b'0')))
+            .ok_or(LineFault::StampRange)?;
+    }
+    Ok(value)
+}
+
+/// `ID#DATA`, `ID#R`, `ID##FDATA`.
+fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
+    let hash = field.iter().position(|&byte| byte == b'#').ok_or(LineFault::Frame)?;
+    let (id, body) = (&field[..hash], &field[hash + 1..]);
+    let raw = hexadecimal(id).ok_or(LineFault::Id)?;
+    // The number of digits is the format, not the value; an error frame is known by its flag.
+    let (id, error) = match id.len() {
+        3 => (FrameId::Standard(u16::try_from(raw).map_err(|_| LineFault::Id)?), false),
+        8 if raw & ERROR_FLAG != 0 => (FrameId::Extended(raw & !ERROR_FLAG), true),
+        8 => (FrameId::Extended(raw), false),
+        _ => return Err(LineFault::Id),
+    };
+    match body {
+        [b'#' | b'R', ..] if error => Err(LineFault::ErrorForm),
+        [b'#', rest @ ..] => parse_fd(id, rest),
+        [b'R', length @ ..] => parse_remote(id, length),
+        data if error => Ok(Frame::new(id, FrameKind::Error, Payload::parse(data)?.bytes())?),
+        data => parse_classic(id, data),
+    }
+}
+
+fn parse_fd(id: FrameId, body: &[u8]) -> Result<Frame, LineFault> {
+    let (&digit, data) = body.split_first().ok_or(LineFault::FdFlags)?;
+    let flags = nibble(digit).ok_or(LineFault::FdFlags)?;
+    if flags & !(FLAG_BRS | FLAG_ESI | FLAG_FDF) != 0 {
+        return Err(LineFault::FdFlags);
+    }
+    let kind = FrameKind::Fd {
+        bit_rate_switch: flags & FLAG_BRS != 0,
+        error_state_indicator: flags & FLAG_ESI != 0,
+    };
+    Ok(Frame::new(id, kind, Payload::parse(data)?.bytes())?)
+}
+
+fn parse_remote(id: FrameId, length: &[u8]) -> Result<Frame, LineFault> {
+    let length = match length {
+        [] => 0,
+        [digit @ b'0'..=b'8'] => digit - b'0',
+        _ => return Err(LineFault::RemoteLength),
+    };
+    Ok(Frame::remote(id, length)?)
+}
+
+fn parse_classic(id: FrameId, data: &[u8]) -> Result<Frame, LineFault> {
+    // A controller can report a data length code above 8 for eight bytes; it carries no data.
+    let (data, code) = match data.iter().position(|&byte| byte == b'_') {
+        Some(at) => (&data[..at], Some(&data[at + 1..])),
+        None => (data, None),
+    };
+    let payload = Payload::parse(data)?;
+    match code {
+        None => {}
+        Some([b'9' | b'A'..=b'F' | b'a'..=b'f']) if payload.bytes().len() == 8 => {}
+        Some(_) => return Err(LineFault::RawLengthCode),
+    }
+    Ok(Frame::classic(id, payload.bytes())?)
+}
+
+/// Data bytes that may turn out to be too many for their kind of frame.
+struct Payload {
+    bytes: [u8; MAX_PAYLOAD],
+    length: usize,
+}
+
+impl Payload {
+    fn parse(digits: &[u8]) -> Result<Self, LineFault> {
+        let mut payload = Self { bytes: [0; MAX_PAYLOAD], length: 0 };
+        let (pairs, rest) = digits.as_chunks::<2>();
+        if !rest.is_empty() {
+            return Err(LineFault::Data);
+        }
+        for &[high, low] in pairs {
+            // candump's older `.` between bytes is not written by -l or -L.
+            let byte = nibble(high).zip(nibble(low)).map(|(high, low)| high << 4 | low);
+            let place = payload.bytes.get_mut(payload.length).ok_or(LineFault::Data)?;
+            *place = byte.ok_or(LineFault::Data)?;
+            payload.length += 1;
+        }
+        Ok(payload)
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+}
+
+fn hexadecimal(digits: &[u8]) -> Option<u32> {
+    (digits.len() <= 8).then_some(())?;
+    digits.iter().try_fold(0u32, |value, &digit| Some(value << 4 | u32::from(nibble(digit)?)))
+}
+
+fn nibble(digit: u8) -> Option<u8> {
+    match digit {
+        b'0'..=b'9' => Some(digit - b'0'),
+        b'A'..=b'F' => Some(digit - b'A' + 10),
+        b'a'..=b'f' => Some(digit - b'a' + 10),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn frame(line: &str) -> Frame {
+        parse(line.as_bytes()).unwrap().1
+    }
+
+    fn fault(line: &str) -> LineFault {
+        parse(line.as_bytes()).unwrap_err()
+    }
+
+    #[test]
+    fn stamps_keep_every_digit() {
+        for (stamp, ns) in [
+            ("(1436509052.249713)", 1_436_509_052_249_713_000),
+            ("(1436509052.249713001)", 1_436_509_052_249_713_001),
+            ("(0.5)", 500_000_000),
+            ("(0000000000.000001)", 1_000),
+            // More than a double can hold.
+            ("(9007199254.740993123)", 9_007_199_254_740_993_123),
+            ("(18446744073.709551615)", u64::MAX),
+        ] {
+            assert_eq!(parse_stamp(stamp.as_bytes()), Ok(ns), "{stamp}");
+        }
+        assert_eq!(parse_stamp(b"(18446744073.709551616)"), Err(LineFault::StampRange));
+        assert_eq!(parse_stamp(b"(99999999999999999999999.0)"), Err(LineFault::StampRange));
+    }
+
+    #[test]
+    fn every_form_of_frame() {
+        let read = frame("(1436509052.249713) can0 123#1122AABB");
+        let made = Frame::classic(FrameId::Standard(0x123), &[0x11, 0x22, 0xAA, 0xBB]).unwrap();
+        assert_eq!(read, made.at(1_436_509_052_249_713_000));
+
+        let read = frame("(0.0) can0 123##1112233 T");
+        assert_eq!(read.direction, Direction::Transmitted);
+        assert_eq!(read.data(), [0x11, 0x22, 0x33]);
+        let kind = FrameKind::Fd { bit_rate_switch: true, error_state_indicator: false };
+        assert_eq!(read.kind, kind);
+
+        let read = frame("(0.0) can0 20000004#000C000000000000 R");
+        assert!(read.is_error());
+        assert_eq!((read.id.raw(), read.length), (4, 8));
+
+        assert_eq!(frame("(0.0) can0 123#R").length, 0);
+        assert_eq!(frame("(0.0) can0 123#R4").length, 4);
+        assert_eq!(frame("(0.0) can0 00000123#").id, FrameId::Extended(0x123));
+        assert_eq!(frame("(0.0) can0 123#1122334455667788_e\r").length, 8);
+        assert_eq!(parse(b"(0.0) slcan0 123#").unwrap().0.as_str(), "slcan0");
+    }
+
+    #[test]
+    fn every_damage_has_its_name() {
+        for (line, expected) in [
+            ("", LineFault::Empty),
+            ("  \r", LineFault::Empty),
+            ("can0 123#11", LineFault::Stamp),
+            ("(12) can0 123#11", LineFault::Stamp),
+            ("(1.) can0 123#11", LineFault::Stamp),
+            ("(-1.0) can0 123#11", LineFault::Stamp),
+            ("(1.0000000001) can0 123#11", LineFault::Stamp),
+            ("(1.0)", LineFault::Interface),
+            ("(1.0) a_name_of_16_byte 123#11", LineFault::Interface),
+            ("(1.0) can0", LineFault::Frame),
+            // candump without -l or -L writes this.
+            ("(1.0) can0 123 [2] 11 22", LineFault::Frame),
+            ("(1.0) can0 12#11", LineFault::Id),
+            ("(1.0) can0 12345#11", LineFault::Id),
+            ("(1.0) can0 12G#11", LineFault::Id),
+            ("(1.0) can0 +12#11", LineFault::Id),
+            ("(1.0) can0 123#1", LineFault::Data),
+            ("(1.0) can0 123#1x", LineFault::Data),
+            ("(1.0) can0 123##", LineFault::FdFlags),
+            ("(1.0) can0 123##8", LineFault::FdFlags),
+            ("(1.0) can0 123#R9", LineFault::RemoteLength),
+            ("(1.0) can0 123#11_9", LineFault::RawLengthCode),
+            ("(1.0) can0 20000004##0", LineFault::ErrorForm),
+            ("(1.0) can0 20000004#R", LineFault::ErrorForm),
+            ("(1.0) can0 123#11 X", LineFault::Direction),
+            ("(1.0) can0 123#11 R T", LineFault::Direction),
+        ] {
+            assert_eq!(fault(line), expected, "{line:?}");
+        }
+        for impossible in
+            ["800#11", "40000000#11", "123#112233445566778899", "123##0112233445566778899"]
+        {
+            let line = format!("(1.0) can0 {impossible}");
+            assert!(matches!(fault(&line), LineFault::Impossible(_)), "{line:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_line_makes_it_panic(line in prop::collection::vec(any::<u8>(), 0..200)) {
+            let _ = parse(&line);
+        }
+
+        #[test]
+        fn no_damage_to_a_good_line_makes_it_panic(at in 0usize..60, byte in any::<u8>()) {
+            let mut line = b"(1436509052.249713) can0 18FF1234##1112233445566778899AABBCC T".to_vec();
+            if let Some(place) = line.get_mut(at) {
+                *place = byte;
+            }
+            let _ = parse(&line);
+            let _ = parse(&line[..at]);
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Logs as `candump -l` and `candump -L` write them, and as `canplayer` reads them.
+//!
+//! ```text
+//! (1436509052.249713) can0 123#1122AABB           classic data
+//! (1436509052.249713) can0 123##1112233 T         CAN FD with its flags; sent by the logging host
+//! (1436509052.249713) can0 123#R4                 a remote request for four bytes
+//! (1436509052.249713) can0 20000004#000C000000000000   an error frame of the controller
+//! ```
+//!
+//! The `socketcan` crate reads such logs too, but to microseconds only and with an allocation per
+//! line; here every digit of the stamp is kept and a log of any length needs the same memory.
+
+mod error;
+mod line;
+mod reader;
+mod write;
+
+pub use error::{CandumpError, LineFault};
+pub use reader::CandumpSource;
+pub use write::{CandumpWriter, StampDigits, WriteError};
+
+/// The longest line that is still a line \[bytes\]. A 64-byte frame needs about 180.
+const MAX_LINE: usize = 512;
+
+/// Marks the identifier of an error frame (`linux/can.h`).
+const ERROR_FLAG: u32 = 0x2000_0000;
+
+/// Bit rate switch in the flags digit of an FD frame (`linux/can.h`).
+const FLAG_BRS: u8 = 0x1;
+
+/// Error state indicator in the flags digit.
+const FLAG_ESI: u8 = 0x2;
+
+/// "This is an FD frame" in the flags digit; newer kernels set it, older ones do not.
+const FLAG_FDF: u8 = 0x4;

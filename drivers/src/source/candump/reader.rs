@@ -1,0 +1,250 @@
+//! A log as a source: read as fast as it is asked for, in constant memory.
+
+use core::time::Duration;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::{CandumpError, LineFault, MAX_LINE, line};
+use crate::frame::Frame;
+use crate::source::{
+    InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
+};
+
+/// Frames of a candump log, in the order of its lines.
+///
+/// It never waits and is never silent: replay goes as fast as the frames are taken.
+#[derive(Debug)]
+pub struct CandumpSource<R = BufReader<File>> {
+    reader: R,
+    /// Named in every error.
+    path: PathBuf,
+    /// Lines read so far.
+    line: u64,
+    buffer: Vec<u8>,
+    interfaces: Vec<InterfaceName>,
+    /// Whether `interfaces` was given, instead of growing with the log.
+    listed: bool,
+    /// Reported by the next call, after the frames before it.
+    failure: Option<CandumpError>,
+    ended: bool,
+    counters: SourceCounters,
+}
+
+impl CandumpSource {
+    /// Opens a log.
+    ///
+    /// With names, frames of other interfaces are passed over and counted. With none, every
+    /// interface counts, numbered in the order in which the log mentions them.
+    ///
+    /// # Errors
+    /// [`CandumpError::Open`].
+    pub fn open(path: &Path, interfaces: &[InterfaceName]) -> Result<Self, CandumpError> {
+        match File::open(path) {
+            Ok(file) => Ok(Self::new(BufReader::new(file), path, interfaces)),
+            Err(source) => Err(CandumpError::Open { path: path.into(), source }),
+        }
+    }
+}
+
+impl<R: BufRead> CandumpSource<R> {
+    /// Reads a log from anything; `path` is what errors call it. As [`CandumpSource::open`].
+    pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Self {
+        let mut known = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
+        known.extend_from_slice(interfaces);
+        Self {
+            reader,
+            path: path.into(),
+            line: 0,
+            buffer: Vec::with_capacity(MAX_LINE),
+            interfaces: known,
+            listed: !interfaces.is_empty(),
+            failure: None,
+            ended: false,
+            counters: SourceCounters::default(),
+        }
+    }
+
+    /// The next frame of an interface that counts; nothing at the end.
+    fn next_frame(&mut self) -> Result<Option<Frame>, CandumpError> {
+        while self.read_line()? {
+            let parsed = line::parse(&self.buffer)
+                .and_then(|(name, frame)| Ok(self.index_of(name)?.map(|index| frame.on(index))));
+            match parsed {
+                Ok(Some(frame)) => return Ok(Some(frame)),
+                Ok(None) => self.counters.passed_over += 1,
+                Err(fault) => return Err(self.at_line(fault)),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads the next line, without its newline, into the buffer; false at the end.
+    fn read_line(&mut self) -> Result<bool, CandumpError> {
+        self.buffer.clear();
+        let limit = u64::try_from(MAX_LINE).unwrap_or(u64::MAX);
+        self.line += 1;
+        match self.reader.by_ref().take(limit).read_until(b'\n', &mut self.buffer) {
+            Ok(0) => return Ok(false),
+            Ok(_) => {}
+            Err(source) => {
+                self.ended = true;
+                return Err(CandumpError::Read {
+                    path: self.path.clone(),
+                    line: self.line,
+                    source,
+                });
+            }
+        }
+        if self.buffer.pop_if(|last| *last == b'\n').is_some() {
+            return Ok(true);
+        }
+        if self.buffer.len() < MAX_LINE {
+            self.ended = true;
+            return Err(CandumpError::Truncated { path: self.path.clone(), line: self.line });
+        }
+        // Without newlines there is nothing to go on with.
+        self.ended = true;
+        Err(self.at_line(LineFault::TooLong))
+    }
+
+    fn index_of(&mut self, name: InterfaceName) -> Result<Option<u8>, LineFault> {
+        let index = match self.interfaces.iter().position(|known| *known == name) {
+            Some(index) => index,
+            None if self.listed => return Ok(None),
+            None if self.interfaces.len() == MAX_INTERFACES => {
+                return Err(LineFault::TooManyInterfaces);
+            }
+            None => {
+                self.interfaces.push(name);
+                self.interfaces.len() - 1
+            }
+        };
+        Ok(u8::try_from(index).ok())
+    }
+
+    fn at_line(&self, fault: LineFault) -> CandumpError {
+        CandumpError::Line { path: self.path.clone(), line: self.line, fault }
+    }
+}
+
+impl<R: BufRead + Send> Source for CandumpSource<R> {
+    fn receive(
+        &mut self,
+        batch: &mut Vec<Frame>,
+        _timeout: Duration,
+    ) -> Result<Received, SourceError> {
+        if room(batch) == 0 {
+            return Err(SourceError::NoRoom);
+        }
+        if let Some(failure) = self.failure.take() {
+            return Err(failure.into());
+        }
+        let before = batch.len();
+        while !self.ended && room(batch) > 0 {
+            match self.next_frame() {
+                Ok(Some(frame)) => {
+                    self.counters.frames += 1;
+                    self.counters.error_frames += u64::from(frame.is_error());
+                    batch.push(frame);
+                }
+                Ok(None) => self.ended = true,
+                Err(failure) if batch.len() == before => return Err(failure.into()),
+                Err(failure) => {
+                    self.failure = Some(failure);
+                    break;
+                }
+            }
+        }
+        Ok(if batch.len() > before { Received::Frames } else { Received::End })
+    }
+
+    fn counters(&self) -> SourceCounters {
+        self.counters
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        &self.interfaces
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(text: &str) -> CandumpSource<&[u8]> {
+        CandumpSource::new(text.as_bytes(), Path::new("a.log"), &[])
+    }
+
+    fn drain(source: &mut impl Source) -> (Vec<Frame>, Vec<String>) {
+        let (mut frames, mut faults) = (Vec::new(), Vec::new());
+        let mut batch = Vec::with_capacity(3);
+        loop {
+            match source.receive(&mut batch, Duration::ZERO) {
+                Ok(Received::End) => return (frames, faults),
+                Ok(_) => frames.append(&mut batch),
+                Err(error) => faults.push(error.to_string()),
+            }
+        }
+    }
+
+    #[test]
+    fn a_bad_line_is_named_after_the_frames_before_it_and_passed_over() {
+        let mut log = source("(1.0) can0 001#\n(2.0) can0 00#\n(3.0) can0 003#\n");
+        let (frames, faults) = drain(&mut log);
+        assert_eq!(frames.iter().map(|frame| frame.id.raw()).collect::<Vec<_>>(), [1, 3]);
+        assert_eq!(faults.len(), 1);
+        assert!(faults[0].starts_with("a.log:2: the identifier"), "{faults:?}");
+    }
+
+    #[test]
+    fn a_log_cut_off_says_so_even_where_the_line_looks_whole() {
+        let whole = "(1.0) can0 001#1122\n(2.0) can0 002#3344\n";
+        for cut in 1..whole.len() {
+            let (frames, faults) = drain(&mut source(&whole[..cut]));
+            let lines = whole[..cut].matches('\n').count();
+            assert_eq!(frames.len(), lines, "cut at {cut}");
+            let expected = usize::from(!whole[..cut].ends_with('\n'));
+            assert_eq!(faults.len(), expected, "cut at {cut}: {faults:?}");
+            assert!(faults.iter().all(|fault| fault.contains("cut off")), "{faults:?}");
+        }
+    }
+
+    #[test]
+    fn a_file_without_newlines_is_given_up_after_one_line() {
+        let (frames, faults) = drain(&mut source(&"x".repeat(1_000_000)));
+        assert!(frames.is_empty());
+        assert_eq!(faults.len(), 1, "{faults:?}");
+        assert!(faults[0].contains("not a candump log"), "{faults:?}");
+    }
+
+    #[test]
+    fn interfaces_are_numbered_as_seen_or_as_listed() {
+        let text = "(1.0) can1 001#\n(2.0) can0 002#\n(3.0) can1 003#\n";
+        let (frames, _) = drain(&mut source(text));
+        assert_eq!(frames.iter().map(|frame| frame.interface).collect::<Vec<_>>(), [0, 1, 0]);
+
+        let only = [InterfaceName::new("can0").unwrap()];
+        let mut log = CandumpSource::new(text.as_bytes(), Path::new("a.log"), &only);
+        let (frames, _) = drain(&mut log);
+        assert_eq!(frames.iter().map(|frame| frame.id.raw()).collect::<Vec<_>>(), [2]);
+        assert_eq!(log.counters().passed_over, 2);
+    }
+
+    #[test]
+    fn the_seventeenth_interface_is_refused() {
+        let text: String = (0..17).map(|n| format!("(1.0) can{n} 001#\n")).collect();
+        let (frames, faults) = drain(&mut source(&text));
+        assert_eq!((frames.len(), faults.len()), (16, 1));
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = CandumpSource::open(Path::new("/nonexistent.log"), &[]).unwrap_err();
+        assert!(error.to_string().contains("/nonexistent.log"), "{error}");
+    }
+}

@@ -1,0 +1,247 @@
+//! The layout against an independent reader of DBC files, and against its own encoder.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "what is compared is exact")]
+
+mod common;
+
+use common::{cia402, cia402_dbc, packed, packed_dbc};
+use didim_drivers::frame::{Frame, FrameId, FrameKind};
+use didim_drivers::layout::{
+    CompiledLayout, CycleValues, Database, Instant, LayoutError, LayoutSpec, Quantity, Role,
+    Unreadable,
+};
+use proptest::prelude::*;
+
+const ODD: &str = include_str!("golden/odd.dbc");
+const GOLDEN: &str = include_str!("golden/layout.csv");
+
+fn bytes(hex: &str) -> Vec<u8> {
+    (0..hex.len() / 2).map(|k| u8::from_str_radix(&hex[2 * k..2 * k + 2], 16).unwrap()).collect()
+}
+
+#[test]
+fn every_signal_reads_as_cantools_reads_it() {
+    let databases = [("cia402", cia402_dbc()), ("packed", packed_dbc()), ("odd", ODD)]
+        .map(|(name, text)| (name, Database::parse(text).unwrap()));
+    let mut lines = 0;
+    for line in GOLDEN.lines() {
+        let [dbc, message, payload, signal, value]: [&str; 5] =
+            line.split(',').collect::<Vec<_>>().try_into().unwrap();
+        let database = &databases.iter().find(|(name, _)| *name == dbc).unwrap().1;
+        let read = database.signal("test", message, signal).unwrap().field.value(&bytes(payload));
+        if value == "nan" {
+            assert!(read.is_nan(), "{line}: {read}");
+        } else {
+            let expected = f64::from_bits(u64::from_str_radix(value, 16).unwrap());
+            assert!(read == expected, "{line}: {read} is not {expected}");
+        }
+        lines += 1;
+    }
+    assert!(lines > 900, "{lines}");
+}
+
+#[test]
+fn inserting_what_was_read_gives_the_payload_back() {
+    // Every bit of an Intel and of a Motorola message that is no signal stays as it was.
+    let database = Database::parse(ODD).unwrap();
+    for line in GOLDEN.lines().filter(|line| line.starts_with("odd,") && !line.contains("Wide")) {
+        let columns: Vec<&str> = line.split(',').collect();
+        let payload = bytes(columns[2]);
+        let field = database.signal("test", columns[1], columns[3]).unwrap().field;
+        let mut copy = payload.clone();
+        field.insert(&mut copy, !field.bits(&payload));
+        assert_ne!(copy, payload);
+        field.insert(&mut copy, field.bits_for(field.value(&payload)).unwrap());
+        assert_eq!(copy, payload, "{line}");
+    }
+}
+
+#[test]
+fn the_shipped_layouts_say_what_they_are() {
+    let drives = cia402();
+    assert_eq!(drives.instant(), Instant::Sync);
+    assert_eq!(drives.messages().len(), 13);
+    assert!((drives.period_ns() - 4e6).abs() < 1e-9);
+    assert!((drives.torque_timing().hold_s - 4e-3).abs() < 1e-15);
+    assert!(drives.reference_at_next_sync());
+    assert_eq!(drives.signal(Quantity::Position, 5).unwrap().unit, "count");
+    assert_eq!(drives.signal(Quantity::Torque, 0).unwrap().unit, "per mille");
+    let roles = |role| drives.messages().iter().filter(|m| m.role == role).count();
+    assert_eq!([roles(Role::Sync), roles(Role::Sample), roles(Role::Target)], [1, 6, 6]);
+
+    let one = packed();
+    assert_eq!(one.instant(), Instant::Packed);
+    assert_eq!(one.messages().len(), 1);
+    assert!(one.messages()[0].format.fd);
+    assert_eq!(one.messages()[0].format.length, 64);
+}
+
+/// Values of six axes that both shipped layouts can carry.
+fn cycle() -> impl Strategy<Value = CycleValues> {
+    let axis = (any::<i32>(), any::<i16>(), any::<i32>(), any::<u16>());
+    (proptest::collection::vec(axis, 6), any::<u32>()).prop_map(|(axes, counter)| {
+        let mut values = CycleValues { counter: counter.into(), ..CycleValues::default() };
+        for (axis, (position, torque, reference, status_word)) in values.axes.iter_mut().zip(axes) {
+            axis.position = position.into();
+            axis.torque = torque.into();
+            axis.reference = reference.into();
+            axis.status_word = status_word;
+        }
+        values
+    })
+}
+
+/// What the frames of one cycle say, as the encoder's argument.
+fn decode(layout: &CompiledLayout, frames: &[Frame]) -> CycleValues {
+    let mut values = CycleValues::default();
+    for frame in frames {
+        let (_, message) = layout.read(frame).unwrap();
+        for e in &message.extractions {
+            let value = e.value(frame.data()).unwrap();
+            let axis = &mut values.axes[e.axis];
+            match e.quantity {
+                Quantity::Position => axis.position = value,
+                Quantity::Torque => axis.torque = value,
+                Quantity::Reference => axis.reference = value,
+                Quantity::StatusWord => axis.status_word = value as u16,
+                Quantity::Counter => values.counter = value as u64,
+            }
+        }
+    }
+    values
+}
+
+fn encode(layout: &CompiledLayout, values: &CycleValues) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    for role in [Role::Sync, Role::Sample, Role::Target] {
+        layout.encode(role, values, 7, &mut frames).unwrap();
+    }
+    frames
+}
+
+proptest! {
+    #[test]
+    fn decoding_undoes_encoding(values in cycle()) {
+        let mut expected = values;
+        expected.counter = 0;
+        let drives = cia402();
+        prop_assert_eq!(decode(&drives, &encode(&drives, &values)), expected);
+
+        let one = packed();
+        let mut expected = values;
+        expected.axes.iter_mut().for_each(|axis| axis.status_word = 0);
+        prop_assert_eq!(decode(&one, &encode(&one, &values)), expected);
+    }
+}
+
+#[test]
+fn a_value_that_does_not_fit_is_refused_and_nothing_is_encoded() {
+    let layout = cia402();
+    for torque in [32_767.6, -32_769.0, f64::NAN, f64::INFINITY] {
+        let mut values = CycleValues::default();
+        values.axes[3].torque = torque;
+        let mut frames = Vec::new();
+        let error = layout.encode(Role::Sample, &values, 0, &mut frames).unwrap_err();
+        assert_eq!(error.signal, "TPDO1_4.TorqueDemand");
+        assert!(frames.is_empty());
+    }
+}
+
+#[test]
+fn a_frame_that_is_none_of_the_layouts_says_why() {
+    let layout = cia402();
+    let mut frames = Vec::new();
+    layout.encode(Role::Sample, &CycleValues::default(), 0, &mut frames).unwrap();
+    let good = frames[0];
+    assert_eq!(good.id, FrameId::Standard(0x181));
+    assert!(layout.read(&good).is_ok());
+    let fd = FrameKind::Fd { bit_rate_switch: false, error_state_indicator: false };
+    for (frame, why) in [
+        (Frame { kind: FrameKind::Error, ..good }, Unreadable::Error),
+        (Frame { kind: FrameKind::Remote, ..good }, Unreadable::Remote),
+        (Frame { id: FrameId::Standard(0x7FF), ..good }, Unreadable::UnknownId),
+        (Frame { id: FrameId::Standard(0xFFFF), ..good }, Unreadable::UnknownId),
+        (Frame { id: FrameId::Extended(0x181), ..good }, Unreadable::UnknownId),
+        (Frame { kind: fd, ..good }, Unreadable::WrongFormat),
+        (Frame { length: 7, ..good }, Unreadable::WrongLength),
+    ] {
+        assert_eq!(layout.read(&frame).unwrap_err(), why);
+    }
+}
+
+fn refusal(dbc: &str, layout: &str) -> LayoutError {
+    let spec: LayoutSpec = toml::from_str(layout).unwrap();
+    CompiledLayout::compile(dbc, &spec).unwrap_err()
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let spec = common::CIA402;
+    let dbc = cia402_dbc();
+    let cases = [
+        (dbc.to_owned(), spec.replace("TorqueDemand", "TorqueDemanded"), "near it: `TorqueDemand`"),
+        (
+            dbc.to_owned(),
+            spec.replace("TPDO1_", "TPDO2_"),
+            "no message `TPDO2_1`; near it: `TPDO1_1`",
+        ),
+        (
+            dbc.to_owned(),
+            spec.replace("TPDO1_{axis}.P", "TPDO1_1.P"),
+            "does a pattern lack `{axis}`",
+        ),
+        (dbc.to_owned(), spec.replace("axes = 6", "axes = 9"), "`axes`: 9"),
+        (dbc.to_owned(), spec.replace("axes = 6", "axes = 7"), "no message `TPDO1_7`"),
+        (dbc.to_owned(), spec.replace("rate_hz = 250.0", "rate_hz = 0.0"), "`rate_hz`: inf"),
+        (dbc.to_owned(), spec.replace("rate_hz = 250.0", ""), "either `period_us` or `rate_hz`"),
+        (dbc.to_owned(), spec.replace("hold_us = 4000.0", "hold_us = 4e6"), "ten periods"),
+        (dbc.to_owned(), spec.replace("sync = \"SYNC\"", ""), "`sync`: missing"),
+        (dbc.to_owned(), spec.replace(".StatusWord", ""), "a signal is named `Message.Signal`"),
+        (dbc.to_owned(), format!("counter = \"TPDO1_1.StatusWord\"\n{spec}"), "`counter`: counts"),
+        (dbc.to_owned(), spec.replace(".StatusWord", ".TorqueDemand"), "unsigned integer"),
+        (dbc.replace("BO_ 386 ", "BO_ 385 "), spec.to_owned(), "same identifier 385"),
+        (dbc.replace("BO_ 386 ", "BO_ 65921 "), spec.to_owned(), "line 25 of the DBC file: 65921"),
+        (dbc.replace("TPDO1_2", "TPDO1_1"), spec.to_owned(), "two of the name `TPDO1_1`"),
+        (
+            dbc.replace("48|16@1- (1,0) [-", "49|16@1- (1,0) [-"),
+            spec.to_owned(),
+            "line 18 of the DBC",
+        ),
+        (
+            dbc.replace("TorqueDemand : 48|16@1- (1,", "TorqueDemand : 48|16@1- (0,"),
+            spec.to_owned(),
+            "factor 0",
+        ),
+        (
+            dbc.replace("PositionActualValue :", "PositionActualValue m0 :"),
+            spec.to_owned(),
+            "multiplexed",
+        ),
+        (
+            dbc.replace("SG_ StatusWord : 0|16@1+", "SG_ StatusWord : 0|16@9+"),
+            spec.to_owned(),
+            "(line 16 of the DBC file)",
+        ),
+        (dbc.replace("TPDO1_1: 8", "TPDO1_1: 12"), spec.to_owned(), "VFrameFormat"),
+        (format!("{dbc}SIG_VALTYPE_ 385 TorqueDemand : 1;\n"), spec.to_owned(), "32 to 32"),
+    ];
+    for (dbc, spec, expected) in cases {
+        let message = refusal(&dbc, &spec).to_string();
+        assert!(message.contains(expected), "`{message}` does not say `{expected}`");
+    }
+}
+
+#[test]
+fn a_layout_with_an_unknown_key_or_without_a_validity_is_refused() {
+    for (from, to) in [
+        ("axes = 6", "axes = 6\naxis = 6"),
+        (", valid = \"instant\"", ""),
+        ("delay_us = 0.0", "delay_us = 0.0, delay_s = 0.0"),
+        ("\"next-sync\"", "\"next\""),
+    ] {
+        let text = common::CIA402.replace(from, to);
+        assert_ne!(text, common::CIA402);
+        assert!(toml::from_str::<LayoutSpec>(&text).is_err(), "{to}");
+    }
+}

@@ -1,0 +1,130 @@
+//! Estimates and status snapshots as JSON for other processes of the same user.
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+
+use super::StreamError;
+use super::node::StreamNode;
+
+/// The longest document \[bytes\]: an estimate of 100 parameters takes about 15 kB.
+pub const MAX_DOCUMENT_BYTES: usize = 64 * 1024;
+/// Processes that read a topic.
+const MAX_READERS: usize = 4;
+/// Documents that wait for a reader; older ones give way.
+const BUFFER: usize = 2;
+/// Shared memory of one topic \[bytes\]: readers × (buffer + borrowed) + history + loaned.
+pub(super) const DOCUMENT_SERVICE_BYTES: u64 =
+    (MAX_READERS * (BUFFER + 1) + 1 + 1) as u64 * (MAX_DOCUMENT_BYTES as u64 + 128);
+
+/// What the documents are about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// Each result, as it was stored.
+    Estimates,
+    /// The status snapshot, once a second.
+    Status,
+}
+
+impl Topic {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Estimates => "estimates",
+            Self::Status => "status",
+        }
+    }
+}
+
+type DocumentService = PortFactory<ipc::Service, [u8], ()>;
+
+fn service(node: &StreamNode, topic: Topic) -> Result<(String, DocumentService), StreamError> {
+    let (name, service) = node.service(topic.name())?;
+    let service = node
+        .node
+        .service_builder(&service)
+        .publish_subscribe::<[u8]>()
+        // The acquisition and the estimation of a cell may be two processes, each with a status.
+        .max_publishers(2)
+        .max_subscribers(MAX_READERS)
+        .history_size(1)
+        .subscriber_max_buffer_size(BUFFER)
+        .subscriber_max_borrowed_samples(1)
+        .enable_safe_overflow(true)
+        .open_or_create()
+        .map_err(|cause| StreamError::service(&name, cause))?;
+    Ok((name, service))
+}
+
+/// The writing end of a topic.
+#[derive(Debug)]
+pub struct DocumentWriter {
+    publisher: Publisher<ipc::Service, [u8], ()>,
+    topic: Topic,
+}
+
+impl DocumentWriter {
+    pub(super) fn new(node: &StreamNode, topic: Topic) -> Result<Self, StreamError> {
+        let (name, service) = service(node, topic)?;
+        let publisher = service
+            .publisher_builder()
+            .initial_max_slice_len(MAX_DOCUMENT_BYTES)
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|cause| StreamError::port("publisher", &name, cause))?;
+        Ok(Self { publisher, topic })
+    }
+
+    /// Publishes one document; never waits.
+    ///
+    /// # Errors
+    /// [`StreamError::DocumentTooLong`], [`StreamError::Transport`].
+    pub fn publish(&mut self, document: &[u8]) -> Result<(), StreamError> {
+        if document.len() > MAX_DOCUMENT_BYTES {
+            return Err(StreamError::DocumentTooLong {
+                bytes: document.len(),
+                limit: MAX_DOCUMENT_BYTES,
+            });
+        }
+        let name = self.topic.name();
+        let slot = self
+            .publisher
+            .loan_slice_uninit(document.len())
+            .map_err(|cause| StreamError::transport("loaning", name, cause))?;
+        slot.write_from_slice(document)
+            .send()
+            .map(|_| ())
+            .map_err(|cause| StreamError::transport("sending", name, cause))
+    }
+}
+
+/// A reading end of a topic.
+#[derive(Debug)]
+pub struct DocumentReader {
+    subscriber: Subscriber<ipc::Service, [u8], ()>,
+    topic: Topic,
+}
+
+impl DocumentReader {
+    pub(super) fn new(node: &StreamNode, topic: Topic) -> Result<Self, StreamError> {
+        let (name, service) = service(node, topic)?;
+        let subscriber = service
+            .subscriber_builder()
+            .create()
+            .map_err(|cause| StreamError::port("subscriber", &name, cause))?;
+        Ok(Self { subscriber, topic })
+    }
+
+    /// The next document that is waiting; the first may be older than this reader.
+    ///
+    /// # Errors
+    /// [`StreamError::Transport`].
+    pub fn receive(&mut self) -> Result<Option<Vec<u8>>, StreamError> {
+        let received = self
+            .subscriber
+            .receive()
+            .map_err(|cause| StreamError::transport("receiving", self.topic.name(), cause))?;
+        Ok(received.map(|sample| sample.payload().to_vec()))
+    }
+}

@@ -1,0 +1,142 @@
+//! What can go wrong between the bus thread and its readers.
+
+use std::path::PathBuf;
+
+/// Why the stream cannot be made or used.
+#[derive(Debug, thiserror::Error)]
+pub enum StreamError {
+    /// An option is outside its range. Change it in the cell file.
+    #[error("{key}: {problem}")]
+    Option {
+        /// The option.
+        key: &'static str,
+        /// What is wrong with it, and what is allowed.
+        problem: String,
+    },
+    /// Shared memory does not hold what the buffer needs. Free some, give the tmpfs more
+    /// (`mount -o remount,size=…`), or make `buffer_s` shorter.
+    #[error(
+        "the sample buffer needs {needed_bytes} bytes of shared memory and {} has {available_bytes}: \
+         free some, enlarge it, or shorten buffer_s", folder.display()
+    )]
+    SharedMemoryFull {
+        /// The tmpfs.
+        folder: PathBuf,
+        /// What the ports about to be made need.
+        needed_bytes: u64,
+        /// What is free.
+        available_bytes: u64,
+    },
+    /// The kernel could not give the mapped shared memory its pages, most likely because it ran
+    /// full between the check and the mapping.
+    #[error(
+        "shared memory of {mapped_bytes} bytes is mapped, but {folder} cannot hold it ({cause}): \
+         free some, enlarge it, or shorten buffer_s"
+    )]
+    Prefault {
+        /// The tmpfs.
+        folder: &'static str,
+        /// What was mapped.
+        mapped_bytes: u64,
+        /// The kernel's word.
+        cause: std::io::Error,
+    },
+    /// The memory maps of the process or the free space of a file system cannot be read.
+    #[error("cannot read {}: {cause}", path.display())]
+    Inspect {
+        /// What was read.
+        path: PathBuf,
+        /// The kernel's word.
+        cause: std::io::Error,
+    },
+    /// This process cannot join. Check that the user may write to the root; when shared memory was
+    /// once full, a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200 must be removed by hand.
+    #[error(
+        "cannot join the shared-memory network rooted at {}: {cause}; check the rights on that \
+         folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full /dev/shm",
+        root.display()
+    )]
+    Node {
+        /// Root folder of the network.
+        root: PathBuf,
+        /// The library's word.
+        cause: String,
+    },
+    /// A service exists with other options or of another version. Stop the other process, or give
+    /// both the same cell file.
+    #[error(
+        "cannot open the service {name}: {cause}; every process of a cell must run the same \
+         version with the same cell file"
+    )]
+    Service {
+        /// Name of the service.
+        name: String,
+        /// The library's word.
+        cause: String,
+    },
+    /// A port cannot be made, most often because its one place is taken: a cell has one
+    /// acquisition. Stop the other process.
+    #[error("cannot make a {port} of {name}: {cause}; is another process doing this already?")]
+    Port {
+        /// Publisher, subscriber, notifier or listener.
+        port: &'static str,
+        /// Name of the service.
+        name: String,
+        /// The library's word.
+        cause: String,
+    },
+    /// Sending, receiving or waiting failed in the library. The process must start anew.
+    #[error("{operation} on {name} failed: {cause}")]
+    Transport {
+        /// What was tried.
+        operation: &'static str,
+        /// Name of the service.
+        name: &'static str,
+        /// The library's word.
+        cause: String,
+    },
+    /// The acquisition was started with another cell file than the estimation.
+    #[error(
+        "the samples are of {their_joints} joints at {their_rate_hz} Hz, this cell file says \
+         {our_joints} at {our_rate_hz} Hz: start both processes with the same cell file"
+    )]
+    OtherCell {
+        /// Joints of the samples.
+        their_joints: u32,
+        /// Rate of the samples \[Hz\].
+        their_rate_hz: f64,
+        /// Joints of our cell.
+        our_joints: u32,
+        /// Rate of our cell \[Hz\].
+        our_rate_hz: f64,
+    },
+    /// A document does not fit its slot.
+    #[error("a document of {bytes} bytes does not fit: the limit is {limit} bytes")]
+    DocumentTooLong {
+        /// Its length.
+        bytes: usize,
+        /// The limit.
+        limit: usize,
+    },
+}
+
+impl StreamError {
+    /// A failure of the library in operation.
+    pub(super) fn transport(
+        operation: &'static str,
+        name: &'static str,
+        cause: impl core::fmt::Debug,
+    ) -> Self {
+        Self::Transport { operation, name, cause: format!("{cause:?}") }
+    }
+
+    /// A port that could not be made.
+    pub(super) fn port(port: &'static str, name: &str, cause: impl core::fmt::Debug) -> Self {
+        Self::Port { port, name: name.to_owned(), cause: format!("{cause:?}") }
+    }
+
+    /// A service that could not be opened.
+    pub(super) fn service(name: &str, cause: impl core::fmt::Debug) -> Self {
+        Self::Service { name: name.to_owned(), cause: format!("{cause:?}") }
+    }
+}

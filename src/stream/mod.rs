@@ -1,0 +1,26 @@
+//! The zero-copy buffer between the bus thread and those who think about its samples.
+//!
+//! Three iceoryx2 services per cell, all of one user: `samples` (batches of joint samples, one
+//! notification each), `estimates` and `status` (JSON documents, the last one kept for late
+//! comers). Names, prefix, root and quality of service are set in [`options`] and nowhere else.
+//!
+//! The publisher never waits for a reader: a full buffer loses its oldest batch, and the reader
+//! sees the loss in the batch numbers. Only a [`Pace::Replay`] stream waits, before it publishes,
+//! until the reader has acknowledged enough.
+
+mod document;
+mod error;
+mod message;
+mod node;
+pub mod options;
+mod prefault;
+mod reader;
+mod writer;
+
+pub use document::{DocumentReader, DocumentWriter, MAX_DOCUMENT_BYTES, Topic};
+pub use error::StreamError;
+pub use message::{BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
+pub use node::StreamNode;
+pub use options::StreamOptions;
+pub use reader::{Batch, SampleReader};
+pub use writer::{Pace, SampleWriter};

@@ -1,0 +1,120 @@
+//! Gives mapped shared memory its pages before the first sample needs them.
+//!
+//! A tmpfs hands out pages at first touch, and kills with SIGBUS the process that touches one too
+//! many. Asked for all of them at start, the kernel answers with an error instead; and the bus
+//! thread never waits for a page.
+#![allow(
+    unsafe_code,
+    reason = "madvise takes an address; no library offers it for a mapping of another"
+)]
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+use rustix::mm::{Advice, madvise};
+
+use super::StreamError;
+
+/// Where the library's segments lie.
+pub(super) const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Populates every writable mapping of this process whose file in [`SHARED_MEMORY`] begins with
+/// `prefix`; returns their size \[bytes\]. A kernel before 5.14 does not know how: 0, and the pages
+/// come at first touch.
+///
+/// # Errors
+/// [`StreamError::Prefault`] when the pages are not to be had.
+pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
+    let path = Path::new("/proc/self/maps");
+    let maps = std::fs::read_to_string(path)
+        .map_err(|cause| StreamError::Inspect { path: path.into(), cause })?;
+    let mine: Vec<_> = maps.lines().filter_map(|line| mapping(line, prefix)).collect();
+    let mapped_bytes: u64 = mine.iter().map(|(_, length)| *length as u64).sum();
+    for (start, length) in mine {
+        // SAFETY: MADV_POPULATE_WRITE changes no byte of memory, it only makes the kernel back the
+        // range with pages as a write would; a range that is no longer mapped is answered with
+        // ENOMEM. So no reference into these mappings, ours or the library's, is affected.
+        let populated = unsafe {
+            madvise(
+                core::ptr::with_exposed_provenance_mut(start),
+                length,
+                Advice::LinuxPopulateWrite,
+            )
+        };
+        match populated.map_err(std::io::Error::from) {
+            Ok(()) => {}
+            Err(cause) if cause.kind() == ErrorKind::InvalidInput => {
+                tracing::warn!("this kernel cannot populate shared memory in advance");
+                return Ok(0);
+            }
+            Err(cause) => {
+                return Err(StreamError::Prefault { folder: SHARED_MEMORY, mapped_bytes, cause });
+            }
+        }
+    }
+    Ok(mapped_bytes)
+}
+
+/// Start and length of a line of /proc/PID/maps if it is a writable mapping of ours:
+/// `7f00a000-7f00b000 rw-s 00000000 00:1a 42  /dev/shm/prefix…`.
+fn mapping(line: &str, prefix: &str) -> Option<(usize, usize)> {
+    let mut fields = line.split_ascii_whitespace();
+    let (start, end) = fields.next()?.split_once('-')?;
+    let rights = fields.next()?;
+    let file = fields.nth(3)?.strip_prefix(SHARED_MEMORY)?.strip_prefix('/')?;
+    if !rights.starts_with("rw") || !file.starts_with(prefix) {
+        return None;
+    }
+    let start = usize::from_str_radix(start, 16).ok()?;
+    let end = usize::from_str_radix(end, 16).ok()?;
+    Some((start, end.checked_sub(start)?))
+}
+
+/// Refuses when the tmpfs at `folder` has less than `needed_bytes` free.
+///
+/// # Errors
+/// [`StreamError::SharedMemoryFull`] with both figures.
+pub(super) fn check_free(folder: &Path, needed_bytes: u64) -> Result<(), StreamError> {
+    let inspect = |cause: rustix::io::Errno| StreamError::Inspect {
+        path: folder.into(),
+        cause: cause.into(),
+    };
+    let space = rustix::fs::statvfs(folder).map_err(inspect)?;
+    let available_bytes = space.f_bavail.saturating_mul(space.f_frsize);
+    if available_bytes < needed_bytes {
+        return Err(StreamError::SharedMemoryFull {
+            folder: folder.into(),
+            needed_bytes,
+            available_bytes,
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_writable_mappings_of_the_prefix_are_taken() {
+        let ours =
+            "7f00a000-7f00c000 rw-s 00000000 00:1a 42                  /dev/shm/didim_ab.data";
+        assert_eq!(mapping(ours, "didim_"), Some((0x7f00_a000, 0x2000)));
+        assert_eq!(mapping(ours, "other_"), None);
+        assert_eq!(mapping(&ours.replace("rw-s", "r--s"), "didim_"), None);
+        assert_eq!(mapping("7f00a000-7f00c000 rw-p 00000000 00:00 0", "didim_"), None);
+        assert_eq!(mapping("nonsense", "didim_"), None);
+    }
+
+    #[test]
+    fn a_refusal_says_what_is_needed_and_what_is_there() {
+        let refusal = check_free(Path::new(SHARED_MEMORY), u64::MAX).unwrap_err();
+        let StreamError::SharedMemoryFull { needed_bytes, available_bytes, .. } = &refusal else {
+            panic!("{refusal:?}");
+        };
+        let text = refusal.to_string();
+        assert!(text.contains(&needed_bytes.to_string()));
+        assert!(text.contains(&available_bytes.to_string()));
+        check_free(Path::new(SHARED_MEMORY), 1).unwrap();
+    }
+}

@@ -1,0 +1,101 @@
+//! What several tests of the service need.
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    reason = "each test binary uses its part, and a helper of tests may panic as they do"
+)]
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use didim::stream::StreamOptions;
+use didim_core::JointSample;
+
+/// A network of its own for one test; everything it left is removed at the end.
+pub(crate) struct Network {
+    pub(crate) root: PathBuf,
+    pub(crate) prefix: String,
+    owner: bool,
+}
+
+impl Network {
+    pub(crate) fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let id = format!("{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        Self { root: format!("/tmp/dt{id}").into(), prefix: format!("dt{id}_"), owner: true }
+    }
+
+    /// The network of the process that started this one.
+    pub(crate) fn inherited() -> Option<Self> {
+        let root = std::env::var_os("DIDIM_TEST_ROOT")?.into();
+        let prefix = std::env::var("DIDIM_TEST_PREFIX").ok()?;
+        Some(Self { root, prefix, owner: false })
+    }
+
+    /// This test binary again, running one ignored test inside this network.
+    pub(crate) fn child(&self, test: &str) -> std::process::Command {
+        let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+        command
+            .args(["--exact", test, "--ignored", "--nocapture"])
+            .env("DIDIM_TEST_ROOT", &self.root)
+            .env("DIDIM_TEST_PREFIX", &self.prefix);
+        command
+    }
+
+    /// Six joints at 1 kHz with one second of buffer.
+    pub(crate) fn options(&self) -> StreamOptions {
+        let mut options = StreamOptions::new("cell", 6, 1000.0).unwrap();
+        options.root.clone_from(&self.root);
+        options.prefix.clone_from(&self.prefix);
+        options.buffer_s = 1.0;
+        options
+    }
+
+    /// Bytes of /dev/shm that files of this network occupy.
+    pub(crate) fn occupied_bytes(&self) -> u64 {
+        use std::os::unix::fs::MetadataExt;
+        self.files().map(|file| file.metadata().map_or(0, |data| data.blocks() * 512)).sum()
+    }
+
+    pub(crate) fn files(&self) -> impl Iterator<Item = std::fs::DirEntry> {
+        let prefix = self.prefix.clone();
+        std::fs::read_dir("/dev/shm")
+            .unwrap()
+            .flatten()
+            .filter(move |file| file.file_name().to_string_lossy().starts_with(&prefix))
+    }
+}
+
+impl Drop for Network {
+    fn drop(&mut self) {
+        if !self.owner {
+            return;
+        }
+        for file in self.files() {
+            let _ = std::fs::remove_file(file.path());
+        }
+        let _ = std::fs::remove_dir_all(&self.root);
+    }
+}
+
+/// A sample whose values can be told from any other's.
+pub(crate) fn sample(sequence: u64) -> JointSample {
+    let mut sample = JointSample::zero(sequence, sequence * 1_000_000);
+    sample.motor_position_rad[0] = sequence as f64;
+    sample.motor_torque_nm[5] = -(sequence as f64);
+    sample.has_reference = sequence.is_multiple_of(2);
+    sample
+}
+
+/// Waits until it is so.
+///
+/// # Panics
+/// When it is not so within ten seconds.
+pub(crate) fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < Duration::from_secs(10), "not within 10 s: {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}

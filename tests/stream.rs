@@ -1,0 +1,283 @@
+//! The sample stream between threads and processes: what arrives, what is lost, who dies.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::{Network, eventually, sample};
+use didim::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
+
+const FULL: u64 = BATCH_SAMPLES as u64;
+
+#[test]
+fn samples_arrive_as_they_were_written() {
+    let network = Network::new();
+    let options = network.options();
+    let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    let now = Instant::now();
+    for sequence in 0..FULL + 3 {
+        writer.write(&sample(sequence), sequence / 10, now).unwrap();
+    }
+    assert_eq!(writer.batches_sent(), 1, "the second batch is neither full nor of age");
+    assert_eq!(writer.due_in(now), Some(options.max_batch_age));
+    writer.send_if_due(now + options.max_batch_age).unwrap();
+    assert_eq!(writer.due_in(now), None);
+    writer.finish().unwrap();
+
+    let mut sequence = 0;
+    for (count, kind) in [(FULL, BatchKind::Live), (3, BatchKind::Live), (0, BatchKind::End)] {
+        reader.wait(Duration::from_secs(1)).unwrap();
+        let batch = reader.receive().unwrap().unwrap();
+        assert_eq!((batch.samples().len() as u64, batch.kind()), (count, kind));
+        assert_eq!((batch.lost_batches, batch.restarted), (0, false));
+        for read in batch.samples() {
+            assert_eq!(read.joint_sample(), sample(sequence));
+            assert_eq!(read.queue_drops, sequence / 10);
+            sequence += 1;
+        }
+    }
+    assert!(reader.receive().unwrap().is_none());
+}
+
+#[test]
+fn a_slow_reader_loses_the_oldest_batches_and_knows_how_many() {
+    let network = Network::new();
+    let options = network.options();
+    let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    let capacity = options.buffer_batches() as u64;
+    let batches = capacity + 7;
+    let now = Instant::now();
+    for sequence in 0..(1 + batches) * FULL {
+        writer.write(&sample(sequence), 0, now).unwrap();
+        if sequence == FULL - 1 {
+            assert_eq!(reader.receive().unwrap().unwrap().number(), 0);
+        }
+    }
+    let first = reader.receive().unwrap().unwrap();
+    assert_eq!(first.lost_batches, 7);
+    assert_eq!(first.samples()[0].sequence, 8 * FULL);
+    drop(first);
+    let mut left = 1;
+    while let Some(batch) = reader.receive().unwrap() {
+        assert_eq!(batch.lost_batches, 0);
+        left += 1;
+    }
+    assert_eq!(left, capacity);
+}
+
+#[test]
+fn the_buffer_holds_what_the_options_promise() {
+    let network = Network::new();
+    let mut options = network.options();
+    options.sample_rate_hz = 500.0;
+    options.buffer_s = 20.0;
+    assert!(options.buffer_batches() as f64 >= 20.0 * (500.0 / 64.0 + 1.0 / 0.05));
+    let writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    // The pages are there before the first sample, and no more than was announced.
+    let occupied = network.occupied_bytes();
+    let payload = (2 * options.buffer_batches() * size_of::<didim::stream::SampleBatch>()) as u64;
+    assert!(occupied >= payload, "{occupied} B occupied, {payload} B of payload");
+    assert!(occupied <= options.shared_memory_bytes(), "{occupied} B occupied");
+    drop(writer);
+    // What stays is the library's own bookkeeping of the root, one small file.
+    assert!(network.occupied_bytes() < 1 << 20, "{} B left", network.occupied_bytes());
+}
+
+#[test]
+fn too_little_shared_memory_is_refused_before_anything_is_made() {
+    let network = Network::new();
+    let mut options = network.options();
+    options.sample_rate_hz = 20_000.0;
+    options.buffer_s = 600.0;
+    assert!(matches!(options.validate(), Err(StreamError::Option { key: "buffer_s", .. })));
+    assert!(StreamNode::join(&options).is_err());
+    assert_eq!(network.files().count(), 0);
+    assert!(!network.root.exists());
+}
+
+#[test]
+fn a_cell_has_one_acquisition() {
+    let network = Network::new();
+    let options = network.options();
+    let _first = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let second = StreamNode::join(&options).unwrap().sample_writer(Pace::Live);
+    assert!(matches!(second, Err(StreamError::Port { port: "publisher", .. })), "{second:?}");
+}
+
+#[test]
+fn a_reader_with_another_cell_file_is_told() {
+    let network = Network::new();
+    let options = network.options();
+    let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let mut other = options.clone();
+    other.joints = 5;
+    let mut reader = StreamNode::join(&other).unwrap().sample_reader().unwrap();
+    writer.finish().unwrap();
+    assert!(matches!(reader.receive(), Err(StreamError::OtherCell { their_joints: 6, .. })));
+    // A rate that sizes the buffer differently is refused by the service itself.
+    other.sample_rate_hz = 5000.0;
+    let refused = StreamNode::join(&other).unwrap().sample_reader();
+    assert!(matches!(refused, Err(StreamError::Service { .. })), "{refused:?}");
+}
+
+#[test]
+fn a_restarted_acquisition_is_noticed() {
+    let network = Network::new();
+    let options = network.options();
+    let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    for run in 0..3 {
+        let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+        writer.write(&sample(run), 0, Instant::now()).unwrap();
+        writer.send_if_due(Instant::now() + Duration::from_secs(1)).unwrap();
+        let batch = reader.receive().unwrap().unwrap();
+        assert_eq!(batch.restarted, run > 0);
+        assert_eq!(batch.samples()[0].sequence, run);
+    }
+}
+
+#[test]
+fn a_replay_waits_for_its_reader_and_loses_nothing() {
+    let network = Network::new();
+    let options = network.options();
+    let total = 40 * options.buffer_batches() as u64 * FULL;
+    let writer_options = options.clone();
+    let writer = std::thread::spawn(move || {
+        let mut writer =
+            StreamNode::join(&writer_options).unwrap().sample_writer(Pace::Replay).unwrap();
+        assert!(!writer.has_room().unwrap(), "nobody is there to read");
+        for sequence in 0..total {
+            while !writer.has_room().unwrap() {
+                std::thread::sleep(Duration::from_micros(100));
+            }
+            writer.write(&sample(sequence), 0, Instant::now()).unwrap();
+        }
+        writer.finish().unwrap();
+        eventually("the reader has acknowledged all", || writer.is_drained().unwrap());
+    });
+    let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    let mut next = 0;
+    'stream: loop {
+        reader.wait(Duration::from_millis(100)).unwrap();
+        while let Some(batch) = reader.receive().unwrap() {
+            assert_eq!(batch.lost_batches, 0);
+            for sample in batch.samples() {
+                assert_eq!(sample.sequence, next);
+                next += 1;
+            }
+            reader.acknowledge().unwrap();
+            if batch.kind() == BatchKind::End {
+                break 'stream;
+            }
+        }
+    }
+    assert_eq!(next, total);
+    writer.join().unwrap();
+}
+
+#[test]
+fn documents_wait_for_late_readers() {
+    let network = Network::new();
+    let node = StreamNode::join(&network.options()).unwrap();
+    let mut writer = node.document_writer(Topic::Status).unwrap();
+    writer.publish(b"{\"first\":1}").unwrap();
+    writer.publish(b"{\"second\":2}").unwrap();
+    let mut reader = node.document_reader(Topic::Status).unwrap();
+    writer.publish(b"{\"third\":3}").unwrap();
+    assert_eq!(reader.receive().unwrap().unwrap(), b"{\"second\":2}");
+    assert_eq!(reader.receive().unwrap().unwrap(), b"{\"third\":3}");
+    assert!(reader.receive().unwrap().is_none());
+    let long = vec![b' '; didim::stream::MAX_DOCUMENT_BYTES + 1];
+    assert!(matches!(writer.publish(&long), Err(StreamError::DocumentTooLong { .. })));
+    let mut estimates = node.document_reader(Topic::Estimates).unwrap();
+    assert!(estimates.receive().unwrap().is_none());
+}
+
+/// Run by [`two_processes_hand_over_samples`] and others as another process.
+#[test]
+#[ignore = "the other process of a test"]
+fn child_writes_until_killed() {
+    let Some(network) = Network::inherited() else { return };
+    let node = StreamNode::join(&network.options()).unwrap();
+    let mut writer = node.sample_writer(Pace::Live).unwrap();
+    for sequence in 0.. {
+        writer.write(&sample(sequence), 0, Instant::now()).unwrap();
+        std::thread::sleep(Duration::from_micros(200));
+    }
+}
+
+#[test]
+#[ignore = "the other process of a test"]
+fn child_reads_until_killed() {
+    let Some(network) = Network::inherited() else { return };
+    let mut reader = StreamNode::join(&network.options()).unwrap().sample_reader().unwrap();
+    // Holds a batch when it dies.
+    let mut held = None;
+    loop {
+        reader.wait(Duration::from_millis(100)).unwrap();
+        if let Some(batch) = reader.receive().unwrap() {
+            held = Some(batch);
+        }
+        let _ = &held;
+    }
+}
+
+#[test]
+fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
+    let network = Network::new();
+    let mut reader = StreamNode::join(&network.options()).unwrap().sample_reader().unwrap();
+    for run in 0..2 {
+        let mut child = network.child("child_writes_until_killed").spawn().unwrap();
+        let mut next = None;
+        let mut received = 0;
+        eventually("five batches from another process", || {
+            reader.wait(Duration::from_millis(100)).unwrap();
+            while let Some(batch) = reader.receive().unwrap() {
+                if received == 0 {
+                    assert_eq!(batch.restarted, run > 0);
+                }
+                for read in batch.samples() {
+                    assert_eq!(read.joint_sample(), sample(read.sequence));
+                    assert!(next.is_none_or(|next| next == read.sequence));
+                    next = Some(read.sequence + 1);
+                }
+                received += 1;
+            }
+            received >= 5
+        });
+        // SIGKILL: nothing is cleaned up by the child.
+        child.kill().unwrap();
+        child.wait().unwrap();
+        while reader.receive().unwrap().is_some() {}
+    }
+}
+
+#[test]
+fn a_killed_reader_blocks_nobody_and_its_place_is_freed() {
+    let network = Network::new();
+    let options = network.options();
+    let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let mut child = network.child("child_reads_until_killed").spawn().unwrap();
+    eventually("the other process reads", || writer.readers() == 1);
+    let mut write = |batches: u64| {
+        let mut longest = Duration::ZERO;
+        for sequence in 0..batches * FULL {
+            let start = Instant::now();
+            writer.write(&sample(sequence), 0, start).unwrap();
+            longest = longest.max(start.elapsed());
+        }
+        longest
+    };
+    write(3);
+    std::thread::sleep(Duration::from_millis(50));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // Ten buffers' worth into a dead reader's queue.
+    let longest = write(10 * options.buffer_batches() as u64);
+    assert!(longest < Duration::from_millis(500), "a write took {longest:?}");
+    // A new process joins, cleans up, and both places can be taken.
+    let first = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    let second = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    drop((first, second));
+}
