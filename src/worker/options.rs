@@ -8,9 +8,12 @@ use serde::Deserialize;
 pub struct WindowOptions {
     /// What opens and closes a window.
     pub trigger: Trigger,
-    /// Samples kept before and after what counts, for the edges of the filters \[s\].
+    /// Samples kept before what counts, for the edges of the filters \[s\].
     #[serde(default = "default_margin_s")]
-    pub margin_s: f64,
+    pub margin_before_s: f64,
+    /// Samples kept after what counts \[s\].
+    #[serde(default = "default_margin_s")]
+    pub margin_after_s: f64,
     /// A window in which less counts is not identified \[s\].
     #[serde(default = "default_min_s")]
     pub min_s: f64,
@@ -27,7 +30,7 @@ pub enum Trigger {
     Motion {
         /// A motor that turns faster is in motion \[rad/s\].
         velocity_threshold_rad_s: f64,
-        /// Rest must last this long, and at least the margin, to close the window \[s\].
+        /// Rest must last this long, and at least the margin after, to close the window \[s\].
         #[serde(default = "default_idle_s")]
         idle_s: f64,
         /// The velocity is a difference of positions this far apart \[s\]: long enough that one
@@ -69,8 +72,10 @@ fn default_difference_s() -> f64 {
 pub struct WindowPlan {
     /// The trigger.
     pub trigger: PlannedTrigger,
-    /// Samples of one margin.
-    pub margin: usize,
+    /// Samples of the margin before what counts.
+    pub margin_before: usize,
+    /// Samples of the margin after it.
+    pub margin_after: usize,
     /// Fewest samples that count.
     pub min: usize,
     /// Most samples of a window, margins included.
@@ -88,7 +93,7 @@ pub enum PlannedTrigger {
         travel_rad: f64,
         /// Samples between the positions compared.
         lag: usize,
-        /// Samples of rest that close the window; at least the margin.
+        /// Samples of rest that close the window; at least the margin after.
         idle: usize,
     },
     /// See [`Trigger::Interval`].
@@ -130,17 +135,19 @@ impl WindowOptions {
             )]
             Ok((seconds * sample_rate_hz).round() as usize)
         };
-        let margin = count("margin_s", self.margin_s, 0.0, 10.0)?;
+        let margin_before = count("margin_before_s", self.margin_before_s, 0.0, 10.0)?;
+        let margin_after = count("margin_after_s", self.margin_after_s, 0.0, 10.0)?;
+        let margins = margin_before + margin_after;
         // Two, so that no window is opened and closed by one sample.
         let min = count("min_s", self.min_s, 0.0, 600.0)?.max(2);
         let max = count("max_s", self.max_s, 0.1, 600.0)?;
-        if max < 2 * margin + min {
+        if max < margins + min {
             return refuse(
                 "max_s",
                 format!(
                     "{} s has no room for min_s and two margins, {} s",
                     self.max_s,
-                    self.min_s + 2.0 * self.margin_s
+                    self.min_s + self.margin_before_s + self.margin_after_s
                 ),
             );
         }
@@ -153,14 +160,14 @@ impl WindowOptions {
                     );
                 }
                 let lag = count("difference_s", difference_s, 0.0, 1.0)?.max(1);
-                let idle = count("idle_s", idle_s, 0.0, 60.0)?.max(margin).max(1);
+                let idle = count("idle_s", idle_s, 0.0, 60.0)?.max(margin_after).max(1);
                 #[expect(clippy::cast_precision_loss, reason = "at most 20,000")]
                 let travel_rad = threshold * lag as f64 / sample_rate_hz;
                 PlannedTrigger::Motion { travel_rad, lag, idle }
             }
             Trigger::Interval { length_s } => {
                 let length = count("length_s", length_s, 0.0, 600.0)?;
-                if length < min || length + 2 * margin > max {
+                if length < min || length + margins > max {
                     return refuse(
                         "length_s",
                         format!(
@@ -173,7 +180,7 @@ impl WindowOptions {
             }
             Trigger::Command => PlannedTrigger::Command,
         };
-        Ok(WindowPlan { trigger, margin, min, max, sample_rate_hz })
+        Ok(WindowPlan { trigger, margin_before, margin_after, min, max, sample_rate_hz })
     }
 }
 

@@ -55,7 +55,7 @@ impl Windower {
             PlannedTrigger::Motion { lag, .. } => lag,
             PlannedTrigger::Interval { .. } | PlannedTrigger::Command => 0,
         };
-        let recent_limit = plan.margin + lag;
+        let recent_limit = plan.margin_before + lag;
         Self {
             recent: VecDeque::with_capacity(recent_limit + 1),
             recent_limit,
@@ -133,7 +133,7 @@ impl Windower {
         }
         match &mut self.open {
             Some(open) if open.close_at.is_none() => {
-                open.close_at = Some(open.samples.len() + self.plan.margin);
+                open.close_at = Some(open.samples.len() + self.plan.margin_after);
                 Ok(())
             }
             _ => Err(CommandError::NotOpen),
@@ -186,7 +186,7 @@ impl Windower {
         let ended = match self.plan.trigger {
             PlannedTrigger::Motion { idle, .. } if open.quiet >= idle => Some(WindowEnd::Rest),
             PlannedTrigger::Interval { length: counted }
-                if length >= counted + 2 * self.plan.margin =>
+                if length >= self.plan.margin_before + counted + self.plan.margin_after =>
             {
                 Some(WindowEnd::Interval)
             }
@@ -202,14 +202,15 @@ impl Windower {
         };
         if end == WindowEnd::Rest {
             // Of the rest only the margin is wanted.
-            open.samples.truncate(length - open.quiet + self.plan.margin);
+            open.samples.truncate(length - open.quiet + self.plan.margin_after);
         }
         Some(self.close(open, end))
     }
 
     fn close(&self, open: OpenWindow, end: WindowEnd) -> WindowEvent {
-        let margin = self.plan.margin;
-        let counted = margin..open.samples.len().saturating_sub(margin).max(margin);
+        let before = self.plan.margin_before;
+        let end_of_counted = open.samples.len().saturating_sub(self.plan.margin_after);
+        let counted = before..end_of_counted.max(before);
         if counted.len() < self.plan.min {
             let rejection = Rejection::TooShort { counted: counted.len(), minimum: self.plan.min };
             return rejected(open.number, &open.samples, rejection);

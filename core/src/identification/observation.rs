@@ -26,6 +26,9 @@ const BLOCK_BYTES: usize = 64 << 20;
 /// # Errors
 /// [`IdentificationError::Signal`] when the record is too short for the filter,
 /// [`IdentificationError::Regressor`] when the regressor is not finite.
+///
+/// # Panics
+/// When model, selection and motion are not of the same robot.
 pub fn observation_matrix(
     model: &Model,
     selection: &Selection,

@@ -75,8 +75,8 @@ impl VerdictLimits {
             else {
                 continue;
             };
-            let least = -self.negative_deviations * parameter.standard_deviation;
-            if exceeds(-parameter.value, -least) {
+            let allowed = self.negative_deviations * parameter.standard_deviation;
+            if exceeds(-parameter.value, allowed) {
                 reasons.push(format!(
                     "{what} {} is negative, {:.4} with a standard deviation of {:.2e}: check the \
                      signs of torque and transmission",

@@ -42,6 +42,10 @@ pub(super) struct Cycle {
     pub(super) messages: u64,
     /// Frames, references aside.
     pub(super) frames: u64,
+    /// Messages that the cycle before did not get.
+    pub(super) missing_before: u64,
+    /// A frame came so late in the cycle that it may be of the next.
+    pub(super) doubtful: bool,
     /// The first cause, in the order of [`CycleCause`], that costs the sample.
     pub(super) fault: Option<CycleCause>,
 }

@@ -1,14 +1,19 @@
 //! Which bus cycle a stamp belongs to.
 //!
 //! Stamps jitter, by up to a good part of a period on a busy machine, and the bus's clock is not
-//! ours. So cycles are counted on a grid that follows the stamps slowly: an alpha-beta filter
-//! (Benedict and Bordner 1962) of phase and period. A stamp belongs to the nearest grid point.
+//! ours. So cycles are counted on a grid that follows the stamps slowly: a straight line of stamp
+//! over cycle, fitted by least squares at first and then with a memory of fixed length (an
+//! alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A stamp
+//! belongs to the nearest grid point.
 
-/// Share of a stamp's deviation that the phase of the grid takes.
+/// Share of a stamp's deviation that the phase takes in the long run: jitter is averaged over about
+/// ten cycles.
 const PHASE_GAIN: f64 = 0.125;
 
-/// Share that the period takes, `α² / (2 − α)`: the fastest period that does not ring.
-const PERIOD_GAIN: f64 = PHASE_GAIN * PHASE_GAIN / (2.0 - PHASE_GAIN);
+/// Share that the period takes in the long run. A crystal's rate moves over minutes, and it is the
+/// period that bridges a gap: with jitter of a third of a period, 100 lost cycles are bridged to a
+/// few thousandths of a period.
+const PERIOD_GAIN: f64 = 1e-4;
 
 /// How far the period may move from the nominal one, as a share of it: a controller on an ordinary
 /// operating system is within it; a period beyond it is another configuration, and has to show as
@@ -28,11 +33,13 @@ pub(super) struct Grid {
     /// The stamp of the latest cycle, and where its grid point lies relative to it.
     stamp_ns: u64,
     phase_ns: f64,
+    /// Stamps seen, as far as the gains depend on them.
+    stamps: f64,
 }
 
 impl Grid {
     pub(super) fn start(nominal_ns: f64, stamp_ns: u64) -> Self {
-        Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0 }
+        Self { nominal_ns, period_ns: nominal_ns, stamp_ns, phase_ns: 0.0, stamps: 1.0 }
     }
 
     /// The period as the stamps show it \[ns\].
@@ -55,11 +62,16 @@ impl Grid {
         let cycles = cycles.max(1) as f64;
         let deviation =
             difference(stamp_ns, self.stamp_ns) - self.phase_ns - cycles * self.period_ns;
-        self.period_ns = (self.period_ns + PERIOD_GAIN * deviation / cycles).clamp(
+        // The gains that make a least-squares line of n points, until they are as small as they get.
+        self.stamps = (self.stamps + 1.0).min(1e3);
+        let n = self.stamps;
+        let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);
+        let period_gain = (6.0 / (n * (n + 1.0))).clamp(PERIOD_GAIN, 1.0);
+        self.period_ns = (self.period_ns + period_gain * deviation / cycles).clamp(
             self.nominal_ns * (1.0 - PERIOD_TOLERANCE),
             self.nominal_ns * (1.0 + PERIOD_TOLERANCE),
         );
-        self.phase_ns = (PHASE_GAIN - 1.0) * deviation;
+        self.phase_ns = (phase_gain - 1.0) * deviation;
         self.stamp_ns = stamp_ns;
     }
 }

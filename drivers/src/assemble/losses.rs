@@ -34,7 +34,8 @@ pub enum FrameCause {
 /// Why a bus cycle gave no sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CycleCause {
-    /// A gap in the train of SYNCs, or of packed frames without a counter.
+    /// A gap in the train of SYNCs, or of packed frames without a counter; or the cycle before such
+    /// a gap, where its last frames may be of the next cycle.
     MissingSync,
     /// A gap in the counter of the packed frames.
     CounterGap,

@@ -13,7 +13,9 @@
 //!
 //! A frame that comes after its cycle's end looks like one of the next cycle. It is told by the
 //! company it keeps: the message was missing in the cycle before and comes twice in this one. Where a
-//! message comes twice with different content and none was missing before, the cycle is lost.
+//! message comes twice with different content and none was missing before, the cycle is lost. A
+//! frame in the last quarter of a period may be of a next cycle whose SYNC was missed: without that
+//! SYNC its cycle is lost.
 //!
 //! # With a packed frame
 //! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
@@ -181,9 +183,12 @@ impl State {
         self.losses.cycles.count(cause, cycles - 1);
     }
 
-    /// Decides the open cycle: a sample, or a loss.
-    fn end_cycle(&mut self) {
-        let Some(cycle) = self.open.take() else { return };
+    /// Decides the open cycle: a sample, or a loss. `followed` says whether the next SYNC has come.
+    fn end_cycle(&mut self, followed: bool) {
+        let Some(mut cycle) = self.open.take() else { return };
+        if cycle.doubtful && !followed {
+            cycle.fault = Some(CycleCause::MissingSync);
+        }
         self.missing_before = self.whole.missing(&cycle);
         let sample =
             cycle.sample(self.whole, self.axes, &self.scales, self.last_position_rad.as_ref());

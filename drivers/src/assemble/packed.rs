@@ -48,8 +48,9 @@ impl State {
             messages: bit(index),
             frames: 1,
             fault,
+            ..Cycle::default()
         });
-        self.end_cycle();
+        self.end_cycle(true);
     }
 
     /// By the counter where there is one, else by the stamp.

@@ -6,6 +6,13 @@ use super::losses::{CycleCause, FrameCause};
 use crate::frame::Frame;
 use crate::layout::MessagePlan;
 
+/// The share of a period after which a frame may be of the next cycle, its SYNC missed and the grid
+/// late by jitter: such a frame is trusted only when the next SYNC comes after it.
+const DOUBTFUL: f64 = 0.75;
+
+/// Periods after which a SYNC counts as missing: the next one would be the nearer grid point.
+const SYNC_MISSING: f64 = 1.5;
+
 impl State {
     /// A SYNC: the cycle before it ends, the next begins.
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
@@ -14,13 +21,13 @@ impl State {
             return self.begin_cycle(stamp_ns, 0);
         };
         if grid.is_silence(stamp_ns) {
-            self.end_cycle();
+            self.end_cycle(false);
             self.start(stamp_ns, Some(CycleCause::Restart));
             return self.begin_cycle(stamp_ns, 0);
         }
         let cycles = grid.periods_to(stamp_ns).round();
         if cycles < 0.0 {
-            self.end_cycle();
+            self.end_cycle(false);
             self.start(stamp_ns, Some(CycleCause::ClockStep));
             return self.begin_cycle(stamp_ns, 0);
         }
@@ -30,7 +37,7 @@ impl State {
         #[allow(clippy::cast_possible_truncation, reason = "positive, and shorter than a silence")]
         let cycles = cycles as u64;
         grid.advance(stamp_ns, cycles);
-        self.end_cycle();
+        self.end_cycle(cycles == 1);
         if cycles > 1 {
             // What was missing before the gap does not come after it.
             self.missing_before = 0;
@@ -54,30 +61,25 @@ impl State {
             sequence: self.sequence,
             references,
             frames: 1,
+            missing_before: self.missing_before,
             ..Cycle::default()
         });
     }
 
     /// A frame that a sample cannot be without.
     pub(super) fn sample_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
-        self.end_by_time(frame.stamp_ns);
-        if self.grid.is_none() {
-            return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
-        }
-        let Some(cycle) = &mut self.open else {
-            return self.losses.frames.count(FrameCause::Late, 1);
+        let refusal = self.refusal_at(frame.stamp_ns);
+        let (None, Some(cycle)) = (refusal, &mut self.open) else {
+            return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1);
         };
-        if frame.stamp_ns < cycle.stamp_ns {
-            return self.losses.frames.count(FrameCause::Late, 1);
-        }
         let mut values = cycle.values;
         let fault = read_values(message, frame.data(), &mut values);
         if cycle.messages & bit(index) == 0 {
             cycle.messages |= bit(index);
             cycle.frames += 1;
-        } else if self.missing_before & bit(index) != 0 {
+        } else if cycle.missing_before & bit(index) != 0 {
             // The one before was of the cycle before; this one is of this cycle.
-            self.missing_before &= !bit(index);
+            cycle.missing_before &= !bit(index);
             self.losses.frames.count(FrameCause::Late, 1);
         } else {
             if values != cycle.values {
@@ -95,20 +97,17 @@ impl State {
 
     /// A frame that carries nothing but references.
     pub(super) fn target_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
-        let references = if self.next_sync {
-            if self.open.is_some_and(|cycle| frame.stamp_ns < cycle.stamp_ns) {
-                return self.losses.frames.count(FrameCause::Late, 1);
-            }
-            &mut self.pending
+        let refusal = if !self.next_sync {
+            self.refusal_at(frame.stamp_ns)
+        } else if self.open.is_some_and(|cycle| frame.stamp_ns < cycle.stamp_ns) {
+            Some(FrameCause::Late)
         } else {
-            self.end_by_time(frame.stamp_ns);
-            match &mut self.open {
-                Some(cycle) if frame.stamp_ns >= cycle.stamp_ns => &mut cycle.references,
-                None if self.grid.is_none() => {
-                    return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
-                }
-                _ => return self.losses.frames.count(FrameCause::Late, 1),
-            }
+            None
+        };
+        let references = match (refusal, &mut self.open) {
+            (None, _) if self.next_sync => &mut self.pending,
+            (None, Some(cycle)) => &mut cycle.references,
+            _ => return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1),
         };
         if references.read(index, message, frame.data(), frame.stamp_ns) {
             self.losses.frames.count(FrameCause::Duplicate, 1);
@@ -117,10 +116,28 @@ impl State {
         }
     }
 
-    /// Ends the open cycle where a period has passed since its grid point.
+    /// Why the open cycle does not take a frame of this stamp, after ending it by time; `None` where
+    /// it does.
+    fn refusal_at(&mut self, stamp_ns: u64) -> Option<FrameCause> {
+        let Some(grid) = self.grid else { return Some(FrameCause::BeforeFirstSync) };
+        self.end_by_time(stamp_ns);
+        let periods = grid.periods_to(stamp_ns);
+        match &mut self.open {
+            Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
+                cycle.doubtful |= periods >= DOUBTFUL;
+                None
+            }
+            _ => Some(FrameCause::Late),
+        }
+    }
+
+    /// Ends the open cycle where its time is over: a period after its grid point, or when the next
+    /// SYNC is missing if it is needed to trust what came last.
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
-        if self.grid.is_some_and(|grid| grid.periods_to(now_ns) >= 1.0) {
-            self.end_cycle();
+        let (Some(grid), Some(cycle)) = (&self.grid, &self.open) else { return };
+        let end = if cycle.doubtful { SYNC_MISSING } else { 1.0 };
+        if grid.periods_to(now_ns) >= end {
+            self.end_cycle(false);
         }
     }
 }

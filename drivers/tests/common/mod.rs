@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "every test takes what it needs")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+pub(crate) mod bus;
+
 use didim_drivers::layout::CompiledLayout;
 
 pub(crate) const CIA402: &str = r#"

@@ -8,7 +8,8 @@ const RATE_HZ: f64 = 1000.0;
 fn motion() -> WindowOptions {
     WindowOptions {
         trigger: Trigger::Motion { velocity_threshold_rad_s: 0.5, idle_s: 0.1, difference_s: 0.01 },
-        margin_s: 0.05,
+        margin_before_s: 0.05,
+        margin_after_s: 0.05,
         min_s: 0.2,
         max_s: 2.0,
     }
@@ -248,7 +249,7 @@ fn stamps_do_not_matter() {
 #[test]
 fn options_that_cannot_be_meant_are_refused_by_name() {
     let key = |options: &WindowOptions| options.plan(RATE_HZ).unwrap_err().key;
-    assert_eq!(key(&WindowOptions { margin_s: -1.0, ..motion() }), "margin_s");
+    assert_eq!(key(&WindowOptions { margin_before_s: -1.0, ..motion() }), "margin_before_s");
     assert_eq!(key(&WindowOptions { min_s: f64::NAN, ..motion() }), "min_s");
     assert_eq!(key(&WindowOptions { max_s: 0.25, ..motion() }), "max_s");
     let interval = Trigger::Interval { length_s: 1.95 };
@@ -262,7 +263,7 @@ fn options_that_cannot_be_meant_are_refused_by_name() {
 fn the_cell_file_s_form() {
     let options: WindowOptions = toml::from_str(
         "trigger = { by = 'motion', velocity_threshold_rad_s = 0.5, idle_s = 0.1 }\n\
-         margin_s = 0.05\nmin_s = 0.2\nmax_s = 2.0",
+         margin_before_s = 0.05\nmargin_after_s = 0.05\nmin_s = 0.2\nmax_s = 2.0",
     )
     .unwrap();
     assert_eq!(options, motion());
