@@ -1,6 +1,11 @@
 //! The service: from frames on a drive bus to identified parameters.
 
+pub mod acquire;
 pub mod cell;
+pub mod cli;
 pub mod experiment;
+pub mod identify;
 pub mod report;
+pub mod store;
 pub mod stream;
+pub mod worker;

@@ -1,2 +1,7 @@
 //! The `didim` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    didim::cli::main()
+}

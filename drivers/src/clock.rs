@@ -1,1 +1,240 @@
 //! Hardware and software stamps mapped to one monotonic time.
+//!
+//! Pure state machines: pairs of readings are handed in (live ones come from
+//! [`crate::socket::clock_pair`]), nothing here reads a clock. A log needs no mapping: its stamps
+//! are its own time.
+
+mod hardware;
+
+pub use hardware::HardwareClock;
+
+/// Both system clocks at one instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClockPair {
+    /// CLOCK_REALTIME \[ns\].
+    pub realtime_ns: u64,
+    /// CLOCK_MONOTONIC \[ns\].
+    pub monotonic_ns: u64,
+    /// How far apart the two readings may be \[ns\].
+    pub uncertainty_ns: u64,
+}
+
+impl ClockPair {
+    /// Monotonic minus realtime \[ns\].
+    fn offset(&self) -> i128 {
+        i128::from(self.monotonic_ns) - i128::from(self.realtime_ns)
+    }
+}
+
+/// What a new pair of readings showed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockChange {
+    /// The clocks agree with the last pair, within the uncertainty of both.
+    None,
+    /// A small change, followed at once.
+    Drift {
+        /// How much CLOCK_REALTIME gained \[ns\].
+        by_ns: i64,
+    },
+    /// CLOCK_REALTIME was set.
+    Step {
+        /// How much it gained \[ns\].
+        by_ns: i64,
+    },
+}
+
+/// What a [`ClockMap`] counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClockCounters {
+    /// Times CLOCK_REALTIME was set.
+    pub steps: u64,
+    /// The last step \[ns\]; positive when the clock was put forward.
+    pub last_step_ns: i64,
+    /// Small changes.
+    pub drifts: u64,
+    /// Their sum \[ns\].
+    pub drift_ns: i64,
+    /// Stamps that would have gone backwards and were held at the last one.
+    pub held_back: u64,
+    /// Stamps that lay in the future and were put to the latest pair's instant.
+    pub future: u64,
+}
+
+/// Changes of the offset from here on are steps \[ns\]. Both clocks are slewed alike (adjtimex(2)),
+/// so between them there should be none but steps; a virtual machine may show small ones.
+const STEP_NS: u64 = 1_000_000;
+
+/// How long after a step stamps taken before it may still arrive \[ns\].
+const STEP_MEMORY_NS: u64 = 1_000_000_000;
+
+/// Maps CLOCK_REALTIME stamps to CLOCK_MONOTONIC, never backwards.
+///
+/// Read a fresh pair after each batch was received and hand it in before the batch is mapped: then
+/// every stamp lies before the pair.
+/// After a step, stamps of both sides of it may be in one batch. Each is mapped by the offset that
+/// puts it latest without putting it after the pair: a stamp cannot be of the future, and it is
+/// young when it is read.
+#[derive(Clone, Debug)]
+pub struct ClockMap {
+    offset: i128,
+    /// The offset before the last step, and until when it may count \[monotonic ns\].
+    before_step: Option<(i128, u64)>,
+    /// The uncertainty of the pair that gave the offset \[ns\].
+    uncertainty_ns: u64,
+    /// The latest pair's instant \[monotonic ns\].
+    latest_ns: u64,
+    /// The last stamp returned.
+    last_ns: u64,
+    counters: ClockCounters,
+}
+
+impl ClockMap {
+    /// Starts from one pair.
+    pub fn new(pair: ClockPair) -> Self {
+        Self {
+            offset: pair.offset(),
+            before_step: None,
+            uncertainty_ns: pair.uncertainty_ns,
+            latest_ns: pair.monotonic_ns,
+            last_ns: 0,
+            counters: ClockCounters::default(),
+        }
+    }
+
+    /// Takes note of a later pair.
+    pub fn handle_pair(&mut self, pair: ClockPair) -> ClockChange {
+        let gained = self.offset - pair.offset();
+        let noise = u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns);
+        if self.before_step.is_some_and(|(_, until)| pair.monotonic_ns > until) {
+            self.before_step = None;
+        }
+        self.latest_ns = pair.monotonic_ns;
+        if gained.unsigned_abs() <= noise {
+            return ClockChange::None;
+        }
+        let by_ns = i64::try_from(gained).unwrap_or(if gained < 0 { i64::MIN } else { i64::MAX });
+        let before = core::mem::replace(&mut self.offset, pair.offset());
+        self.uncertainty_ns = pair.uncertainty_ns;
+        if gained.unsigned_abs() < u128::from(STEP_NS) {
+            self.counters.drifts += 1;
+            self.counters.drift_ns = self.counters.drift_ns.saturating_add(by_ns);
+            return ClockChange::Drift { by_ns };
+        }
+        self.before_step = Some((before, pair.monotonic_ns.saturating_add(STEP_MEMORY_NS)));
+        self.counters.steps += 1;
+        self.counters.last_step_ns = by_ns;
+        ClockChange::Step { by_ns }
+    }
+
+    /// The monotonic instant of a CLOCK_REALTIME stamp \[ns\]; at least the one returned before.
+    pub fn map(&mut self, realtime_ns: u64) -> u64 {
+        let latest = i128::from(self.latest_ns);
+        let by = |offset: i128| i128::from(realtime_ns) + offset;
+        let now = by(self.offset);
+        let mapped = match self.before_step {
+            Some((before, _)) => [now, by(before)].into_iter().filter(|at| *at <= latest).max(),
+            None => (now <= latest).then_some(now),
+        };
+        let mapped = mapped.unwrap_or_else(|| {
+            self.counters.future += 1;
+            latest
+        });
+        let mapped = u64::try_from(mapped).unwrap_or(0);
+        if mapped < self.last_ns {
+            self.counters.held_back += 1;
+        }
+        self.last_ns = mapped.max(self.last_ns);
+        self.last_ns
+    }
+
+    /// What was counted.
+    pub fn counters(&self) -> ClockCounters {
+        self.counters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const MS: u64 = 1_000_000;
+    const START: u64 = 1_700_000_000_000 * MS;
+
+    fn pair(realtime_ns: u64, monotonic_ns: u64) -> ClockPair {
+        ClockPair { realtime_ns, monotonic_ns, uncertainty_ns: 100 }
+    }
+
+    #[test]
+    fn stamps_are_shifted_exactly_while_the_clocks_agree() {
+        let mut map = ClockMap::new(pair(START, 5 * MS));
+        assert_eq!(map.handle_pair(pair(START + 10 * MS + 150, 15 * MS)), ClockChange::None);
+        assert_eq!(map.map(START + 2 * MS + 1), 7 * MS + 1);
+        assert_eq!(map.map(START + 2 * MS + 2), 7 * MS + 2);
+        assert_eq!(map.counters(), ClockCounters::default());
+    }
+
+    #[test]
+    fn noise_does_not_add_up_but_drift_is_followed() {
+        let mut map = ClockMap::new(pair(START, 0));
+        for n in 1..100 {
+            assert_eq!(map.handle_pair(pair(START + n * MS + 150, n * MS)), ClockChange::None);
+        }
+        let drifted = pair(START + 100 * MS + 5_000, 100 * MS);
+        assert_eq!(map.handle_pair(drifted), ClockChange::Drift { by_ns: 5_000 });
+        assert_eq!(map.map(START + 99 * MS + 5_000), 99 * MS);
+        assert_eq!((map.counters().drifts, map.counters().drift_ns), (1, 5_000));
+    }
+
+    /// A bus at 1 kHz, read every 10 ms, with the clock set in the middle of a batch.
+    fn across_a_step(by_ns: i64) {
+        let shift = |n: u64| if n >= 105 { by_ns } else { 0 };
+        let realtime = |n: u64| (START + n * MS).strict_add_signed(shift(n));
+        let mut map = ClockMap::new(pair(START, 0));
+        for batch in 0..30 {
+            let end = (batch + 1) * 10;
+            map.handle_pair(pair(realtime(end), end * MS));
+            for n in batch * 10..end {
+                assert_eq!(map.map(realtime(n)), n * MS, "step {by_ns}, frame {n}");
+            }
+        }
+        assert_eq!((map.counters().steps, map.counters().last_step_ns), (1, by_ns));
+        assert_eq!((map.counters().held_back, map.counters().future), (0, 0));
+    }
+
+    #[test]
+    fn a_step_inside_a_batch_moves_no_stamp() {
+        for seconds in [1, 3_600, 86_400] {
+            across_a_step(seconds * 1_000_000_000);
+            across_a_step(-seconds * 1_000_000_000);
+        }
+        across_a_step(20 * 1_000_000);
+        across_a_step(-20 * 1_000_000);
+    }
+
+    #[test]
+    fn nothing_goes_backwards_or_into_the_future() {
+        let mut map = ClockMap::new(pair(START, 100 * MS));
+        map.handle_pair(pair(START + 10 * MS, 110 * MS));
+        assert_eq!(map.map(START + 5 * MS), 105 * MS);
+        assert_eq!(map.map(START + 4 * MS), 105 * MS);
+        assert_eq!(map.map(START + 99 * MS), 110 * MS);
+        assert_eq!((map.counters().held_back, map.counters().future), (1, 1));
+    }
+
+    proptest! {
+        #[test]
+        fn no_clocks_make_it_panic_or_go_backwards(
+            readings in prop::collection::vec((any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>()), 1..20),
+        ) {
+            let mut map = ClockMap::new(pair(readings[0].0, readings[0].1));
+            let mut last = 0;
+            for (realtime_ns, monotonic_ns, uncertainty_ns, stamp) in readings {
+                map.handle_pair(ClockPair { realtime_ns, monotonic_ns, uncertainty_ns });
+                let mapped = map.map(stamp);
+                prop_assert!(mapped >= last);
+                last = mapped;
+            }
+        }
+    }
+}

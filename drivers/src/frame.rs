@@ -1,5 +1,6 @@
 //! A CAN or CAN FD frame with its time stamp.
 
+pub(crate) mod interface;
 mod socketcan;
 
 /// The longest payload of a CAN FD frame \[bytes\].

@@ -1,1 +1,21 @@
 //! The simulated arm as a virtual device on a CAN bus.
+//!
+//! Contract: a [`Scenario`] is data and knows its truth; a [`VirtualDevice`] turns it into frames,
+//! cycle by cycle, without a clock; [`play`] sends them to a [`Sink`], in real time or as fast as
+//! possible. This crate alone can send: the service listens and has no sink.
+
+mod device;
+mod fault;
+mod play;
+mod playback;
+mod scenario;
+mod shipped;
+mod sink;
+
+pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
+pub use fault::{Fault, FaultAction};
+pub use play::{Pace, PlayError, Played, play};
+pub use playback::{Playback, PlaybackConfig};
+pub use scenario::{DrivesConfig, Scenario, ScenarioError};
+pub use shipped::{tx40_paper, tx40_physical};
+pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};

@@ -4,17 +4,15 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use didim_drivers::source::{InterfaceName, InterfaceNameError};
 use serde::Deserialize;
-
-/// The longest name of a network interface, without the final zero (Linux, `IFNAMSIZ` − 1).
-const MAX_INTERFACE_NAME: usize = 15;
 
 /// One bus, as it is written in cell files and on the command line.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub enum BusAddress {
     /// A SocketCAN interface.
-    Can(String),
+    Can(InterfaceName),
     /// A candump log.
     Log(PathBuf),
     /// The bus inside this process, on which the simulated arm speaks.
@@ -27,13 +25,21 @@ pub enum BusAddressError {
     /// No known scheme in front: write one of the three.
     #[error("`{0}` is not a bus; write can:INTERFACE, log:FILE or inproc:")]
     Scheme(String),
-    /// The part behind the scheme is missing, too long or not allowed.
+    /// The part behind the scheme is missing or not allowed.
     #[error("`{address}` is not a bus: {reason}")]
     Name {
         /// What was written.
         address: String,
         /// What is wrong with it.
         reason: &'static str,
+    },
+    /// No interface can have this name.
+    #[error("`{address}` is not a bus: {source}")]
+    Interface {
+        /// What was written.
+        address: String,
+        /// What is wrong with it.
+        source: InterfaceNameError,
     },
 }
 
@@ -44,15 +50,11 @@ impl FromStr for BusAddress {
         let name = |reason| BusAddressError::Name { address: address.to_owned(), reason };
         match address.split_once(':') {
             Some(("can", "")) => Err(name("the interface's name is missing, as in can:can0")),
-            Some(("can", interface)) if interface.len() > MAX_INTERFACE_NAME => {
-                Err(name("an interface's name has at most 15 characters"))
+            Some(("can", interface)) => {
+                InterfaceName::new(interface).map(Self::Can).map_err(|source| {
+                    BusAddressError::Interface { address: address.to_owned(), source }
+                })
             }
-            Some(("can", interface))
-                if interface.contains(|c: char| c == '/' || c.is_whitespace() || c == '\0') =>
-            {
-                Err(name("an interface's name has no slash and no space"))
-            }
-            Some(("can", interface)) => Ok(Self::Can(interface.to_owned())),
             Some(("log", "")) => Err(name("the file's name is missing, as in log:drive.log")),
             Some(("log", file)) => Ok(Self::Log(PathBuf::from(file))),
             Some(("inproc", "")) => Ok(Self::InProcess),
@@ -96,8 +98,8 @@ mod tests {
         for (text, expected) in [
             ("vcan0", "can:INTERFACE"),
             ("can:", "is missing"),
-            ("can:a/b", "no slash"),
-            ("can:an-interface-name-too-long", "15 characters"),
+            ("can:a/b", "a/b"),
+            ("can:an-interface-name-too-long", "15"),
             ("log:", "is missing"),
             ("inproc:x", "nothing may follow"),
             ("tcp:host", "can:INTERFACE"),

@@ -1,5 +1,189 @@
 //! The cell file: which robot, which bus, which drives, and what to identify when.
+//!
+//! [`CellFile`] is what a person types; [`Cell`] is what the program needs, and cannot be wrong:
+//! the robot, the DBC file and the drives were read, checked and found to fit each other.
 
 mod address;
+mod error;
+mod file;
+mod library;
+
+use std::path::Path;
+
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::identification::{IdimLsOptions, Method};
+use didim_core::robot::Robot;
+use didim_drivers::layout::CompiledLayout;
+use didim_drivers::units::{DriveSpec, Scales};
 
 pub use address::{BusAddress, BusAddressError};
+pub use error::CellError;
+pub use file::{BusSection, CellFile, IdentificationSection, OneOrMore, Processes, ServiceSection};
+pub use library::{Library, SHIPPED};
+
+use crate::worker::WindowOptions;
+
+/// A cell, validated.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Name of the cell.
+    pub name: String,
+    /// The arm, with the sign model that the cell chose.
+    pub robot: Robot,
+    /// Its dynamics.
+    pub model: Model,
+    /// Its base parameters.
+    pub base: BaseParameters,
+    /// Where the frames come from.
+    pub sources: Vec<BusAddress>,
+    /// Receive buffer of each socket \[bytes\].
+    pub receive_buffer_bytes: usize,
+    /// What the frames mean.
+    pub layout: CompiledLayout,
+    /// The drives as they were described.
+    pub drives: Vec<DriveSpec>,
+    /// Drive units to SI.
+    pub scales: Scales,
+    /// When to identify.
+    pub window: WindowOptions,
+    /// The method.
+    pub method: Method,
+    /// Its options.
+    pub options: IdimLsOptions,
+    /// How the service runs.
+    pub service: ServiceSection,
+    /// SHA-256 over the cell, robot and DBC file, so that a result names what it was made with.
+    pub configuration_sha256: String,
+}
+
+impl Cell {
+    /// Reads a cell file and every file that it names.
+    ///
+    /// # Errors
+    /// See [`CellError`].
+    pub fn read(path: &Path) -> Result<Self, CellError> {
+        Self::from_library(&Library::Files, path)
+    }
+
+    /// As [`Self::read`], from files or from what is shipped inside the program.
+    ///
+    /// # Errors
+    /// See [`CellError`].
+    pub fn from_library(library: &Library, path: &Path) -> Result<Self, CellError> {
+        let text = library.read(path)?;
+        let file: CellFile = toml::from_str(&text).map_err(|source| CellError::Cell {
+            file: path.to_path_buf(),
+            source: Box::new(source),
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+
+        let robot_path = folder.join(&file.robot);
+        let robot_text = library.read(&robot_path)?;
+        let mut robot = Robot::from_toml(&robot_text)
+            .map_err(|source| CellError::Robot { file: robot_path.clone(), source })?;
+        if let Some(sign) = file.identification.sign {
+            robot = robot.with_sign_model(sign);
+        }
+        let model = Model::new(&robot);
+        let base = BaseParameters::compute(&model)
+            .map_err(|source| CellError::BaseParameters { file: robot_path, source })?;
+
+        let dbc_path = folder.join(&file.bus.layout.dbc);
+        let dbc_text = library.read(&dbc_path)?;
+        let wrong = |key: &'static str, problem: String| CellError::Value {
+            file: path.to_path_buf(),
+            key,
+            problem,
+        };
+        let layout = CompiledLayout::compile(&dbc_text, &file.bus.layout).map_err(|source| {
+            CellError::Layout { file: path.to_path_buf(), dbc: dbc_path, source: source.into() }
+        })?;
+        if layout.axes() != robot.joints() {
+            return Err(CellError::Axes {
+                file: path.to_path_buf(),
+                axes: layout.axes(),
+                joints: robot.joints(),
+            });
+        }
+        let scales = Scales::new(&file.bus.drives, &layout)
+            .map_err(|source| CellError::Drives { file: path.to_path_buf(), source })?;
+
+        let sources = file.bus.source.into_vec();
+        if sources.is_empty() {
+            return Err(wrong("bus.source", "names no bus; write can:INTERFACE".to_owned()));
+        }
+        let options = IdimLsOptions {
+            position_filter: file.identification.position_filter,
+            decimation_filter: file.identification.decimation_filter,
+            parameters: file.identification.parameters.clone(),
+            limits: file.identification.limits,
+        };
+        let sample_rate_hz = 1e9 / layout.period_ns();
+        file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
+        options
+            .position_filter
+            .design(sample_rate_hz)
+            .map_err(|source| wrong("identification.position_filter", source.to_string()))?;
+        options
+            .decimation_filter
+            .design()
+            .map_err(|source| wrong("identification.decimation_filter", source.to_string()))?;
+        for name in options.parameters.iter().flatten() {
+            if !base.names().contains(name) {
+                return Err(wrong(
+                    "identification.parameters",
+                    format!(
+                        "`{name}` is not a base parameter of {}; known: {}",
+                        robot.name(),
+                        base.names().join(" ")
+                    ),
+                ));
+            }
+        }
+        if !(1..=99).contains(&file.service.real_time_priority.unwrap_or(1)) {
+            return Err(wrong("service.real_time_priority", "has to be 1 to 99".to_owned()));
+        }
+
+        Ok(Self {
+            name: file.name,
+            configuration_sha256: sha256(&[&text, &robot_text, &dbc_text]),
+            robot,
+            model,
+            base,
+            sources: sources.into_iter().map(|s| resolve(s, folder)).collect(),
+            receive_buffer_bytes: file.bus.receive_buffer_bytes,
+            layout,
+            drives: file.bus.drives,
+            scales,
+            window: file.window,
+            method: file.identification.method,
+            options,
+            service: file.service,
+        })
+    }
+
+    /// The nominal sample rate of the bus \[Hz\].
+    pub fn sample_rate_hz(&self) -> f64 {
+        1e9 / self.layout.period_ns()
+    }
+}
+
+/// A log named in a cell file lies relative to that file.
+fn resolve(address: BusAddress, folder: &Path) -> BusAddress {
+    match address {
+        BusAddress::Log(file) => BusAddress::Log(folder.join(file)),
+        other => other,
+    }
+}
+
+/// SHA-256 of several texts, each preceded by its length so that no two lists give one digest.
+fn sha256(texts: &[&str]) -> String {
+    use sha2::{Digest, Sha256};
+
+    let mut digest = Sha256::new();
+    for text in texts {
+        digest.update((text.len() as u64).to_le_bytes());
+        digest.update(text.as_bytes());
+    }
+    digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -6,6 +6,8 @@
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use didim_core::identification::Signals;
+
 use super::{Recording, Side};
 
 /// The largest part of a sample period by which a time stamp may leave the uniform grid.
@@ -200,10 +202,12 @@ fn parse_csv(
     };
     Ok(Recording {
         side: header.side,
-        sample_rate_hz: rate,
-        position,
-        torque,
-        reference: header.has_reference.then_some(reference),
+        signals: Signals {
+            sample_rate_hz: rate,
+            position_rad: position,
+            torque_nm: torque,
+            reference_rad: header.has_reference.then_some(reference),
+        },
     })
 }
 
@@ -318,9 +322,9 @@ pub fn write_csv(recording: &Recording, output: impl Write, path: &Path) -> Resu
     let table = |source| CsvError::Table { file: path.to_path_buf(), source };
     let mut writer = csv::Writer::from_writer(output);
     let blocks: Vec<(Quantity, &Vec<Vec<f64>>)> = [
-        (Quantity::Position, Some(&recording.position)),
-        (Quantity::Torque, Some(&recording.torque)),
-        (Quantity::Reference, recording.reference.as_ref()),
+        (Quantity::Position, Some(&recording.signals.position_rad)),
+        (Quantity::Torque, Some(&recording.signals.torque_nm)),
+        (Quantity::Reference, recording.signals.reference_rad.as_ref()),
     ]
     .into_iter()
     .filter_map(|(quantity, block)| block.map(|b| (quantity, b)))
@@ -335,7 +339,7 @@ pub fn write_csv(recording: &Recording, output: impl Write, path: &Path) -> Resu
     for k in 0..recording.samples() {
         row.clear();
         #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
-        row.push((k as f64 / recording.sample_rate_hz).to_string());
+        row.push((k as f64 / recording.signals.sample_rate_hz).to_string());
         row.extend(blocks.iter().flat_map(|(_, b)| b.iter().map(|axis| axis[k].to_string())));
         writer.write_record(&row).map_err(table)?;
     }
@@ -360,10 +364,12 @@ mod tests {
     fn what_was_written_is_read_back_bit_for_bit() {
         let recording = Recording {
             side: Side::Motor,
-            sample_rate_hz: 5000.0,
-            position: vec![vec![0.1, 1.0 / 3.0, 7e-9], vec![-1.0, 2.0, 3.0]],
-            torque: vec![vec![1.5, -0.25, 1e300], vec![0.0, 1.0, 2.0]],
-            reference: Some(vec![vec![0.1, 0.2, 0.3], vec![1.0, 2.0, 3.0]]),
+            signals: Signals {
+                sample_rate_hz: 5000.0,
+                position_rad: vec![vec![0.1, 1.0 / 3.0, 7e-9], vec![-1.0, 2.0, 3.0]],
+                torque_nm: vec![vec![1.5, -0.25, 1e300], vec![0.0, 1.0, 2.0]],
+                reference_rad: Some(vec![vec![0.1, 0.2, 0.3], vec![1.0, 2.0, 3.0]]),
+            },
         };
         let mut bytes = Vec::new();
         write_csv(&recording, &mut bytes, Path::new("x.csv")).unwrap();
@@ -374,8 +380,9 @@ mod tests {
     #[test]
     fn columns_may_stand_in_any_order() {
         let read = parse("joint_torque_nm_1,joint_position_rad_1\n1,2\n3,4\n", Some(10.0)).unwrap();
-        assert_eq!((read.torque, read.position), (vec![vec![1.0, 3.0]], vec![vec![2.0, 4.0]]));
-        assert_eq!((read.side, read.reference), (Side::Joint, None));
+        assert_eq!(read.signals.torque_nm, [[1.0, 3.0]]);
+        assert_eq!(read.signals.position_rad, [[2.0, 4.0]]);
+        assert_eq!((read.side, read.signals.reference_rad), (Side::Joint, None));
     }
 
     #[test]
@@ -390,7 +397,11 @@ mod tests {
         let rows: String =
             (0..1000).map(|k| format!("{:.4},0,0\n", f64::from(k) / 3000.0)).collect();
         let read = parse(&format!("{HEADER}{rows}"), None).unwrap();
-        assert!((read.sample_rate_hz - 3000.0).abs() < 0.5, "{}", read.sample_rate_hz);
+        assert!(
+            (read.signals.sample_rate_hz - 3000.0).abs() < 0.5,
+            "{}",
+            read.signals.sample_rate_hz
+        );
     }
 
     #[test]

@@ -4,8 +4,13 @@
 //! transmission they were measured on.
 
 mod csv;
+mod log;
 
 pub use csv::{CsvError, read_csv, write_csv};
+pub use log::{LogError, read_log};
+
+use didim_core::identification::Signals;
+use didim_core::{JointSample, MAX_JOINTS};
 
 /// Which side of the transmission a recording describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,29 +31,42 @@ impl Side {
     }
 }
 
-/// Signals on a uniform grid: one vector per axis, all of one length.
+/// Signals on a uniform grid, and the side of the transmission they belong to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The side of the transmission.
     pub side: Side,
-    /// Samples per second \[Hz\].
-    pub sample_rate_hz: f64,
-    /// Measured position per axis \[rad\] (joint side of a prismatic joint: \[m\]).
-    pub position: Vec<Vec<f64>>,
-    /// Torque per axis \[N·m\] (joint side of a prismatic joint: \[N\]).
-    pub torque: Vec<Vec<f64>>,
-    /// What the controller was told to reach, in the unit of the position, if it was recorded.
-    pub reference: Option<Vec<Vec<f64>>>,
+    /// The signals: one vector per axis, all of one length.
+    pub signals: Signals,
 }
 
 impl Recording {
+    /// Motor-side signals of consecutive samples; a reference only when every sample has one.
+    pub fn from_samples(samples: &[JointSample], axes: usize, sample_rate_hz: f64) -> Self {
+        let column = |of: fn(&JointSample) -> &[f64; MAX_JOINTS]| -> Vec<Vec<f64>> {
+            (0..axes.min(MAX_JOINTS))
+                .map(|axis| samples.iter().map(|sample| of(sample)[axis]).collect())
+                .collect()
+        };
+        let has_reference = !samples.is_empty() && samples.iter().all(|s| s.has_reference);
+        Self {
+            side: Side::Motor,
+            signals: Signals {
+                sample_rate_hz,
+                position_rad: column(|s| &s.motor_position_rad),
+                torque_nm: column(|s| &s.motor_torque_nm),
+                reference_rad: has_reference.then(|| column(|s| &s.motor_reference_rad)),
+            },
+        }
+    }
+
     /// Number of axes.
     pub fn axes(&self) -> usize {
-        self.position.len()
+        self.signals.position_rad.len()
     }
 
     /// Number of samples.
     pub fn samples(&self) -> usize {
-        self.position.first().map_or(0, Vec::len)
+        self.signals.position_rad.first().map_or(0, Vec::len)
     }
 }

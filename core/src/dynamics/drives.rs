@@ -20,11 +20,11 @@ struct Term {
     factor: f64,
 }
 
-/// τ += s φ\[column\] sign(s · q̇).
-#[derive(Clone, Copy, Debug)]
+/// τ += s φ\[column\] sign(s · q̇), s by its entries that are not 0: (joint, entry).
+#[derive(Clone, Debug)]
 struct CoulombTerm {
     column: usize,
-    direction: [f64; MAX_JOINTS],
+    direction: Vec<(usize, f64)>,
 }
 
 /// The terms of all drives, each with the column of its parameter.
@@ -64,12 +64,11 @@ impl Drives {
                 drives.viscous.extend(outer(n, &direction, column, |_| false));
             }
             if let Some(column) = table.column(Fc, j) {
-                let mut own = [0.0; MAX_JOINTS];
-                own[j] = 1.0;
-                drives.coulomb.push(CoulombTerm { column, direction: own });
+                drives.coulomb.push(CoulombTerm { column, direction: vec![(j, 1.0)] });
             }
             if let Some(column) = table.column(FcMotor, j) {
-                drives.coulomb.push(CoulombTerm { column, direction });
+                let entries = direction.into_iter().enumerate().filter(|(_, s)| *s != 0.0);
+                drives.coulomb.push(CoulombTerm { column, direction: entries.collect() });
             }
             if let Some(column) = table.column(Off, j) {
                 drives.offset.push((column, j));
@@ -105,12 +104,12 @@ impl Drives {
         }
         for CoulombTerm { column, direction } in &self.coulomb {
             let mut speed = T::zero();
-            for (s, dq) in direction.iter().zip(dq).filter(|(s, _)| **s != 0.0) {
-                speed += T::constant(*s) * *dq;
+            for &(joint, s) in direction {
+                speed += T::constant(s) * dq[joint];
             }
             let sign = self.sign_model.value(speed);
-            for (row, s) in direction.iter().enumerate().filter(|(_, s)| **s != 0.0) {
-                add(row, *column, T::constant(*s) * sign);
+            for &(joint, s) in direction {
+                add(joint, *column, T::constant(s) * sign);
             }
         }
         for &(column, row) in &self.offset {

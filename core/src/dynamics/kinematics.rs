@@ -45,20 +45,31 @@ impl<T: Scalar> Pose<T> {
     pub(super) fn to_previous(self, v: Vector3<T>) -> Vector3<T> {
         let x = self.cos_theta * v.x - self.sin_theta * v.y;
         let y = self.sin_theta * v.x + self.cos_theta * v.y;
-        let (cos, sin) = (T::constant(self.alpha.cos), T::constant(self.alpha.sin));
-        Vector3::new(x, cos * y - sin * v.z, sin * y + cos * v.z)
+        let (y, z) = turn(self.alpha, y, v.z);
+        Vector3::new(x, y, z)
     }
 
     /// A vector of the previous link, in the frame of the link.
     pub(super) fn to_link(self, v: Vector3<T>) -> Vector3<T> {
-        let (cos, sin) = (T::constant(self.alpha.cos), T::constant(self.alpha.sin));
-        let y = cos * v.y + sin * v.z;
-        let z = cos * v.z - sin * v.y;
+        let (y, z) = turn(self.alpha.reversed(), v.y, v.z);
         Vector3::new(
             self.cos_theta * v.x + self.sin_theta * y,
             self.cos_theta * y - self.sin_theta * v.x,
             z,
         )
+    }
+}
+
+/// Turns (y, z) about x. Most arms have quarter turns only, which take no products.
+fn turn<T: Scalar>(angle: Angle, y: T, z: T) -> (T, T) {
+    let Angle { cos, sin } = angle;
+    if sin == 0.0 {
+        if cos > 0.0 { (y, z) } else { (-y, -z) }
+    } else if cos == 0.0 {
+        if sin > 0.0 { (-z, y) } else { (z, -y) }
+    } else {
+        let (cos, sin) = (T::constant(cos), T::constant(sin));
+        (cos * y - sin * z, sin * y + cos * z)
     }
 }
 
@@ -109,16 +120,17 @@ impl Model {
                 angular_acceleration: pose.to_link(angular_acceleration),
                 acceleration: pose.to_link(acceleration + tangential + centripetal),
             };
-            let velocity = Vector3::along_z(dq[j]);
-            let own = Vector3::along_z(ddq.map_or_else(T::zero, |ddq| ddq[j]));
-            let gyroscopic = carried_velocity.cross(velocity);
+            let own = ddq.map_or_else(T::zero, |ddq| ddq[j]);
+            let gyroscopic = carried_velocity.cross_along_z(dq[j]);
             match joint.kind {
                 JointKind::Revolute => {
-                    motion.angular_velocity = carried_velocity + velocity;
-                    motion.angular_acceleration = motion.angular_acceleration + own + gyroscopic;
+                    motion.angular_velocity = carried_velocity.plus_along_z(dq[j]);
+                    motion.angular_acceleration =
+                        (motion.angular_acceleration + gyroscopic).plus_along_z(own);
                 }
                 JointKind::Prismatic => {
-                    motion.acceleration = motion.acceleration + own + gyroscopic + gyroscopic;
+                    motion.acceleration =
+                        (motion.acceleration + gyroscopic + gyroscopic).plus_along_z(own);
                 }
             }
             ws.motions[j] = motion;

@@ -59,11 +59,12 @@ impl Model {
 /// The wrench for a unit acceleration along or about z of a body at rest:
 /// revolute F = z × ms, N = J z; prismatic F = m z, N = ms × z.
 fn unit_wrench<T: Scalar>(body: &Inertia<T>, kind: JointKind) -> Wrench<T> {
-    let z = Vector3::along_z(T::constant(1.0));
+    let one = T::constant(1.0);
+    let across = body.first_moment.cross_along_z(one);
     match kind {
-        JointKind::Revolute => Wrench { force: z.cross(body.first_moment), moment: body.rotate(z) },
-        JointKind::Prismatic => {
-            Wrench { force: z.scale(body.mass), moment: body.first_moment.cross(z) }
+        JointKind::Revolute => {
+            Wrench { force: Vector3::zero() - across, moment: body.rotate(Vector3::along_z(one)) }
         }
+        JointKind::Prismatic => Wrench { force: Vector3::along_z(body.mass), moment: across },
     }
 }

@@ -1,5 +1,6 @@
 //! The regressor: the inverse dynamic model as a matrix times the standard parameters.
 
+use super::kinematics::Motion;
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::robot::JointKind;
@@ -59,11 +60,7 @@ impl Model {
 /// [`Inertia::wrench`](super::inertia::Inertia::wrench):
 ///
 /// J:  cᵀ J ω̇ + (c × ω)ᵀ J ω      ms:  ms · (a × c + b × ω̇ + (b × ω) × ω)      m:  b · a
-fn link_columns<T: Scalar>(
-    turn: Vector3<T>,
-    shift: Vector3<T>,
-    motion: &super::kinematics::Motion<T>,
-) -> [T; 10] {
+fn link_columns<T: Scalar>(turn: Vector3<T>, shift: Vector3<T>, motion: &Motion<T>) -> [T; 10] {
     let w = motion.angular_velocity;
     let dw = motion.angular_acceleration;
     let a = motion.acceleration;

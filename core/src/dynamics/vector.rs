@@ -32,12 +32,22 @@ impl<T: Scalar> Vector3<T> {
         Self::new(T::zero(), T::zero(), z)
     }
 
+    /// v + (0, 0, z).
+    pub(super) fn plus_along_z(self, z: T) -> Self {
+        Self { z: self.z + z, ..self }
+    }
+
     pub(super) fn scale(self, factor: T) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
 
     pub(super) fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// v × (0, 0, z), without the products that are 0.
+    pub(super) fn cross_along_z(self, z: T) -> Self {
+        Self::new(self.y * z, -(self.x * z), T::zero())
     }
 
     pub(super) fn cross(self, other: Self) -> Self {

@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+/// Version of [`Estimate`]'s layout in JSON.
+pub const SCHEMA: u32 = 1;
+
 /// One parameter with its uncertainty. Nothing leaves the library without one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterEstimate {
@@ -52,6 +55,8 @@ pub struct Estimate {
     pub condition_number: f64,
     /// Its extreme singular values.
     pub singular_values: SingularValues,
+    /// Condition number of the same matrix without the weights.
+    pub unweighted_condition_number: f64,
     /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
     pub relative_error: f64,
     /// The same per joint.
@@ -66,4 +71,25 @@ pub struct Estimate {
     pub simulations: u32,
     /// Whether the result may be used.
     pub verdict: Verdict,
+}
+
+/// The decimated torques that the parameters were fitted to, for plots: one vector per joint, one
+/// entry per row \[N·m or N\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Time of each row since the first sample \[s\].
+    pub time_s: Vec<f64>,
+    /// Filtered measured torque.
+    pub measured: Vec<Vec<f64>>,
+    /// What the identified model gives for the same rows, X θ.
+    pub predicted: Vec<Vec<f64>>,
+}
+
+/// An estimate with what is needed to look at it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The result.
+    pub estimate: Estimate,
+    /// Measurement against model.
+    pub fit: Fit,
 }

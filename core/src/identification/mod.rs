@@ -1,10 +1,36 @@
 //! From an experiment to an estimate: the identification methods.
 //!
-//! Each method takes an [`Experiment`] and returns an [`Estimate`]; adding one touches one file and
-//! the list of methods.
+//! Each method takes an [`Experiment`] and returns an [`Identification`], an [`Estimate`] with what
+//! is needed to look at it; adding one touches one file and the list of methods in [`Method`].
+//!
+//! | step | where |
+//! |---|---|
+//! | signals and when they are valid | [`Experiment`] |
+//! | filtered motion, observation matrix, aligned torque (paper, 3.1.1) | `prefilter`, `observation` |
+//! | least squares (paper, 3.1.2) | [`regression`](crate::regression) |
+//! | whether the result may be used | [`VerdictLimits`] |
 
+mod assemble;
+mod error;
 mod estimate;
 mod experiment;
+mod idim_ls;
+mod method;
+mod observation;
+mod options;
+mod prefilter;
+mod selection;
+mod verdict;
 
-pub use estimate::{Estimate, ParameterEstimate, SingularValues, Verdict};
-pub use experiment::{Experiment, SignalTiming};
+pub use error::IdentificationError;
+pub use estimate::{
+    Estimate, Fit, Identification, ParameterEstimate, SCHEMA, SingularValues, Verdict,
+};
+pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
+pub use idim_ls::idim_ls;
+pub use method::{Method, UnknownMethod};
+pub use observation::observation_matrix;
+pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};
+pub use prefilter::{Motion, filtered_motion, filtered_torque};
+pub use selection::Selection;
+pub use verdict::VerdictLimits;

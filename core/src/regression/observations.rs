@@ -94,6 +94,9 @@ impl Observations {
     /// Noise level σ_j of every joint from residuals (equations 11 and 12):
     /// `σ_j² = ‖ρ_j‖²/(N − b/n)`, the b parameters counted against the n joints in equal parts.
     ///
+    /// From ordinary residuals the level of a quiet joint comes out high when another is much
+    /// noisier and rows are few: the noisy one's parameter errors show in every joint.
+    ///
     /// A level is never below the rounding of the joint's measurements, so that an exact fit does
     /// not ask for an infinite weight.
     pub fn noise_levels(&self, residuals: &DVector<f64>) -> Vec<f64> {

@@ -209,6 +209,9 @@ fn read_nominal(
     values: &BTreeMap<Spanned<String>, Spanned<f64>>,
 ) -> Result<NominalParameters, RobotError> {
     let mut by_column: Vec<Option<(String, f64)>> = vec![None; table.names().len()];
+    // In the order of the file: of two values for one parameter, the second is the error.
+    let mut values: Vec<_> = values.iter().collect();
+    values.sort_by_key(|(key, _)| key.span().start);
     for (key, value) in values {
         let name = key.get_ref();
         let line = text.line_of(key);

@@ -1,7 +1,10 @@
 //! Forward and backward filtering, which cancels the phase (paper, section 3.1.1).
 
 use super::error::SignalError;
-use super::sections::SecondOrderSections;
+use super::sections::{SecondOrderSections, Section};
+
+/// Samples that pass all sections before the next ones do: small enough for the nearest cache.
+const BLOCK: usize = 256;
 
 /// How many samples the signal is continued by at each end, point-mirrored about its end value
 /// (SciPy's `padtype="odd"`), so that the filter starts on something that moves like the signal.
@@ -71,23 +74,22 @@ impl SecondOrderSections {
         let mirrored = |about: [f64; L], x: [f64; L]| {
             core::array::from_fn::<f64, L, _>(|l| 2.0 * about[l] - x[l])
         };
-        // The continuation after the end, taken before the forward pass overwrites it.
+        // The continuations beyond both ends; the one before the start is needed forward only.
         let mut tail: Vec<[f64; L]> =
             signal.iter().rev().skip(1).take(pad).map(|&x| mirrored(last, x)).collect();
 
+        let mut head: Vec<[f64; L]> =
+            signal[1..=pad].iter().rev().map(|&x| mirrored(first, x)).collect();
+
         let mut state = State::settled(self, mirrored(first, signal[pad]));
-        for &x in signal[1..=pad].iter().rev() {
-            state.step(mirrored(first, x));
-        }
-        state.pass(signal.iter_mut());
-        state.pass(tail.iter_mut());
+        state.forward(&mut head);
+        state.forward(signal);
+        state.forward(&mut tail);
 
         let end = tail.last().or(signal.last()).copied().unwrap_or(last);
         let mut state = State::settled(self, end);
-        for &x in tail.iter().rev() {
-            state.step(x);
-        }
-        state.pass(signal.iter_mut().rev());
+        state.backward(&mut tail);
+        state.backward(signal);
         Ok(())
     }
 }
@@ -114,21 +116,42 @@ impl<'a, const L: usize> State<'a, L> {
         Self { filter, z }
     }
 
-    fn step(&mut self, mut x: [f64; L]) -> [f64; L] {
-        for (section, [z1, z2]) in self.filter.sections.iter().zip(&mut self.z) {
+    /// Filters samples in place, in the order of the slice.
+    fn forward(&mut self, samples: &mut [[f64; L]]) {
+        for block in samples.chunks_mut(BLOCK) {
+            for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
+                section.run(z, block.iter_mut());
+            }
+        }
+    }
+
+    /// Filters samples in place, last one first.
+    fn backward(&mut self, samples: &mut [[f64; L]]) {
+        for block in samples.rchunks_mut(BLOCK) {
+            for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
+                section.run(z, block.iter_mut().rev());
+            }
+        }
+    }
+}
+
+impl Section {
+    /// One section over some samples; its state stays in registers meanwhile.
+    fn run<'s, const L: usize>(
+        &self,
+        state: &mut [[f64; L]; 2],
+        samples: impl Iterator<Item = &'s mut [f64; L]>,
+    ) {
+        let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
+        let [mut z1, mut z2] = *state;
+        for x in samples {
             for l in 0..L {
-                let y = section.b[0] * x[l] + z1[l];
-                z1[l] = section.b[1] * x[l] - section.a[0] * y + z2[l];
-                z2[l] = section.b[2] * x[l] - section.a[1] * y;
+                let y = b0 * x[l] + z1[l];
+                z1[l] = b1 * x[l] - a1 * y + z2[l];
+                z2[l] = b2 * x[l] - a2 * y;
                 x[l] = y;
             }
         }
-        x
-    }
-
-    fn pass<'s>(&mut self, samples: impl Iterator<Item = &'s mut [f64; L]>) {
-        for x in samples {
-            *x = self.step(*x);
-        }
+        *state = [z1, z2];
     }
 }

@@ -3,7 +3,7 @@
 use crate::MAX_JOINTS;
 use crate::control::{ContinuousController, ControlTiming, ControllerConfig, SampledController};
 use crate::dynamics::{Model, Workspace};
-use crate::robot::Robot;
+use crate::robot::{Robot, Transmission};
 use crate::trajectory::Reference;
 
 use super::config::check_length;
@@ -158,6 +158,11 @@ impl<R: Reference> ClosedLoop<R> {
     /// The model that is simulated.
     pub fn model(&self) -> &Model {
         &self.plant.model
+    }
+
+    /// Gear ratios and couplings of the arm.
+    pub fn transmission(&self) -> &Transmission {
+        self.encoders.transmission()
     }
 
     /// The next sample: the first at time 0, each further one a period later. Allocates nothing.

@@ -19,6 +19,7 @@ struct Segment {
     profile: Trapezoid,
     from: [f64; MAX_JOINTS],
     distance: [f64; MAX_JOINTS],
+    to: [f64; MAX_JOINTS],
 }
 
 impl Trajectory {
@@ -42,6 +43,7 @@ impl Trajectory {
             profile: Trapezoid::new(1.0, 1.0),
             from,
             distance: [0.0; MAX_JOINTS],
+            to: from,
         }];
         for (index, m) in sequence.moves.iter().enumerate() {
             let number = index + 1;
@@ -64,7 +66,7 @@ impl Trajectory {
                 return Err(TrajectoryError::NoMotion { number });
             }
             let profile = Trapezoid::new(velocity, acceleration);
-            segments.push(Segment { start_s, profile, from, distance });
+            segments.push(Segment { start_s, profile, from, distance, to });
             start_s += profile.duration_s() + dwell(number, m.dwell_s)?;
             from = to;
         }
@@ -99,9 +101,10 @@ impl Reference for Trajectory {
         let Some(segment) = self.segments.get(begun.saturating_sub(1)) else { return };
         let (s, ds, dds) = segment.profile.at(time_s - segment.start_s);
         let out = position.iter_mut().zip(velocity).zip(acceleration);
-        let way = segment.from.iter().zip(&segment.distance).take(self.joints);
-        for (((q, dq), ddq), (from, distance)) in out.zip(way) {
-            *q = from + s * distance;
+        let way = segment.from.iter().zip(&segment.distance).zip(&segment.to).take(self.joints);
+        for (((q, dq), ddq), ((from, distance), to)) in out.zip(way) {
+            // At rest exactly on the target, so that a motion can end where it starts.
+            *q = if s < 1.0 { from + s * distance } else { *to };
             *dq = ds * distance;
             *ddq = dds * distance;
         }

@@ -12,7 +12,7 @@ use super::{JointLimits, Move, MoveSequence, TrajectoryError};
 pub struct RandomMoves {
     /// Chooses the sequence.
     pub seed: u64,
-    /// Number of moves.
+    /// Number of moves, at least two; the last leads back to the start.
     pub moves: usize,
     /// Part of each joint's range, around its middle, that targets are drawn from: 0 to 1.
     pub range_fraction: f64,
@@ -36,6 +36,9 @@ impl RandomMoves {
     pub fn draw(&self, limits: &[JointLimits]) -> Result<MoveSequence, TrajectoryError> {
         limits.iter().enumerate().try_for_each(|(j, limit)| limit.validate(j + 1))?;
         let bad = |key, expected| TrajectoryError::BadGenerator { key, expected };
+        if self.moves < 2 {
+            return Err(bad("moves", "at least 2"));
+        }
         if self.reach_rad.len() != limits.len() {
             return Err(bad("reach_rad", "one value per joint"));
         }
@@ -58,7 +61,7 @@ impl RandomMoves {
         let mut here: Vec<f64> = limits.iter().map(middle).collect();
         let start_rad = here.clone();
         let mut moves = Vec::new();
-        for _ in 0..self.moves {
+        for number in 1..=self.moves {
             for ((q, limit), reach) in here.iter_mut().zip(limits).zip(&self.reach_rad) {
                 let half =
                     0.5 * self.range_fraction * (limit.position_max_rad - limit.position_min_rad);
@@ -68,6 +71,9 @@ impl RandomMoves {
                 let inside = (target - middle(limit)).abs() <= half;
                 let target = if inside { target } else { *q - way };
                 *q = target.clamp(middle(limit) - half, middle(limit) + half);
+            }
+            if number == self.moves {
+                here.clone_from(&start_rad);
             }
             let mut part = |largest: f64| largest * (0.75 + 0.25 * unit.sample(&mut random));
             moves.push(Move {
@@ -116,6 +122,7 @@ mod tests {
         for seed in 0..200 {
             let sequence = generator(seed).draw(&limits()).unwrap();
             assert_eq!(sequence.moves.len(), 13);
+            assert_eq!(sequence.moves[12].target_rad, sequence.start_rad);
             Trajectory::plan(&sequence, &limits()).unwrap();
         }
     }

@@ -1,8 +1,14 @@
-//! The dynamics of random arms and of the TX40, through the public interface.
+//! Robots and their dynamics through the public interface: random arms, and the TX40.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(clippy::panic, reason = "the same")]
 #![allow(clippy::float_cmp, reason = "small whole numbers, which arithmetic must keep exactly")]
 
 mod arms;
 mod base_parameters;
+mod energy;
+mod generic;
+mod golden;
 mod identities;
+mod metamorphic;
+mod robot_file;
 mod tx40;

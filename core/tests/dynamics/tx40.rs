@@ -1,6 +1,6 @@
 //! The TX40 against closed forms and figures found independently.
 
-use didim_core::dynamics::{Model, NotPositiveDefinite, Workspace};
+use didim_core::dynamics::{BaseParameters, Model, NotPositiveDefinite, Workspace};
 use didim_core::robot::Robot;
 use nalgebra::{DMatrix, Matrix4, Vector4};
 
@@ -144,4 +144,42 @@ fn start_with_every_drive_inertia_1_is_refused_and_ia5_of_2_is_not() {
     assert_eq!(start(1.0), Err(NotPositiveDefinite { joint: 6 }));
     // [2 1; 1 1] q̈ = [1; 1] for joints 5 and 6.
     assert!(difference(&start(2.0).unwrap(), &[1.0, 1.0, 1.0, 1.0, 0.0, 1.0]) < 1e-14);
+}
+
+#[test]
+fn both_files_describe_one_arm() {
+    let (essential, physical) = (tx40(), tx40_physical());
+    assert_eq!(essential.chain(), physical.chain());
+    assert_eq!(essential.transmission(), physical.transmission());
+    assert_eq!(essential.parameters(), physical.parameters());
+
+    // The essential parameters are base parameters by name ...
+    let base = BaseParameters::compute(&Model::new(&essential)).unwrap();
+    let nominal = essential.nominal().unwrap();
+    let values = nominal.listed().iter().map(|(name, value)| (name, *value));
+    assert_eq!(base.to_standard(values).unwrap(), nominal.standard());
+    // ... and the physical ones amount to an arm of the same size.
+    let regrouped = base.regroup(physical.nominal().unwrap().standard());
+    for name in ["zz1r", "zz2r", "mx2r", "my3r", "fv1", "fc1", "ia3"] {
+        let ratio = regrouped[base.find(name).unwrap()] / nominal.value(name).unwrap();
+        assert!((0.7..1.4).contains(&ratio), "{name}: {ratio}");
+    }
+}
+
+#[test]
+fn every_link_of_the_physical_set_is_a_body() {
+    // The integral of (x y z 1)(x y z 1)' dm is positive definite for a body.
+    let robot = tx40_physical();
+    for link in robot.nominal().unwrap().standard().chunks(14).take(6) {
+        let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = *link.first_chunk().unwrap();
+        let half = 0.5 * (xx + yy + zz);
+        #[rustfmt::skip]
+        let second_moments = Matrix4::new(
+            half - xx, -xy, -xz, mx,
+            -xy, half - yy, -yz, my,
+            -xz, -yz, half - zz, mz,
+            mx, my, mz, m,
+        );
+        assert!(second_moments.symmetric_eigenvalues().min() > 0.0);
+    }
 }

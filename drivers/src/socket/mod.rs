@@ -1,1 +1,17 @@
-//! The socket options and system calls of SocketCAN that need unsafe code.
+//! The system calls of SocketCAN and the clocks, and with them all unsafe code of this crate.
+//!
+//! Everything here is safe to call: descriptors are owned, sizes are those of the type handed
+//! over, and what the kernel wrote is read back as bytes in safe code. There is no call that sends.
+
+mod clock;
+mod control;
+mod descriptor;
+mod receive;
+mod wait;
+
+pub use clock::clock_pair;
+#[cfg(test)]
+pub(crate) use control::ControlData;
+pub(crate) use descriptor::{CanSocket, DeviceState, device_state};
+pub(crate) use receive::{Message, ReceiveBuffer};
+pub(crate) use wait::wait_readable;

@@ -2,15 +2,18 @@
 
 mod candump;
 mod in_process;
-mod interface;
+mod socket_can;
 
 use core::time::Duration;
 
 pub use candump::{CandumpError, CandumpSource, CandumpWriter, LineFault, StampDigits, WriteError};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
-pub use interface::{InterfaceName, InterfaceNameError, MAX_INTERFACES};
+pub use socket_can::{
+    LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,
+};
 
 use crate::frame::Frame;
+pub use crate::frame::interface::{InterfaceName, InterfaceNameError, MAX_INTERFACES};
 
 /// What a call to [`Source::receive`] brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +81,8 @@ pub struct SourceCounters {
     /// Frames passed over: of an interface that was not asked for, or of a kind that is not
     /// understood (CAN XL).
     pub passed_over: u64,
+    /// Frames without a stamp of the kernel, stamped when they were read instead.
+    pub stamped_late: u64,
 }
 
 /// Why a source could not deliver.
@@ -89,6 +94,9 @@ pub enum SourceError {
     /// A log could not be read.
     #[error(transparent)]
     Candump(#[from] CandumpError),
+    /// A SocketCAN interface failed.
+    #[error(transparent)]
+    SocketCan(#[from] SocketCanError),
 }
 
 impl SourceError {
@@ -98,6 +106,7 @@ impl SourceError {
         match self {
             Self::NoRoom => true,
             Self::Candump(error) => error.is_recoverable(),
+            Self::SocketCan(error) => error.is_recoverable(),
         }
     }
 }

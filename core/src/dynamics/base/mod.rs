@@ -174,8 +174,8 @@ fn rank_of_choice(parameter: Parameter, chain: &[Joint]) -> u8 {
     use ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, M, Mx, My, Mz, Off, Xx, Xy, Xz, Yy, Yz, Zz};
 
     match (parameter.kind, chain[parameter.joint].kind) {
-        // Friction and offsets keep their names: no inertia should be read as one of them, except
-        // that a vertical sliding axis cannot tell its weight from an offset otherwise.
+        // Friction and offsets first, so that inertia is regrouped into them and not the reverse.
+        // It happens on a sliding axis along gravity only, whose weight is a constant force.
         (Fv | Fc | Off | FvMotor | FcMotor, _) => 0,
         (Xx | Xy | Xz | Yz | Zz | Mx | My, JointKind::Revolute) => 1,
         (Mx | My | Mz | M, JointKind::Prismatic) => 1,

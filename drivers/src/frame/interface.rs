@@ -23,7 +23,7 @@ impl InterfaceName {
     }
 
     /// As [`Self::new`]; nothing when no interface can be called that.
-    pub(super) fn from_bytes(name: &[u8]) -> Option<Self> {
+    pub(crate) fn from_bytes(name: &[u8]) -> Option<Self> {
         let allowed = |byte: &u8| byte.is_ascii_graphic() && !matches!(byte, b'/' | b':');
         if name.is_empty() || !name.iter().all(allowed) || matches!(name, b"." | b"..") {
             return None;

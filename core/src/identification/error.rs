@@ -1,0 +1,136 @@
+//! Why an identification is refused.
+
+use thiserror::Error;
+
+use super::selection::Selection;
+use crate::regression::RegressionError;
+use crate::signal::SignalError;
+
+/// What speaks against an identification; each message ends with what to do.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum IdentificationError {
+    /// Experiment and robot are not the same arm. Remedy: check the robot named in the cell file.
+    #[error(
+        "the experiment has {experiment} joints, robot {robot:?} has {joints}; \
+         choose the robot that was recorded"
+    )]
+    JointCount {
+        /// The robot.
+        robot: String,
+        /// Its joints.
+        joints: usize,
+        /// Joints of the experiment.
+        experiment: usize,
+    },
+    /// The base parameters belong to another robot. Remedy: compute them from this one's model.
+    #[error("the base parameters are not those of robot {robot:?}; compute them from its model")]
+    OtherBaseParameters {
+        /// The robot.
+        robot: String,
+    },
+    /// No base parameter has this name. Remedy: use one of those listed.
+    #[error("{name:?} is no base parameter of this robot; known are: {}", known.join(" "))]
+    UnknownParameter {
+        /// The name given.
+        name: String,
+        /// Every base parameter.
+        known: Vec<String>,
+    },
+    /// A parameter is listed more than once. Remedy: list it once.
+    #[error("parameter {name:?} is listed more than once; list it once")]
+    RepeatedParameter {
+        /// The name.
+        name: String,
+    },
+    /// The list of parameters is empty. Remedy: leave it out to identify all base parameters.
+    #[error("the list of parameters is empty; leave it out to identify every base parameter")]
+    NoParameter,
+    /// The filter of the positions cannot be designed. Remedy: the cut-off must lie below half the
+    /// sample rate.
+    #[error("position filter: {0}")]
+    PositionFilter(SignalError),
+    /// The filter for decimation cannot be designed. Remedy: as the cause says.
+    #[error("decimation filter: {0}")]
+    DecimationFilter(SignalError),
+    /// A joint's signal cannot be filtered or differentiated. Remedy: as the cause says; usually a
+    /// longer record.
+    #[error("{signal} of joint {joint}: {cause}")]
+    Signal {
+        /// Which signal.
+        signal: &'static str,
+        /// Joint, from 1.
+        joint: usize,
+        /// What is wrong.
+        cause: SignalError,
+    },
+    /// The observation matrix holds a value that is not finite. Remedy: look for absurd positions
+    /// near that sample.
+    #[error("the regressor at sample {sample} is not finite; look for absurd positions there")]
+    Regressor {
+        /// Sample, from 0.
+        sample: usize,
+    },
+    /// Too few rows remain after decimation. Remedy: record longer, count more samples, or decimate
+    /// less.
+    #[error(
+        "{rows} rows after decimation are too few for {parameters} parameters; record longer, \
+         count more samples or decimate less"
+    )]
+    TooFewRows {
+        /// Rows of the observation matrix, all joints.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// The motion does not excite some parameters at all. Remedy: move the joints concerned, or
+    /// leave the parameters out.
+    #[error(
+        "the motion does not excite {}; move the joints concerned or leave these parameters out",
+        parameters.join(", ")
+    )]
+    NotExcited {
+        /// Their names.
+        parameters: Vec<String>,
+    },
+    /// Only combinations of some parameters can be told from this motion. Remedy: a richer
+    /// trajectory, or leave some of them out.
+    #[error(
+        "the motion does not tell {} apart; move along a richer trajectory or leave some out",
+        parameters.join(", ")
+    )]
+    RankDeficient {
+        /// Every parameter that takes part.
+        parameters: Vec<String>,
+    },
+    /// A joint's torque is zero in every row. Remedy: check that it is recorded.
+    #[error("the torque of joint {joint} is zero throughout; check that it is recorded")]
+    NoTorque {
+        /// Joint, from 1.
+        joint: usize,
+    },
+    /// Any other failure of the least squares. Remedy: as the cause says.
+    #[error("least squares: {0}")]
+    Regression(RegressionError),
+}
+
+impl IdentificationError {
+    /// The failure of a regression, with columns called by their parameters' names.
+    pub(super) fn from_regression(error: RegressionError, selection: &Selection) -> Self {
+        let named = |columns: Vec<usize>| -> Vec<String> {
+            columns.iter().filter_map(|&c| selection.names().get(c).cloned()).collect()
+        };
+        match error {
+            RegressionError::TooFewRows { rows, columns } => {
+                Self::TooFewRows { rows, parameters: columns }
+            }
+            RegressionError::ZeroColumns { columns } => {
+                Self::NotExcited { parameters: named(columns) }
+            }
+            RegressionError::DependentColumns { columns } => {
+                Self::RankDeficient { parameters: named(columns) }
+            }
+            RegressionError::NoMeasurement { joint } => Self::NoTorque { joint: joint + 1 },
+            other => Self::Regression(other),
+        }
+    }
+}

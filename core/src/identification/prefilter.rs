@@ -1,0 +1,83 @@
+//! From recorded signals to the motion and the torque that enter the equation (paper, 3.1.1).
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::IdentificationError;
+use super::experiment::Experiment;
+use super::options::PositionFilter;
+use crate::signal::{ParallelDecimation, central_difference, delay_linear};
+
+/// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
+/// rad/s²; m for a prismatic joint\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// q.
+    pub position: DMatrix<f64>,
+    /// q̇.
+    pub velocity: DMatrix<f64>,
+    /// q̈.
+    pub acceleration: DMatrix<f64>,
+}
+
+/// The motion of an experiment: positions filtered without phase over the whole record, then
+/// central differences twice.
+///
+/// # Errors
+/// [`IdentificationError::PositionFilter`] and [`IdentificationError::Signal`].
+pub fn filtered_motion(
+    experiment: &Experiment,
+    filter: &PositionFilter,
+) -> Result<Motion, IdentificationError> {
+    let rate = experiment.sample_rate_hz();
+    let sections = filter.design(rate).map_err(IdentificationError::PositionFilter)?;
+    let mut position = experiment.position_rad().clone();
+    let mut velocity = DMatrix::zeros(position.nrows(), position.ncols());
+    let mut acceleration = velocity.clone();
+    for joint in 0..position.ncols() {
+        let failed =
+            |cause| IdentificationError::Signal { signal: "position", joint: joint + 1, cause };
+        let mut q = position.column_mut(joint);
+        sections.filter_zero_phase(q.as_mut_slice(), sections.default_padding()).map_err(failed)?;
+        let dq = central_difference(q.as_slice(), rate).map_err(failed)?;
+        let ddq = central_difference(&dq, rate).map_err(failed)?;
+        velocity.column_mut(joint).copy_from_slice(&dq);
+        acceleration.column_mut(joint).copy_from_slice(&ddq);
+    }
+    Ok(Motion { position, velocity, acceleration })
+}
+
+/// The measurements y of equation 7: torques moved to the instants of the positions, filtered, and
+/// decimated, the rows of each joint together.
+///
+/// A value that acts late or is held is worth at an instant what was logged its mean delay before,
+/// linear between samples: for a command held over one period, the mean of the command before and
+/// after the instant.
+///
+/// # Errors
+/// [`IdentificationError::Signal`].
+pub fn filtered_torque(
+    experiment: &Experiment,
+    decimation: &ParallelDecimation,
+) -> Result<DVector<f64>, IdentificationError> {
+    let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+    let kept = decimation.kept(experiment.counted());
+    let mut rows = Vec::with_capacity(kept.clone().count() * experiment.joints());
+    for (joint, logged) in (1..).zip(experiment.torque_nm().column_iter()) {
+        let failed = |cause| IdentificationError::Signal { signal: "torque", joint, cause };
+        let mut torque = delay_linear(logged.as_slice(), delay).map_err(failed)?;
+        decimation.filter(&mut torque).map_err(failed)?;
+        rows.extend(kept.clone().filter_map(|k| torque.get(k)));
+    }
+    Ok(DVector::from_vec(rows))
+}
+
+/// Times of the rows of one joint since the first sample \[s\].
+pub(super) fn row_times(
+    counted: Range<usize>,
+    decimation: &ParallelDecimation,
+    sample_rate_hz: f64,
+) -> Vec<f64> {
+    decimation.kept(counted).map(|k| k as f64 / sample_rate_hz).collect()
+}

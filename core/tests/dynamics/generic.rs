@@ -1,0 +1,126 @@
+//! The algorithms over another scalar: dual numbers carry a derivative along.
+
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::scalar::Scalar;
+
+use crate::arms::{Design, Random, difference, inverse, physical_parameters};
+
+/// A value and its derivative.
+#[derive(Clone, Copy, Debug)]
+struct Dual(f64, f64);
+
+impl Add for Dual {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0, self.1 + other.1)
+    }
+}
+impl Sub for Dual {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0, self.1 - other.1)
+    }
+}
+impl Mul for Dual {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0, self.1 * other.0 + self.0 * other.1)
+    }
+}
+impl Div for Dual {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let value = self.0 / other.0;
+        Self(value, (self.1 - value * other.1) / other.0)
+    }
+}
+impl Neg for Dual {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0, -self.1)
+    }
+}
+impl AddAssign for Dual {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+impl SubAssign for Dual {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+impl MulAssign for Dual {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl Scalar for Dual {
+    fn constant(value: f64) -> Self {
+        Self(value, 0.0)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.0.sin_cos();
+        (Self(sin, cos * self.1), Self(cos, -sin * self.1))
+    }
+    fn tanh(self) -> Self {
+        let value = self.0.tanh();
+        Self(value, (1.0 - value * value) * self.1)
+    }
+    fn sqrt(self) -> Self {
+        let value = self.0.sqrt();
+        Self(value, 0.5 * self.1 / value)
+    }
+    fn sign(self) -> Self {
+        Self(Scalar::sign(self.0), 0.0)
+    }
+    fn dead_band_sign(self, threshold: f64) -> Self {
+        Self(self.0.dead_band_sign(threshold), 0.0)
+    }
+    fn all_positive(self) -> bool {
+        self.0 > 0.0
+    }
+}
+
+#[test]
+fn direct_dynamics_undoes_inverse_dynamics_with_their_derivatives() {
+    for seed in 0..100 {
+        let mut random = Random(seed);
+        let mut design = Design::random(&mut random);
+        design.sign = "{ model = \"tanh\", width_rad_s = 1.0 }";
+        let robot = design.robot();
+        let (n, model) = (robot.joints(), Model::new(&robot));
+        let parameters = physical_parameters(&mut random, &robot);
+        let states = [3.0, 4.0, 9.0].map(|size| random.vector(n, size));
+        let rates = [1.0; 3].map(|size| random.vector(n, size));
+
+        // The torque along a line through states, by duals and by central differences.
+        let dual = |values: &[f64], rates: &[f64]| -> Vec<Dual> {
+            values.iter().zip(rates).map(|(value, rate)| Dual(*value, *rate)).collect()
+        };
+        let constants: Vec<Dual> = parameters.iter().map(|value| Dual(*value, 0.0)).collect();
+        let [q, dq, ddq] = [0, 1, 2].map(|i| dual(&states[i], &rates[i]));
+        let mut tau = vec![Dual(0.0, 0.0); n];
+        let mut workspace = Workspace::new();
+        model.inverse_dynamics(&mut workspace, &constants, &q, &dq, &ddq, &mut tau);
+        let at = |step: f64| {
+            let [q, dq, ddq] = [0, 1, 2].map(|i| -> Vec<f64> {
+                states[i].iter().zip(&rates[i]).map(|(x, rate)| x + step * rate).collect()
+            });
+            inverse(&model, &parameters, &q, &dq, &ddq)
+        };
+        let slope: Vec<f64> =
+            at(1e-5).iter().zip(at(-1e-5)).map(|(after, before)| (after - before) / 2e-5).collect();
+        let derivative: Vec<f64> = tau.iter().map(|tau| tau.1).collect();
+        assert!(difference(&derivative, &slope) < 1e-7);
+
+        let mut back = vec![Dual(0.0, 0.0); n];
+        model.direct_dynamics(&mut workspace, &constants, &q, &dq, &tau, &mut back).unwrap();
+        for (found, expected) in back.iter().zip(&ddq) {
+            assert!(difference(&[found.0, found.1], &[expected.0, expected.1]) < 1e-8);
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Small random arms, smooth motions and exact torques: the same for the same seed.
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+
+use didim_core::dynamics::{BaseParameters, Model, Workspace};
+use didim_core::identification::{
+    DecimationFilter, IdimLsOptions, Motion, PositionFilter, Signals, VerdictLimits,
+};
+use didim_core::robot::{ParameterKind, Robot};
+
+/// SplitMix64.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn uniform(&mut self, min: f64, max: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        min + (max - min) * (z >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Standard normal, by Box and Muller.
+    pub(crate) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform(0.0, 1.0)).ln()).sqrt();
+        radius * (2.0 * PI * self.uniform(0.0, 1.0)).cos()
+    }
+}
+
+/// An arm with what a test needs to know about it.
+pub(crate) struct Arm {
+    pub(crate) robot: Robot,
+    pub(crate) model: Model,
+    pub(crate) base: BaseParameters,
+    /// Standard parameters.
+    pub(crate) truth: Vec<f64>,
+}
+
+impl Arm {
+    /// Revolute joints at random angles, the last motor coupled to the joint before, with random
+    /// parameters.
+    pub(crate) fn random(random: &mut Random, joints: usize) -> Self {
+        let mut text = "name = \"small\"\ngravity_m_s2 = [0, 0, -9.81]\n".to_owned();
+        for joint in 0..joints {
+            let (alpha, theta) = (random.uniform(40.0, 140.0), random.uniform(-180.0, 180.0));
+            let (d, r) = (random.uniform(0.1, 0.4), random.uniform(0.1, 0.4));
+            let alpha = if joint == 0 { 60.0 } else { alpha };
+            write!(
+                text,
+                "[[joint]]\ntype = \"revolute\"\nalpha_deg = {alpha:?}\nd_m = {d:?}\n\
+                 theta_deg = {theta:?}\nr_m = {r:?}\ndrive_inertia = true\n\
+                 position_min_deg = -170\nposition_max_deg = 170\n\
+                 velocity_max_rad_s = 5\ntorque_max_nm = 50\n"
+            )
+            .unwrap();
+        }
+        let rows: Vec<Vec<f64>> = (0..joints)
+            .map(|i| {
+                let coupled = |j| i + 1 == joints && j + 1 == i;
+                (0..joints)
+                    .map(|j| if i == j { 30.0 } else { f64::from(u8::from(coupled(j))) * 30.0 })
+                    .collect()
+            })
+            .collect();
+        write!(
+            text,
+            "[transmission]\nrows = {rows:?}\n[friction]\nviscous = true\ncoulomb = true\n\
+             offset = true\nsign = {{ model = \"tanh\", width_rad_s = 0.05 }}\n"
+        )
+        .unwrap();
+        let robot = Robot::from_toml(&text).unwrap();
+        let model = Model::new(&robot);
+        let base = BaseParameters::compute(&model).unwrap();
+        let truth = robot.parameters().parameters().iter().map(|parameter| {
+            match parameter.kind {
+                // Of the order of a small arm's, and positive where nature says so.
+                ParameterKind::M => random.uniform(1.0, 3.0),
+                ParameterKind::Xx | ParameterKind::Yy | ParameterKind::Zz => {
+                    random.uniform(0.2, 0.4)
+                }
+                ParameterKind::Ia => random.uniform(0.1, 0.2),
+                ParameterKind::Fv | ParameterKind::Fc => random.uniform(1.0, 3.0),
+                ParameterKind::FvMotor | ParameterKind::FcMotor => random.uniform(0.5, 1.0),
+                ParameterKind::Off => random.uniform(-0.5, 0.5),
+                _ => random.uniform(-0.1, 0.1),
+            }
+        });
+        let truth = truth.collect();
+        Self { robot, model, base, truth }
+    }
+
+    /// Smooth positions of every joint: sums of four sines up to `band_hz`, about ±1 rad.
+    pub(crate) fn positions(
+        &self,
+        random: &mut Random,
+        samples: usize,
+        sample_rate_hz: f64,
+        band_hz: f64,
+    ) -> Vec<Vec<f64>> {
+        let waves: Vec<[(f64, f64, f64); 4]> = (0..self.robot.joints())
+            .map(|_| {
+                [(); 4].map(|()| {
+                    let frequency = band_hz * random.uniform(0.2, 1.0);
+                    (random.uniform(0.2, 0.5), 2.0 * PI * frequency, random.uniform(0.0, 2.0 * PI))
+                })
+            })
+            .collect();
+        let at = |waves: &[(f64, f64, f64)], k: usize| {
+            let t = k as f64 / sample_rate_hz;
+            waves.iter().map(|(size, omega, phase)| size * (omega * t + phase).sin()).sum()
+        };
+        waves.iter().map(|waves| (0..samples).map(|k| at(waves, k)).collect()).collect()
+    }
+
+    /// The torques of a motion, one vector per joint.
+    pub(crate) fn torques(&self, motion: &Motion) -> Vec<Vec<f64>> {
+        let (samples, joints) = motion.position.shape();
+        let mut workspace = Workspace::new();
+        let mut torques = vec![vec![0.0; samples]; joints];
+        let mut tau = vec![0.0; joints];
+        for k in 0..samples {
+            let row = |m: &nalgebra::DMatrix<f64>| m.row(k).iter().copied().collect::<Vec<f64>>();
+            let (q, dq, ddq) =
+                (row(&motion.position), row(&motion.velocity), row(&motion.acceleration));
+            self.model.inverse_dynamics(&mut workspace, &self.truth, &q, &dq, &ddq, &mut tau);
+            for (torque, tau) in torques.iter_mut().zip(&tau) {
+                torque[k] = *tau;
+            }
+        }
+        torques
+    }
+
+    /// What a perfect identification finds.
+    pub(crate) fn true_base(&self) -> Vec<f64> {
+        self.base.regroup(&self.truth)
+    }
+}
+
+pub(crate) fn signals(
+    sample_rate_hz: f64,
+    position_rad: Vec<Vec<f64>>,
+    torque_nm: Vec<Vec<f64>>,
+) -> Signals {
+    Signals { sample_rate_hz, position_rad, torque_nm, reference_rad: None }
+}
+
+pub(crate) fn options(cutoff_hz: f64, cutoff_ratio: f64, factor: usize) -> IdimLsOptions {
+    IdimLsOptions {
+        position_filter: PositionFilter { order: 4, cutoff_hz },
+        decimation_filter: DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio, factor },
+        parameters: None,
+        limits: VerdictLimits::default(),
+    }
+}

@@ -1,0 +1,118 @@
+//! Exact torques give the parameters back, and what must not change the result does not.
+
+use didim_core::identification::{Experiment, filtered_motion, idim_ls};
+
+use crate::arm::{Arm, Random, options, signals};
+
+/// Largest deviation of a base parameter, relative to its value or to 0.1, whichever is more.
+fn deviation(arm: &Arm, values: impl Iterator<Item = f64>) -> f64 {
+    let truth = arm.true_base();
+    values.zip(&truth).fold(0.0, |m: f64, (v, t)| m.max((v - t).abs() / t.abs().max(0.1)))
+}
+
+/// The torques belong to the very motion that the filters find.
+#[test]
+fn torques_of_the_filtered_motion_give_every_base_parameter_back() {
+    for seed in 0..5 {
+        let mut random = Random(seed);
+        let arm = Arm::random(&mut random, 3);
+        let mut options = options(20.0, 0.8, 10);
+        // A random arm on a random motion: the values are judged, not the motion.
+        options.limits.condition_number = 1e5;
+        let position = arm.positions(&mut random, 4000, 400.0, 3.0);
+        let silent = signals(400.0, position.clone(), position.clone());
+        let motion =
+            filtered_motion(&Experiment::joint_side(&silent).unwrap(), &options.position_filter)
+                .unwrap();
+        let experiment =
+            Experiment::joint_side(&signals(400.0, position, arm.torques(&motion))).unwrap();
+        let found = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap();
+        let estimate = &found.estimate;
+        assert_eq!(estimate.parameters.len(), arm.base.names().len());
+        assert_eq!(estimate.rows, 3 * 400);
+        let deviation = deviation(&arm, estimate.parameters.iter().map(|p| p.value));
+        assert!(deviation < 1e-6, "seed {seed}: {deviation}");
+        assert!(estimate.relative_error < 1e-9, "seed {seed}: {}", estimate.relative_error);
+        assert!(estimate.verdict.applicable, "seed {seed}: {:?}", estimate.verdict);
+    }
+}
+
+/// The same through gears and couplings: a motor-side recording is the joint-side one.
+#[test]
+fn motor_side_signals_give_the_same_result() {
+    let mut random = Random(11);
+    let arm = Arm::random(&mut random, 3);
+    let options = options(20.0, 0.8, 10);
+    let position = arm.positions(&mut random, 2000, 400.0, 3.0);
+    let torque = arm.positions(&mut random, 2000, 400.0, 3.0);
+    let transmission = arm.robot.transmission();
+    let (mut motor_position, mut motor_torque) = (position.clone(), torque.clone());
+    for k in 0..2000 {
+        let mut motor = [0.0; 3];
+        transmission.motor_position(&[0, 1, 2].map(|j| position[j][k]), &mut motor);
+        (0..3).for_each(|j| motor_position[j][k] = motor[j]);
+        transmission.motor_torque(&[0, 1, 2].map(|j| torque[j][k]), &mut motor);
+        (0..3).for_each(|j| motor_torque[j][k] = motor[j]);
+    }
+    let joint = Experiment::joint_side(&signals(400.0, position, torque)).unwrap();
+    let motor = signals(400.0, motor_position, motor_torque);
+    let motor = Experiment::motor_side(&motor, transmission).unwrap();
+    let [a, b] = [joint, motor]
+        .map(|experiment| idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap().estimate);
+    for (a, b) in a.parameters.iter().zip(&b.parameters) {
+        assert!((a.value - b.value).abs() < 1e-9 * a.standard_deviation.max(a.value.abs()));
+    }
+}
+
+/// More columns than fit in memory at once are computed block by block, with the same bits.
+#[test]
+fn essential_parameters_have_the_columns_they_have_among_all() {
+    use didim_core::identification::{Selection, observation_matrix};
+
+    let mut random = Random(3);
+    let arm = Arm::random(&mut random, 3);
+    let options = options(20.0, 0.8, 100);
+    // 200,000 samples: a group of four columns takes 6 MiB, so that all do not fit in 64 MiB.
+    let position = arm.positions(&mut random, 200_000, 4000.0, 3.0);
+    let silent = signals(4000.0, position.clone(), position);
+    let experiment = Experiment::joint_side(&silent).unwrap();
+    let motion = filtered_motion(&experiment, &options.position_filter).unwrap();
+    let decimation = options.decimation_filter.design().unwrap();
+    let matrix = |names: Option<&[String]>| {
+        let selection = Selection::new(&arm.robot, &arm.base, names).unwrap();
+        observation_matrix(&arm.model, &selection, &motion, &decimation, 0..200_000).unwrap()
+    };
+    let all = matrix(None);
+    for (index, name) in arm.base.names().iter().enumerate().step_by(5) {
+        let alone = matrix(Some(std::slice::from_ref(name)));
+        assert_eq!(alone.ncols(), 1);
+        for (a, b) in alone.iter().zip(all.column(index).iter()) {
+            assert_eq!(a.to_bits(), b.to_bits(), "{name}");
+        }
+    }
+}
+
+/// The motion is known in closed form, and only its positions are given.
+#[test]
+fn analytic_torques_give_parameters_back_within_the_error_of_differences() {
+    let mut random = Random(21);
+    let arm = Arm::random(&mut random, 3);
+    let options = options(100.0, 0.8, 40);
+    // Central differences at 4 kHz are off by (ωT)²/3, 1.3e-6 at 1.25 Hz. The ends, where the
+    // position filter has no neighbours, do not count.
+    let position = arm.positions(&mut random, 40_000, 4000.0, 1.25);
+    let silent = signals(4000.0, position.clone(), position.clone());
+    let fine = filtered_motion(
+        &Experiment::joint_side(&silent).unwrap(),
+        // Without a filter, differences alone.
+        &didim_core::identification::PositionFilter { order: 1, cutoff_hz: 1999.0 },
+    )
+    .unwrap();
+    let experiment = Experiment::joint_side(&signals(4000.0, position, arm.torques(&fine)))
+        .unwrap()
+        .with_counted(2000..38_000)
+        .unwrap();
+    let found = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap();
+    let deviation = deviation(&arm, found.estimate.parameters.iter().map(|p| p.value));
+    assert!(deviation < 1e-4, "{deviation}");
+}

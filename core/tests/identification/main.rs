@@ -1,0 +1,9 @@
+//! IDIM-LS on simulated motions and on the real recording, through the public interface.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod arm;
+mod exact;
+mod noise;
+mod recording;
+mod refusals;
+mod timing;

@@ -1,0 +1,125 @@
+//! Control messages (cmsg(3)) of a received frame, read as bytes in safe code.
+
+/// Bytes kept for the control messages of one frame: SCM_TIMESTAMPING (64) and SO_RXQ_OVFL (24)
+/// on 64-bit machines, with room to spare.
+pub(super) const CONTROL_BYTES: usize = 128;
+
+/// The size of C's `size_t` and `long`, which cmsghdr and timespec are made of.
+const WORD: usize = size_of::<usize>();
+
+/// `struct cmsghdr`: its length as `size_t`, the level and the type as `int`.
+const HEADER: usize = WORD + 8;
+
+/// What the kernel said about a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ControlData {
+    /// CLOCK_REALTIME when the kernel received the frame \[ns\].
+    pub(crate) software_ns: Option<u64>,
+    /// The controller's own clock when it received the frame \[ns\].
+    pub(crate) hardware_ns: Option<u64>,
+    /// Frames dropped from this socket's queue since it was made, as far as it was told: the
+    /// counter wraps at 32 bits and is missing before the first drop.
+    pub(crate) drops: Option<u32>,
+}
+
+impl ControlData {
+    /// Reads what the kernel wrote; unknown and incomplete messages are passed over.
+    pub(super) fn parse(mut rest: &[u8]) -> Self {
+        let mut data = Self::default();
+        while let Some((length, level, kind)) = header(rest) {
+            let Some(message) = rest.get(HEADER..length) else { break };
+            if level == libc::SOL_SOCKET {
+                data.read(kind, message);
+            }
+            rest = rest.get(length.next_multiple_of(WORD)..).unwrap_or_default();
+        }
+        data
+    }
+
+    fn read(&mut self, kind: libc::c_int, message: &[u8]) {
+        match kind {
+            // Three times: software, an obsolete one, hardware; zero where there is none.
+            libc::SCM_TIMESTAMPING => {
+                self.software_ns = time(message, 0);
+                self.hardware_ns = time(message, 2);
+            }
+            libc::SCM_TIMESTAMPNS => self.software_ns = time(message, 0),
+            libc::SO_RXQ_OVFL => {
+                self.drops = message.first_chunk().map(|bytes| u32::from_ne_bytes(*bytes));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn header(bytes: &[u8]) -> Option<(usize, libc::c_int, libc::c_int)> {
+    let length = usize::from_ne_bytes(*bytes.first_chunk()?);
+    let level = libc::c_int::from_ne_bytes(*bytes.get(WORD..)?.first_chunk()?);
+    let kind = libc::c_int::from_ne_bytes(*bytes.get(WORD + 4..)?.first_chunk()?);
+    (length >= HEADER).then_some((length, level, kind))
+}
+
+/// The timespec at this index \[ns\]; nothing when it is zero or not there.
+fn time(message: &[u8], index: usize) -> Option<u64> {
+    let bytes = message.get(index * 2 * WORD..)?;
+    let seconds = isize::from_ne_bytes(*bytes.first_chunk()?);
+    let nanoseconds = isize::from_ne_bytes(*bytes.get(WORD..)?.first_chunk()?);
+    let ns = u64::try_from(seconds)
+        .ok()?
+        .checked_mul(1_000_000_000)?
+        .checked_add(u64::try_from(nanoseconds).ok()?)?;
+    (ns != 0).then_some(ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn message(kind: libc::c_int, data: &[u8]) -> Vec<u8> {
+        let mut bytes = (HEADER + data.len()).to_ne_bytes().to_vec();
+        bytes.extend(libc::SOL_SOCKET.to_ne_bytes());
+        bytes.extend(kind.to_ne_bytes());
+        bytes.extend(data);
+        bytes.resize(bytes.len().next_multiple_of(WORD), 0);
+        bytes
+    }
+
+    fn words(words: &[isize]) -> Vec<u8> {
+        words.iter().flat_map(|word| word.to_ne_bytes()).collect()
+    }
+
+    #[test]
+    fn stamps_and_drops_are_found_in_any_order() {
+        let stamps = message(libc::SCM_TIMESTAMPING, &words(&[1, 5, 0, 0, 2, 7]));
+        let drops = message(libc::SO_RXQ_OVFL, &77u32.to_ne_bytes());
+        let expected = ControlData {
+            software_ns: Some(1_000_000_005),
+            hardware_ns: Some(2_000_000_007),
+            drops: Some(77),
+        };
+        for order in [[&stamps, &drops], [&drops, &stamps]] {
+            let bytes: Vec<u8> = order.into_iter().flatten().copied().collect();
+            assert_eq!(ControlData::parse(&bytes), expected);
+        }
+        let software = message(libc::SCM_TIMESTAMPNS, &words(&[1, 5]));
+        assert_eq!(ControlData::parse(&software).software_ns, Some(1_000_000_005));
+        let none = message(libc::SCM_TIMESTAMPING, &words(&[1, 5, 0, 0, 0, 0]));
+        assert_eq!(ControlData::parse(&none).hardware_ns, None);
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic_or_hang(bytes in prop::collection::vec(any::<u8>(), 0..CONTROL_BYTES)) {
+            let _ = ControlData::parse(&bytes);
+        }
+
+        #[test]
+        fn no_length_makes_it_panic_or_hang(length in any::<usize>(), cut in 0usize..64) {
+            let mut bytes = message(libc::SO_RXQ_OVFL, &77u32.to_ne_bytes());
+            bytes[..WORD].copy_from_slice(&length.to_ne_bytes());
+            bytes.truncate(cut);
+            let _ = ControlData::parse(&bytes);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! A raw CAN socket and the state of a network device.
+
+#![allow(unsafe_code, reason = "socket, bind, setsockopt, getsockopt, shutdown, ioctl")]
+
+use core::mem::size_of;
+use std::io;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+
+use crate::frame::interface::InterfaceName;
+
+#[allow(clippy::cast_possible_truncation, reason = "C declares AF_CAN (29) wider than its field")]
+const FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
+
+/// A CAN_RAW socket. It has no way to send; where the kernel can shut the write side, it is shut.
+#[derive(Debug)]
+pub(crate) struct CanSocket(OwnedFd);
+
+impl CanSocket {
+    /// An unbound socket: it receives nothing before [`Self::bind`].
+    pub(crate) fn new() -> io::Result<Self> {
+        let flags = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
+        // SAFETY: takes no pointers.
+        let descriptor = check(unsafe { libc::socket(libc::PF_CAN, flags, libc::CAN_RAW) })?;
+        // SAFETY: the kernel just made this descriptor and nobody else knows it.
+        Ok(Self(unsafe { OwnedFd::from_raw_fd(descriptor) }))
+    }
+
+    /// Starts to receive from the device of this index.
+    pub(crate) fn bind(&self, device: libc::c_int) -> io::Result<()> {
+        // SAFETY: sockaddr_can is plain integers; all zeros is a valid value.
+        let mut address: libc::sockaddr_can = unsafe { core::mem::zeroed() };
+        address.can_family = FAMILY;
+        address.can_ifindex = device;
+        let length = socklen::<libc::sockaddr_can>();
+        // SAFETY: the address lives through the call and its length is that of its type.
+        let result = unsafe { libc::bind(self.raw(), (&raw const address).cast(), length) };
+        check(result)?;
+        // Most kernels cannot shut a CAN socket; then the lack of a sending call must do.
+        // SAFETY: takes no pointers.
+        unsafe { libc::shutdown(self.raw(), libc::SHUT_WR) };
+        Ok(())
+    }
+
+    /// Sets an integer option.
+    pub(crate) fn set(&self, level: libc::c_int, name: libc::c_int, value: u32) -> io::Result<()> {
+        self.set_all(level, name, &[value])
+    }
+
+    /// Accepts only the frames that pass one of these filters.
+    pub(crate) fn set_filters(&self, filters: &[libc::can_filter]) -> io::Result<()> {
+        self.set_all(libc::SOL_CAN_RAW, libc::CAN_RAW_FILTER, filters)
+    }
+
+    fn set_all<T: Copy>(
+        &self,
+        level: libc::c_int,
+        name: libc::c_int,
+        values: &[T],
+    ) -> io::Result<()> {
+        let length = libc::socklen_t::try_from(size_of_val(values))
+            .map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?;
+        // SAFETY: the slice lives through the call and `length` is its size in bytes; the kernel
+        // only reads it. T is u32 or can_filter, which have no padding.
+        check(unsafe { libc::setsockopt(self.raw(), level, name, values.as_ptr().cast(), length) })
+            .map(drop)
+    }
+
+    /// Reads an integer option.
+    pub(crate) fn get(&self, level: libc::c_int, name: libc::c_int) -> io::Result<libc::c_int> {
+        let mut value: libc::c_int = 0;
+        let mut length = socklen::<libc::c_int>();
+        // SAFETY: value and length live through the call, and length is the size of value.
+        check(unsafe {
+            libc::getsockopt(self.raw(), level, name, (&raw mut value).cast(), &raw mut length)
+        })?;
+        Ok(value)
+    }
+
+    pub(super) fn raw(&self) -> libc::c_int {
+        self.0.as_raw_fd()
+    }
+}
+
+/// A network device as the kernel knows it now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct DeviceState {
+    /// Its index; a device made anew under the same name gets another one.
+    pub(crate) index: libc::c_int,
+    /// Whether it is up.
+    pub(crate) up: bool,
+    /// The largest frame \[bytes\]: 16 classic CAN, 72 CAN FD, above that CAN XL.
+    pub(crate) mtu: libc::c_int,
+}
+
+/// Asks through a socket for the device of this name; ENODEV when there is none.
+/// Allocates nothing.
+pub(crate) fn device_state(socket: &CanSocket, name: InterfaceName) -> io::Result<DeviceState> {
+    // SAFETY: ifreq is integers and byte arrays; all zeros is a valid value.
+    let mut request: libc::ifreq = unsafe { core::mem::zeroed() };
+    // A name has at most 15 bytes: the sixteenth stays zero.
+    for (place, byte) in request.ifr_name.iter_mut().zip(name.as_str().bytes()) {
+        *place = libc::c_char::from_ne_bytes([byte]);
+    }
+    let mut ask = |what: libc::c_ulong| {
+        // SAFETY: these requests read the name, which ends in zero, and write into the union of
+        // the ifreq, which lives through the call. (The request number is c_int with some libcs.)
+        check(unsafe { libc::ioctl(socket.raw(), what as _, &raw mut request) })?;
+        Ok::<_, io::Error>(request.ifr_ifru)
+    };
+    // SAFETY: SIOCGIFINDEX succeeded and wrote the index; any bits are a valid integer.
+    let index = unsafe { ask(libc::SIOCGIFINDEX as libc::c_ulong)?.ifru_ifindex };
+    // SAFETY: SIOCGIFFLAGS succeeded and wrote the flags.
+    let flags = unsafe { ask(libc::SIOCGIFFLAGS as libc::c_ulong)?.ifru_flags };
+    // SAFETY: SIOCGIFMTU succeeded and wrote the MTU.
+    let mtu = unsafe { ask(libc::SIOCGIFMTU as libc::c_ulong)?.ifru_mtu };
+    Ok(DeviceState { index, up: libc::c_int::from(flags) & libc::IFF_UP != 0, mtu })
+}
+
+fn check(result: libc::c_int) -> io::Result<libc::c_int> {
+    if result < 0 { Err(io::Error::last_os_error()) } else { Ok(result) }
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "the sizes of two small C structures")]
+const fn socklen<T>() -> libc::socklen_t {
+    size_of::<T>() as libc::socklen_t
+}

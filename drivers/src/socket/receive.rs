@@ -1,0 +1,118 @@
+//! Many frames with one system call.
+
+#![allow(unsafe_code, reason = "recvmmsg: neither std nor socketcan offers it")]
+
+use std::io;
+
+use super::CanSocket;
+use super::control::{CONTROL_BYTES, ControlData};
+use crate::frame::MAX_PAYLOAD;
+
+/// Frames taken by one call: 12 ms of a 5 kHz bus.
+const BATCH: usize = 64;
+
+/// Bytes of `struct canfd_frame`; a classic frame has its first 16.
+const FRAME_BYTES: usize = 8 + MAX_PAYLOAD;
+
+/// Where the kernel puts one frame. Aligned for `struct cmsghdr`.
+#[derive(Clone, Copy)]
+#[repr(C, align(8))]
+struct Slot {
+    control: [u8; CONTROL_BYTES],
+    frame: [u8; FRAME_BYTES],
+    /// Written bytes of `frame`.
+    length: usize,
+    /// Written bytes of `control`.
+    control_length: usize,
+    flags: libc::c_int,
+}
+
+const EMPTY: Slot = Slot {
+    control: [0; CONTROL_BYTES],
+    frame: [0; FRAME_BYTES],
+    length: 0,
+    control_length: 0,
+    flags: 0,
+};
+
+/// One received message as the kernel described it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Message<'a> {
+    /// `struct can_frame` or `struct canfd_frame`, told apart by its length.
+    pub(crate) bytes: &'a [u8],
+    /// Sent by this host (MSG_DONTROUTE), through this or another socket.
+    pub(crate) sent_here: bool,
+    /// Stamps and drops.
+    pub(crate) control: ControlData,
+}
+
+/// Frames taken from one socket and not yet handed out. All memory is made at the start.
+pub(crate) struct ReceiveBuffer {
+    slots: Box<[Slot]>,
+    filled: usize,
+    next: usize,
+}
+
+impl ReceiveBuffer {
+    pub(crate) fn new() -> Self {
+        Self { slots: vec![EMPTY; BATCH].into_boxed_slice(), filled: 0, next: 0 }
+    }
+
+    /// Takes what waits in the socket, without waiting, after the last frames are used up.
+    #[allow(clippy::unnecessary_cast, reason = "the types differ between C libraries")]
+    pub(crate) fn fill(&mut self, socket: &CanSocket) -> io::Result<()> {
+        (self.filled, self.next) = (0, 0);
+        // SAFETY: iovec and mmsghdr are integers and pointers; zero and null are valid values.
+        let mut vectors: [libc::iovec; BATCH] = unsafe { core::mem::zeroed() };
+        // SAFETY: as above.
+        let mut headers: [libc::mmsghdr; BATCH] = unsafe { core::mem::zeroed() };
+        let parts = headers.iter_mut().zip(&mut vectors).zip(&mut self.slots);
+        for ((header, vector), slot) in parts {
+            vector.iov_base = slot.frame.as_mut_ptr().cast();
+            vector.iov_len = FRAME_BYTES;
+            header.msg_hdr.msg_iov = vector;
+            header.msg_hdr.msg_iovlen = 1;
+            header.msg_hdr.msg_control = slot.control.as_mut_ptr().cast();
+            header.msg_hdr.msg_controllen = CONTROL_BYTES as _;
+        }
+        let count = u32::try_from(BATCH).unwrap_or(0);
+        // SAFETY: `headers` holds `count` headers; each points to its own vector, frame and control
+        // bytes with their true sizes. All of them outlive the call, nothing else touches them
+        // meanwhile, and the kernel writes plain bytes. The timeout may be null.
+        let received = unsafe {
+            libc::recvmmsg(
+                socket.raw(),
+                headers.as_mut_ptr(),
+                count,
+                libc::MSG_DONTWAIT as _,
+                core::ptr::null_mut(),
+            )
+        };
+        let Ok(received) = usize::try_from(received) else {
+            return Err(io::Error::last_os_error());
+        };
+        for (slot, header) in self.slots.iter_mut().zip(&headers).take(received) {
+            slot.length = (header.msg_len as usize).min(FRAME_BYTES);
+            slot.control_length = (header.msg_hdr.msg_controllen as usize).min(CONTROL_BYTES);
+            slot.flags = header.msg_hdr.msg_flags;
+        }
+        self.filled = received.min(BATCH);
+        Ok(())
+    }
+
+    /// The oldest message that was not handed out yet.
+    pub(crate) fn next_message(&mut self) -> Option<Message<'_>> {
+        let slot = self.slots.get(self.next).filter(|_| self.next < self.filled)?;
+        self.next += 1;
+        Some(Message {
+            bytes: slot.frame.get(..slot.length)?,
+            sent_here: slot.flags & libc::MSG_DONTROUTE != 0,
+            control: ControlData::parse(slot.control.get(..slot.control_length)?),
+        })
+    }
+
+    /// Whether the last [`Self::fill`] was stopped by the size of this buffer.
+    pub(crate) fn was_full(&self) -> bool {
+        self.filled == BATCH
+    }
+}

@@ -1,0 +1,122 @@
+//! What can go wrong with a SocketCAN interface, and what to do about it.
+
+use std::io;
+
+use crate::source::{InterfaceName, MAX_INTERFACES};
+
+/// Why an interface cannot be listened to, or stopped being heard.
+#[derive(Debug, thiserror::Error)]
+pub enum SocketCanError {
+    /// None, or too many interfaces were asked for.
+    #[error("{count} interfaces asked for: name 1 to {MAX_INTERFACES}")]
+    InterfaceCount {
+        /// How many.
+        count: usize,
+    },
+    /// The same interface was asked for twice.
+    #[error("interface {interface} is named twice: name it once")]
+    Twice {
+        /// Which.
+        interface: InterfaceName,
+    },
+    /// No interface of this name: correct it, plug the adapter in, or make a virtual one.
+    #[error(
+        "there is no interface {interface}; CAN interfaces here: {existing}. To make a virtual \
+         one: `ip link add {interface} type vcan && ip link set {interface} mtu 72 up`"
+    )]
+    NoInterface {
+        /// Which.
+        interface: InterfaceName,
+        /// The names of the CAN interfaces that exist, or "none".
+        existing: String,
+    },
+    /// The interface is something else, such as Ethernet.
+    #[error("interface {interface} is not a CAN interface; CAN interfaces here: {existing}")]
+    NotCan {
+        /// Which.
+        interface: InterfaceName,
+        /// The names of the CAN interfaces that exist, or "none".
+        existing: String,
+    },
+    /// The kernel has no CAN sockets.
+    #[error(
+        "this kernel has no CAN sockets ({source}): load them with `modprobe can-raw`, or use a \
+         kernel with CONFIG_CAN_RAW; `didim demo` needs neither"
+    )]
+    NoKernelSupport {
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The process may not open CAN sockets.
+    #[error(
+        "no permission to open a CAN socket on {interface} ({source}): allow AF_CAN, with systemd \
+         by `RestrictAddressFamilies=AF_CAN`, in a container by the host's network"
+    )]
+    Permission {
+        /// Which.
+        interface: InterfaceName,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The layout needs CAN FD and the interface carries classic frames only.
+    #[error(
+        "interface {interface} carries classic frames only (MTU {mtu}) and CAN FD was asked for: \
+         `ip link set {interface} mtu 72` for a virtual one, `ip link set {interface} type can fd \
+         on dbitrate …` for a controller that can"
+    )]
+    NotFdCapable {
+        /// Which.
+        interface: InterfaceName,
+        /// The largest frame \[bytes\].
+        mtu: i32,
+    },
+    /// The system refused something that it never should.
+    #[error("cannot {what} on interface {interface}: {source}")]
+    System {
+        /// Which.
+        interface: InterfaceName,
+        /// What was tried.
+        what: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Waiting for the sockets failed.
+    #[error("cannot wait for frames: {source}")]
+    Wait {
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The interface is down. It is taken up again when it comes back.
+    #[error("interface {interface} is down: `ip link set {interface} up`, or look at its bus")]
+    Down {
+        /// Which.
+        interface: InterfaceName,
+    },
+    /// The interface vanished, as an adapter that is unplugged. It is opened again when it is back.
+    #[error("interface {interface} is gone: is the adapter plugged in?")]
+    Gone {
+        /// Which.
+        interface: InterfaceName,
+    },
+}
+
+impl SocketCanError {
+    /// Whether the source goes on by itself: true for what happens to an interface once opened.
+    pub fn is_recoverable(&self) -> bool {
+        matches!(self, Self::Down { .. } | Self::Gone { .. })
+    }
+}
+
+/// The CAN interfaces of this machine, for messages.
+pub(super) fn existing_interfaces() -> String {
+    /// ARPHRD_CAN of `linux/if_arp.h`.
+    const ARPHRD_CAN: &str = "280";
+    let devices = std::fs::read_dir("/sys/class/net").into_iter().flatten().flatten();
+    let is_can = |device: &std::fs::DirEntry| {
+        std::fs::read_to_string(device.path().join("type")).is_ok_and(|t| t.trim() == ARPHRD_CAN)
+    };
+    let mut names: Vec<String> =
+        devices.filter(is_can).map(|d| d.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}

@@ -1,0 +1,341 @@
+//! One interface in service: its frames, its counters, and what becomes of it.
+
+use core::time::Duration;
+use std::io;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use super::error::SocketCanError;
+use super::open::{Opened, open};
+use super::{InterfaceName, SocketCanOptions};
+use crate::clock::HardwareClock;
+use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
+use crate::socket::{CanSocket, Message, ReceiveBuffer, device_state};
+use crate::source::SourceCounters;
+
+/// Waits between attempts to open an interface that vanished: doubled from the first to the last.
+const FIRST_RETRY: Duration = Duration::from_millis(20);
+const LAST_RETRY: Duration = Duration::from_secs(2);
+
+/// System calls that one attempt to take frames may cost, whatever the kernel answers.
+const MOST_CALLS: u32 = 8;
+
+/// What was granted to an interface and counted on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkReport {
+    /// Its name.
+    pub interface: InterfaceName,
+    /// Whether it is there and up, as far as known.
+    pub up: bool,
+    /// The largest frame it carries \[bytes\]: 16 classic, 72 CAN FD.
+    pub mtu: i32,
+    /// The receive buffer that was granted \[bytes\]: less than wanted where `net.core.rmem_max`
+    /// is smaller and the process lacks CAP_NET_ADMIN.
+    pub receive_buffer_bytes: u32,
+    /// Whether stamps come from the controller.
+    pub hardware_stamps: bool,
+    /// The counters of this interface alone.
+    pub counters: SourceCounters,
+}
+
+/// Whether frames can come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Up,
+    Down,
+    /// The socket is dead for good, whatever becomes of the device.
+    Gone {
+        retry_at: Instant,
+        delay: Duration,
+    },
+}
+
+pub(super) struct Link {
+    name: InterfaceName,
+    /// In the order of the source.
+    index: u8,
+    options: SocketCanOptions,
+    opened: Option<Opened>,
+    last_opened: (i32, u32),
+    state: State,
+    buffer: ReceiveBuffer,
+    head: Option<Frame>,
+    drops: DropCounter,
+    hardware: Option<HardwareClock>,
+    counters: SourceCounters,
+    failure: Option<SocketCanError>,
+}
+
+impl Link {
+    pub(super) fn open(
+        name: InterfaceName,
+        index: u8,
+        options: &SocketCanOptions,
+    ) -> Result<Self, SocketCanError> {
+        let opened = open(name, options)?;
+        Ok(Self {
+            name,
+            index,
+            options: options.clone(),
+            last_opened: (opened.device.mtu, opened.receive_buffer_bytes),
+            opened: Some(opened),
+            state: State::Up,
+            buffer: ReceiveBuffer::new(),
+            head: None,
+            drops: DropCounter::default(),
+            hardware: None,
+            counters: SourceCounters::default(),
+            failure: None,
+        })
+    }
+
+    pub(super) fn name(&self) -> InterfaceName {
+        self.name
+    }
+
+    pub(super) fn report(&self) -> LinkReport {
+        let (mtu, receive_buffer_bytes) = self.last_opened;
+        LinkReport {
+            interface: self.name,
+            up: self.state == State::Up,
+            mtu,
+            receive_buffer_bytes,
+            hardware_stamps: self.hardware.is_some(),
+            counters: self.counters,
+        }
+    }
+
+    /// What to wait on; nothing while the interface is gone.
+    pub(super) fn socket(&self) -> Option<&CanSocket> {
+        self.opened.as_ref().map(|opened| &opened.socket)
+    }
+
+    /// When to come back without a frame.
+    pub(super) fn retry_in(&self) -> Option<Duration> {
+        match self.state {
+            State::Up => None,
+            State::Down => Some(FIRST_RETRY),
+            State::Gone { retry_at, .. } => {
+                Some(retry_at.saturating_duration_since(Instant::now()))
+            }
+        }
+    }
+
+    pub(super) fn take_failure(&mut self) -> Option<SocketCanError> {
+        self.failure.take()
+    }
+
+    /// The stamp of the next frame.
+    pub(super) fn head(&self) -> Option<u64> {
+        self.head.map(|frame| frame.stamp_ns)
+    }
+
+    /// The next frame.
+    pub(super) fn take(&mut self) -> Option<Frame> {
+        let frame = self.head.take()?;
+        self.counters.frames += 1;
+        self.counters.error_frames += u64::from(frame.is_error());
+        self.advance();
+        Some(frame)
+    }
+
+    /// Whether all frames taken from the kernel are used up and more may wait there.
+    pub(super) fn may_have_older(&self) -> bool {
+        self.head.is_none() && self.buffer.was_full()
+    }
+
+    /// Takes frames from the kernel when none are left; does not wait.
+    pub(super) fn fill(&mut self) {
+        self.reopen_when_due();
+        for _ in 0..MOST_CALLS {
+            let Some(opened) = self.opened.as_ref().filter(|_| self.head.is_none()) else {
+                return;
+            };
+            match self.buffer.fill(&opened.socket) {
+                Ok(()) => {
+                    self.advance();
+                    if self.state == State::Down {
+                        // It may be up again, or these were still waiting.
+                        self.supervise();
+                    }
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                // The queue may still hold frames of before: go round again.
+                Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => self.went_down(),
+                Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+                Err(source) => {
+                    let (interface, what) = (self.name, "receive");
+                    self.failure = Some(SocketCanError::System { interface, what, source });
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Looks at the device behind the socket, for what the socket did not tell.
+    pub(super) fn supervise(&mut self) {
+        let Some(opened) = &self.opened else { return };
+        match device_state(&opened.socket, self.name) {
+            Ok(now) if now.index != opened.device.index => self.vanished(),
+            Ok(now) if !now.up => self.went_down(),
+            Ok(_) => self.state = State::Up,
+            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+            Err(_) => {}
+        }
+    }
+
+    fn went_down(&mut self) {
+        if self.state == State::Up {
+            self.state = State::Down;
+            self.counters.link_down += 1;
+            self.failure = Some(SocketCanError::Down { interface: self.name });
+        }
+    }
+
+    fn vanished(&mut self) {
+        if self.state == State::Up {
+            self.counters.link_down += 1;
+        }
+        self.opened = None;
+        self.state = State::Gone { retry_at: Instant::now() + FIRST_RETRY, delay: FIRST_RETRY };
+        self.failure = Some(SocketCanError::Gone { interface: self.name });
+    }
+
+    fn reopen_when_due(&mut self) {
+        let State::Gone { retry_at, delay } = self.state else { return };
+        let now = Instant::now();
+        if now < retry_at {
+            return;
+        }
+        match open(self.name, &self.options) {
+            Ok(opened) => {
+                self.last_opened = (opened.device.mtu, opened.receive_buffer_bytes);
+                self.state = if opened.device.up { State::Up } else { State::Down };
+                self.opened = Some(opened);
+                self.drops = DropCounter::default();
+                self.hardware = None;
+                self.counters.reopened += 1;
+            }
+            Err(_) => {
+                let delay = (delay * 2).min(LAST_RETRY);
+                self.state = State::Gone { retry_at: now + delay, delay };
+            }
+        }
+    }
+
+    /// Makes the next message that is a frame the head.
+    fn advance(&mut self) {
+        while let Some(message) = self.buffer.next_message() {
+            if let Some(total) = message.control.drops {
+                self.counters.queue_drops += self.drops.advance(total);
+            }
+            match decode(&message) {
+                Ok(frame) => {
+                    let stamp = stamp_ns(&message, &mut self.hardware);
+                    self.counters.stamped_late += u64::from(stamp.is_none());
+                    let stamp_ns = stamp.unwrap_or_else(realtime_now_ns);
+                    self.head = Some(frame.at(stamp_ns).on(self.index));
+                    return;
+                }
+                Err(_) => self.counters.passed_over += 1,
+            }
+        }
+    }
+}
+
+impl core::fmt::Debug for Link {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:?}", self.report())
+    }
+}
+
+/// The kernel's drop counter of one socket, unwrapped.
+#[derive(Debug, Default)]
+struct DropCounter {
+    last: u32,
+}
+
+impl DropCounter {
+    /// Frames dropped since the last reading.
+    fn advance(&mut self, total: u32) -> u64 {
+        let new = total.wrapping_sub(core::mem::replace(&mut self.last, total));
+        u64::from(new)
+    }
+}
+
+/// CLOCK_REALTIME of the arrival, by the controller's clock where it has one.
+fn stamp_ns(message: &Message<'_>, hardware: &mut Option<HardwareClock>) -> Option<u64> {
+    let software = message.control.software_ns?;
+    Some(match message.control.hardware_ns {
+        Some(stamp) => hardware.get_or_insert_default().realtime_ns(stamp, software),
+        None => software,
+    })
+}
+
+fn realtime_now_ns() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// A message as `struct can_frame` (16 bytes) or `struct canfd_frame` (72 bytes) has it: the
+/// identifier with its flags, the length, the FD flags, two bytes of padding, the data.
+fn decode(message: &Message<'_>) -> Result<Frame, FrameError> {
+    let bytes = message.bytes;
+    let unknown = FrameError::FdLength { id: FrameId::Standard(0), length: bytes.len() };
+    let Some(([a, b, c, d, length, flags, _, _], data)) = bytes.split_first_chunk::<8>() else {
+        return Err(unknown);
+    };
+    let can_id = u32::from_ne_bytes([*a, *b, *c, *d]);
+    let id = if can_id & (libc::CAN_EFF_FLAG | libc::CAN_ERR_FLAG) != 0 {
+        FrameId::Extended(can_id & libc::CAN_EFF_MASK)
+    } else {
+        FrameId::Standard(u16::try_from(can_id & libc::CAN_SFF_MASK).unwrap_or(0))
+    };
+    let data = data.get(..usize::from(*length));
+    let has = |flag: libc::c_int| libc::c_int::from(*flags) & flag != 0;
+    let frame = match (bytes.len(), data) {
+        (libc::CAN_MTU, _) if can_id & libc::CAN_RTR_FLAG != 0 => Frame::remote(id, *length),
+        (libc::CAN_MTU, Some(data)) if can_id & libc::CAN_ERR_FLAG != 0 => {
+            Frame::new(id, FrameKind::Error, data)
+        }
+        (libc::CAN_MTU, Some(data)) => Frame::classic(id, data),
+        (libc::CANFD_MTU, Some(data)) => {
+            let (bit_rate_switch, error_state_indicator) =
+                (has(libc::CANFD_BRS), has(libc::CANFD_ESI));
+            Frame::new(id, FrameKind::Fd { bit_rate_switch, error_state_indicator }, data)
+        }
+        _ => Err(unknown),
+    }?;
+    let way = if message.sent_here { Direction::Transmitted } else { Direction::Received };
+    Ok(frame.going(way))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::socket::ControlData;
+    use proptest::prelude::*;
+
+    fn message(bytes: &[u8]) -> Message<'_> {
+        Message { bytes, sent_here: false, control: ControlData::default() }
+    }
+
+    #[test]
+    fn the_drop_counter_is_exact_across_its_wrap() {
+        let mut drops = DropCounter::default();
+        assert_eq!(drops.advance(5), 5);
+        assert_eq!(drops.advance(5), 0);
+        assert_eq!(drops.advance(u32::MAX), u64::from(u32::MAX) - 5);
+        assert_eq!(drops.advance(2), 3);
+    }
+
+    proptest! {
+        #[test]
+        fn no_message_makes_it_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..80), full in any::<Option<bool>>()) {
+            if let Some(fd) = full {
+                bytes.resize(if fd { libc::CANFD_MTU } else { libc::CAN_MTU }, 0);
+            }
+            let _ = decode(&message(&bytes));
+        }
+    }
+}

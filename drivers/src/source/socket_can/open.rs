@@ -1,0 +1,97 @@
+//! One interface opened: every option is set before the socket is bound, because frames arrive
+//! from that moment on.
+
+use std::io;
+
+use super::error::{SocketCanError, existing_interfaces};
+use super::{InterfaceName, SocketCanOptions};
+use crate::frame::FrameId;
+use crate::socket::{CanSocket, DeviceState, device_state};
+
+/// What [`open`] brought about.
+#[derive(Debug)]
+pub(super) struct Opened {
+    pub(super) socket: CanSocket,
+    pub(super) device: DeviceState,
+    pub(super) receive_buffer_bytes: u32,
+}
+
+/// Makes a socket that listens to the interface.
+pub(super) fn open(
+    interface: InterfaceName,
+    options: &SocketCanOptions,
+) -> Result<Opened, SocketCanError> {
+    let failed = |what| move |source: io::Error| system_error(interface, what, source);
+    let socket = CanSocket::new().map_err(failed("open a CAN socket"))?;
+    let device = device_state(&socket, interface).map_err(failed("find the device"))?;
+    // A device of another kind can have any MTU; whether it is one shows in `bind`.
+    if options.fd && usize::try_from(device.mtu).is_ok_and(|mtu| mtu == libc::CAN_MTU) {
+        return Err(SocketCanError::NotFdCapable { interface, mtu: device.mtu });
+    }
+    set_options(&socket, options).map_err(failed("set the socket's options"))?;
+    let receive_buffer_bytes = set_receive_buffer(&socket, options.receive_buffer_bytes)
+        .map_err(failed("set the receive buffer"))?;
+    socket.bind(device.index).map_err(|source| match source.raw_os_error() {
+        // It was there a moment ago: the kernel says so of devices that are not CAN.
+        Some(libc::ENODEV) if device_state(&socket, interface).is_ok() => {
+            SocketCanError::NotCan { interface, existing: existing_interfaces() }
+        }
+        _ => system_error(interface, "bind", source),
+    })?;
+    Ok(Opened { socket, device, receive_buffer_bytes })
+}
+
+fn set_options(socket: &CanSocket, options: &SocketCanOptions) -> io::Result<()> {
+    socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, u32::from(options.fd))?;
+    socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, libc::CAN_ERR_MASK)?;
+    socket.set(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1)?;
+    let stamps = libc::SOF_TIMESTAMPING_RX_SOFTWARE
+        | libc::SOF_TIMESTAMPING_SOFTWARE
+        | libc::SOF_TIMESTAMPING_RX_HARDWARE
+        | libc::SOF_TIMESTAMPING_RAW_HARDWARE;
+    if socket.set(libc::SOL_SOCKET, libc::SO_TIMESTAMPING, stamps).is_err() {
+        socket.set(libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, 1)?;
+    }
+    let Some(ids) = &options.ids else { return Ok(()) };
+    let most = usize::try_from(libc::CAN_RAW_FILTER_MAX).unwrap_or(0);
+    if ids.len() > most {
+        return Ok(());
+    }
+    let filters: Vec<libc::can_filter> = ids.iter().map(data_frames_of).collect();
+    socket.set_filters(&filters)
+}
+
+/// Passes data frames of exactly this identifier and format.
+fn data_frames_of(id: &FrameId) -> libc::can_filter {
+    let (can_id, mask) = match *id {
+        FrameId::Standard(id) => (u32::from(id), libc::CAN_SFF_MASK),
+        FrameId::Extended(id) => (id | libc::CAN_EFF_FLAG, libc::CAN_EFF_MASK),
+    };
+    libc::can_filter { can_id, can_mask: mask | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG }
+}
+
+/// Asks for a buffer of this size and returns what was granted \[bytes\].
+fn set_receive_buffer(socket: &CanSocket, wanted: u32) -> io::Result<u32> {
+    // The kernel doubles what it is told, for its own book-keeping, and reports the double.
+    let half = (wanted / 2).min(u32::MAX >> 2);
+    let force = socket.set(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, half);
+    if force.is_err() {
+        // Without CAP_NET_ADMIN the kernel cuts it to net.core.rmem_max, without a word.
+        socket.set(libc::SOL_SOCKET, libc::SO_RCVBUF, half)?;
+    }
+    let granted = socket.get(libc::SOL_SOCKET, libc::SO_RCVBUF)?;
+    Ok(u32::try_from(granted).unwrap_or(0))
+}
+
+fn system_error(interface: InterfaceName, what: &'static str, source: io::Error) -> SocketCanError {
+    match source.raw_os_error() {
+        Some(libc::ENODEV) => {
+            SocketCanError::NoInterface { interface, existing: existing_interfaces() }
+        }
+        Some(libc::EAFNOSUPPORT | libc::EPROTONOSUPPORT | libc::ESOCKTNOSUPPORT) => {
+            SocketCanError::NoKernelSupport { source }
+        }
+        Some(libc::EPERM | libc::EACCES) => SocketCanError::Permission { interface, source },
+        _ => SocketCanError::System { interface, what, source },
+    }
+}

@@ -1,0 +1,329 @@
+//! The device: from the loop's samples to frames, without a clock.
+
+use didim_core::MAX_JOINTS;
+use didim_core::simulation::{ClosedLoop, SetupError, SimulationError, StepOutput};
+use didim_core::trajectory::Reference;
+use didim_drivers::frame::{Frame, FrameError};
+use didim_drivers::layout::{
+    AxisValues, CompiledLayout, CycleValues, EncodeError, Instant, Quantity, Role,
+};
+
+use crate::{Fault, FaultAction, Playback, Scenario};
+
+/// Room that one cycle's frames need: SYNC, a sample and a target per axis, each sent twice, and
+/// an error report.
+pub const CYCLE_FRAMES: usize = 2 * (2 * MAX_JOINTS + 1) + 1;
+
+/// CiA 402 "operation enabled", with the bits that a drive in position mode sets besides.
+const OPERATION_ENABLED: u16 = 0x1237;
+
+/// A classic frame of n bytes takes 47 + 8 n bits and some stuff bits; 20 % is between the usual
+/// and the worst case. At 1 Mbit/s a bit is a microsecond.
+fn wire_time_ns(frame: &Frame) -> u64 {
+    (47 + 8 * u64::from(frame.length)) * 1_200
+}
+
+/// The simulated arm on a bus. It counts its own time: cycle k is due k periods after the start.
+pub struct VirtualDevice {
+    closed_loop: ClosedLoop<Playback>,
+    reference: Playback,
+    layout: CompiledLayout,
+    counts_per_rad: [f64; MAX_JOINTS],
+    per_mille_per_nm: [f64; MAX_JOINTS],
+    faults: Vec<Fault>,
+    steps_per_cycle: u32,
+    period_ns: u64,
+    cycles: u64,
+    epoch_ns: u64,
+    cycle: u64,
+    silent_until: u64,
+}
+
+/// Why a device cannot be made or cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum DeviceError {
+    /// The scenario has not as many axes as the layout.
+    #[error("the layout has {layout} axes, the arm {arm}")]
+    Axes {
+        /// Of the layout.
+        layout: usize,
+        /// Of the arm.
+        arm: usize,
+    },
+    /// A bus cycle is not a whole number of controller periods.
+    #[error(
+        "the bus cycle of {cycle_ns} ns is not a whole number of controller periods of {period_s} s"
+    )]
+    Period {
+        /// The layout's cycle \[ns\].
+        cycle_ns: f64,
+        /// The controller's period \[s\].
+        period_s: f64,
+    },
+    /// Positions go over the bus in counts: the scenario must say how many make a turn.
+    #[error("the scenario needs simulation.encoder_counts_per_turn to put positions on a bus")]
+    NoEncoders,
+    /// A fault cannot happen on this bus.
+    #[error("the fault of cycle {cycle}: {reason}")]
+    Fault {
+        /// The cycle.
+        cycle: u64,
+        /// Why not, in words.
+        reason: &'static str,
+    },
+    /// The loop cannot be built.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The simulation broke down.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// A value does not fit its signal: the rated torque or the counts do not fit the arm.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
+    /// An error report has impossible class bits.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
+impl VirtualDevice {
+    /// The arm of a scenario, speaking as `layout` says. Stamps begin at `epoch_ns`.
+    ///
+    /// # Errors
+    /// [`DeviceError`] when scenario and layout do not fit.
+    pub fn new(
+        scenario: &Scenario,
+        layout: CompiledLayout,
+        epoch_ns: u64,
+    ) -> Result<Self, DeviceError> {
+        let arm = scenario.robot().joints();
+        if layout.axes() != arm {
+            return Err(DeviceError::Axes { layout: layout.axes(), arm });
+        }
+        let closed_loop = scenario.played_loop()?;
+        let period_s = closed_loop.period_s();
+        let cycle_ns = layout.period_ns();
+        let steps = (cycle_ns * 1e-9 / period_s).round();
+        let whole = (steps * period_s * 1e9 - cycle_ns).abs() <= 1e-6 * cycle_ns;
+        if !(whole && (1.0..=1e6).contains(&steps) && cycle_ns.fract() == 0.0) {
+            return Err(DeviceError::Period { cycle_ns, period_s });
+        }
+        let Some(counts) = &scenario.simulation().encoder_counts_per_turn else {
+            return Err(DeviceError::NoEncoders);
+        };
+        let mut counts_per_rad = [0.0; MAX_JOINTS];
+        for (per_rad, counts) in counts_per_rad.iter_mut().zip(counts) {
+            *per_rad = f64::from(*counts) / core::f64::consts::TAU;
+        }
+        let mut per_mille_per_nm = [0.0; MAX_JOINTS];
+        for (per_nm, rated) in per_mille_per_nm.iter_mut().zip(&scenario.drives().rated_torque_nm) {
+            *per_nm = 1000.0 / rated;
+        }
+        let reference = scenario.played_reference();
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked above; a float beyond the range saturates, and infinity means for ever"
+        )]
+        let (steps_per_cycle, period_ns, cycles) = (
+            steps as u32,
+            cycle_ns as u64,
+            (reference.duration_s() * 1e9 / cycle_ns + 1e-6).floor() as u64,
+        );
+        let device = Self {
+            closed_loop,
+            reference,
+            layout,
+            counts_per_rad,
+            per_mille_per_nm,
+            faults: scenario.faults().to_vec(),
+            steps_per_cycle,
+            period_ns,
+            cycles,
+            epoch_ns,
+            cycle: 0,
+            silent_until: 0,
+        };
+        device.check_faults()?;
+        Ok(device)
+    }
+
+    /// The layout it speaks.
+    pub fn layout(&self) -> &CompiledLayout {
+        &self.layout
+    }
+
+    /// The bus cycle \[ns\].
+    pub fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    /// Cycles it plays; the largest number there is when it plays for ever.
+    pub fn cycles(&self) -> u64 {
+        self.cycles
+    }
+
+    /// When the next cycle is due \[ns since the start\]; nothing after the last one.
+    pub fn poll_due(&self) -> Option<u64> {
+        (self.cycle < self.cycles).then(|| self.cycle * self.period_ns)
+    }
+
+    /// Appends the frames of the next cycle, stamped with the times at which a bus would deliver
+    /// them, and advances by one cycle. `frames` never grows by more than [`CYCLE_FRAMES`].
+    ///
+    /// # Errors
+    /// [`DeviceError`]; nothing is appended then, and the device is of no further use.
+    pub fn poll_cycle(&mut self, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
+        let sample = self.advance()?;
+        let stamp_ns = self.epoch_ns + self.cycle * self.period_ns;
+        let before = frames.len();
+        let encoded = self.encode(&sample, stamp_ns, frames);
+        let encoded = encoded.and_then(|()| self.apply_faults(stamp_ns, before, frames));
+        if let Err(error) = encoded {
+            frames.truncate(before);
+            return Err(error);
+        }
+        self.cycle += 1;
+        Ok(())
+    }
+
+    /// Runs the loop to the next cycle's instant.
+    fn advance(&mut self) -> Result<StepOutput, SimulationError> {
+        let steps = if self.cycle == 0 { 1 } else { self.steps_per_cycle };
+        for _ in 1..steps {
+            self.closed_loop.step()?;
+        }
+        self.closed_loop.step().copied()
+    }
+
+    fn encode(
+        &self,
+        sample: &StepOutput,
+        stamp_ns: u64,
+        frames: &mut Vec<Frame>,
+    ) -> Result<(), DeviceError> {
+        let values = self.values(sample);
+        let before = frames.len();
+        for role in [Role::Sync, Role::Sample, Role::Target] {
+            self.layout.encode(role, &values, stamp_ns, frames)?;
+        }
+        if self.layout.instant() == Instant::Sync {
+            // The instant is the SYNC's arrival; what follows arrives one after the other.
+            let mut arrival_ns = stamp_ns;
+            for frame in frames.iter_mut().skip(before + 1) {
+                arrival_ns += wire_time_ns(frame);
+                frame.stamp_ns = arrival_ns;
+            }
+        }
+        Ok(())
+    }
+
+    fn values(&self, sample: &StepOutput) -> CycleValues {
+        let reference = if self.layout.reference_at_next_sync() {
+            // What is sent in this cycle takes effect at the next SYNC. Controller and drives
+            // interpolate the same motion, so the target is where the reference will be then.
+            self.motor_reference_at_next_cycle(sample)
+        } else {
+            sample.motor_reference_rad
+        };
+        let mut values = CycleValues { counter: self.counter(), ..Default::default() };
+        for (j, axis) in values.axes.iter_mut().enumerate() {
+            let (counts, per_mille) = (self.counts_per_rad[j], self.per_mille_per_nm[j]);
+            *axis = AxisValues {
+                position: (sample.motor_position_rad[j] * counts).round(),
+                torque: (sample.motor_torque_nm[j] * per_mille).round(),
+                reference: (reference[j] * counts).round(),
+                status_word: OPERATION_ENABLED,
+            };
+        }
+        values
+    }
+
+    fn motor_reference_at_next_cycle(&self, sample: &StepOutput) -> [f64; MAX_JOINTS] {
+        let n = self.reference.joints();
+        let [mut joint, mut rate, mut acceleration, mut motor] = [[0.0; MAX_JOINTS]; 4];
+        let time_s = sample.time_s + f64::from(self.steps_per_cycle) * self.closed_loop.period_s();
+        self.reference.at(time_s, &mut joint[..n], &mut rate[..n], &mut acceleration[..n]);
+        self.closed_loop.transmission().motor_position(&joint[..n], &mut motor[..n]);
+        motor
+    }
+
+    fn counter(&self) -> u64 {
+        let wrong = self.faults_now().find_map(|action| match action {
+            FaultAction::CorruptCounter { add } => Some(add),
+            _ => None,
+        });
+        self.cycle.wrapping_add(wrong.unwrap_or(0))
+    }
+
+    fn faults_now(&self) -> impl Iterator<Item = FaultAction> + '_ {
+        self.faults.iter().filter(|fault| fault.cycle == self.cycle).map(|fault| fault.action)
+    }
+
+    /// Changes the cycle's frames, which begin at `before`.
+    fn apply_faults(
+        &mut self,
+        stamp_ns: u64,
+        before: usize,
+        frames: &mut Vec<Frame>,
+    ) -> Result<(), DeviceError> {
+        let mut report = None;
+        // From the last frame to the first, so that a removal moves none that is still to come.
+        for index in (0..frames.len() - before).rev() {
+            let at = |action: FaultAction| match action {
+                FaultAction::Drop { frame } | FaultAction::Duplicate { frame } => frame == index,
+                _ => false,
+            };
+            match self.faults_now().find(|action| at(*action)) {
+                Some(FaultAction::Drop { .. }) => {
+                    frames.remove(before + index);
+                }
+                Some(FaultAction::Duplicate { .. }) => {
+                    let copy = frames[before + index];
+                    frames.insert(before + index + 1, copy);
+                }
+                _ => {}
+            }
+        }
+        for action in self.faults_now() {
+            if let FaultAction::ErrorFrame { class } = action {
+                report = Some(Frame::error(class, &[0; 8])?.at(stamp_ns));
+            }
+        }
+        let pause = self.faults_now().find_map(|action| match action {
+            FaultAction::Pause { cycles } => Some(self.cycle.saturating_add(cycles)),
+            _ => None,
+        });
+        self.silent_until = self.silent_until.max(pause.unwrap_or(0));
+        if self.cycle < self.silent_until {
+            frames.truncate(before);
+        } else if let Some(report) = report {
+            frames.insert(before, report);
+        }
+        Ok(())
+    }
+
+    fn check_faults(&self) -> Result<(), DeviceError> {
+        let frames = self.layout.messages().len();
+        for Fault { cycle, action } in self.faults.iter().copied() {
+            let reason = match action {
+                FaultAction::Drop { frame } | FaultAction::Duplicate { frame }
+                    if frame >= frames =>
+                {
+                    "a cycle of this layout has not so many frames"
+                }
+                FaultAction::CorruptCounter { .. }
+                    if self.layout.signal(Quantity::Counter, 0).is_none() =>
+                {
+                    "this layout has no counter"
+                }
+                FaultAction::ErrorFrame { class } => {
+                    Frame::error(class, &[0; 8])?;
+                    continue;
+                }
+                _ => continue,
+            };
+            return Err(DeviceError::Fault { cycle, reason });
+        }
+        Ok(())
+    }
+}

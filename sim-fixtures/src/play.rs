@@ -1,0 +1,79 @@
+//! The device against a clock.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use didim_drivers::frame::Frame;
+
+use crate::{CYCLE_FRAMES, DeviceError, Sink, SinkError, VirtualDevice};
+
+/// How fast a device plays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// Every cycle at its time on CLOCK_MONOTONIC, counted from the start: a late cycle delays no
+    /// later one.
+    RealTime,
+    /// As fast as the sink takes frames.
+    Unpaced,
+}
+
+/// What was played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Played {
+    /// Cycles.
+    pub cycles: u64,
+    /// Frames.
+    pub frames: u64,
+    /// How late the latest cycle was sent, in real time.
+    pub latest: Duration,
+}
+
+/// Why playing ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum PlayError {
+    /// The device broke down.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The sink broke down.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+}
+
+/// Plays until the device has no more cycles or `stop` is set, which is looked at once per cycle.
+/// Allocates nothing per cycle.
+///
+/// # Errors
+/// [`PlayError`]; whole cycles were sent before, and part of the one that failed.
+pub fn play(
+    device: &mut VirtualDevice,
+    sink: &mut dyn Sink,
+    pace: Pace,
+    stop: &AtomicBool,
+) -> Result<Played, PlayError> {
+    let mut frames: Vec<Frame> = Vec::with_capacity(CYCLE_FRAMES);
+    let mut played = Played::default();
+    let Some(first_ns) = device.poll_due() else { return Ok(played) };
+    let start = Instant::now();
+    while let Some(due_ns) = device.poll_due() {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        // The frames are ready before their time, so that their making delays them not.
+        frames.clear();
+        device.poll_cycle(&mut frames)?;
+        if pace == Pace::RealTime {
+            let due = start + Duration::from_nanos(due_ns - first_ns);
+            let wait = due.saturating_duration_since(Instant::now());
+            if !wait.is_zero() {
+                std::thread::sleep(wait);
+            }
+            played.latest = played.latest.max(due.elapsed());
+        }
+        for frame in &frames {
+            sink.send(frame)?;
+            played.frames += 1;
+        }
+        played.cycles += 1;
+    }
+    Ok(played)
+}

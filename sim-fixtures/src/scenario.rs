@@ -1,0 +1,353 @@
+//! What is simulated: an arm, its motion, its controller, its drives.
+
+use didim_core::control::ControllerConfig;
+use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
+use didim_core::robot::{Robot, RobotError};
+use didim_core::simulation::{ClosedLoop, InitialState, SetupError, SimulationConfig};
+use didim_core::trajectory::{
+    JointLimits, Move, MoveSequence, Reference, Trajectory, TrajectoryError,
+};
+use serde::Deserialize;
+
+use crate::{Fault, Playback, PlaybackConfig};
+
+/// A scenario whose parts fit each other. The true parameters are the nominal ones of its robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    name: String,
+    robot: Robot,
+    truth: Vec<(String, f64)>,
+    samples: usize,
+    trajectory: Trajectory,
+    playback: PlaybackConfig,
+    controller: ControllerConfig,
+    simulation: SimulationConfig,
+    drives: DrivesConfig,
+    faults: Vec<Fault>,
+}
+
+/// What the drives make of torques. The encoders' counts are data of the simulation.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DrivesConfig {
+    /// Rated torque of each motor (6076h), whose per mille are the unit on the bus \[N·m\].
+    pub rated_torque_nm: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawScenario {
+    name: String,
+    robot: String,
+    samples: usize,
+    motion: RawMotion,
+    playback: PlaybackConfig,
+    controller: ControllerConfig,
+    simulation: SimulationConfig,
+    drives: DrivesConfig,
+    #[serde(default)]
+    faults: Vec<Fault>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMotion {
+    acceleration_max_rad_s2: Vec<f64>,
+    start_rad: Vec<f64>,
+    start_dwell_s: f64,
+    moves: Vec<Move>,
+}
+
+/// Why a scenario was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// Not TOML, an unknown or missing key, or a value of the wrong type.
+    #[error("line {line}: {message}")]
+    Format {
+        /// Line, counted from 1.
+        line: usize,
+        /// What the reader of TOML says.
+        message: String,
+    },
+    /// The scenario is for another robot. Hand over the robot it names.
+    #[error("the scenario is for the robot `{expected}`, not for `{found}`")]
+    OtherRobot {
+        /// The name in the scenario.
+        expected: String,
+        /// The robot's name.
+        found: String,
+    },
+    /// The robot states no nominal parameters, so there is no truth to simulate.
+    #[error("the robot `{robot}` has no [nominal] parameters: there is nothing to simulate")]
+    NoTruth {
+        /// The robot's name.
+        robot: String,
+    },
+    /// A list has not one value per joint.
+    #[error("{key}: {found} values for {expected} joints")]
+    Length {
+        /// The key.
+        key: &'static str,
+        /// Joints of the robot.
+        expected: usize,
+        /// Values in the file.
+        found: usize,
+    },
+    /// A value makes no sense.
+    #[error("{key} must be {expected}")]
+    BadValue {
+        /// The key.
+        key: &'static str,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// The robot's file was refused.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// The robot has no well-defined base parameters.
+    #[error(transparent)]
+    Base(#[from] BaseParametersError),
+    /// The motion cannot be planned.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// The loop cannot be built.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+}
+
+impl Scenario {
+    /// Reads a scenario for a robot.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] says what does not fit.
+    pub fn from_toml(text: &str, robot: Robot) -> Result<Self, ScenarioError> {
+        let raw: RawScenario = toml::from_str(text).map_err(|error| ScenarioError::Format {
+            line: error.span().map_or(1, |span| {
+                1 + text.bytes().take(span.start).filter(|byte| *byte == b'\n').count()
+            }),
+            message: error.message().to_owned(),
+        })?;
+        if raw.robot != robot.name() {
+            let found = robot.name().to_owned();
+            return Err(ScenarioError::OtherRobot { expected: raw.robot, found });
+        }
+        let trajectory = plan(raw.motion, raw.playback, &robot)?;
+        check_values(&raw.playback, raw.samples, &raw.drives, robot.joints())?;
+        let Some(nominal) = robot.nominal() else {
+            return Err(ScenarioError::NoTruth { robot: robot.name().to_owned() });
+        };
+        let base = BaseParameters::compute(&Model::new(&robot))?;
+        let values = base.regroup(nominal.standard());
+        let truth = base.names().iter().cloned().zip(values).collect();
+        let scenario = Self {
+            name: raw.name,
+            truth,
+            samples: raw.samples,
+            trajectory,
+            playback: raw.playback,
+            controller: raw.controller,
+            simulation: raw.simulation,
+            drives: raw.drives,
+            faults: raw.faults,
+            robot,
+        };
+        // Whatever is wrong with the loop is wrong now.
+        scenario.closed_loop()?;
+        Ok(scenario)
+    }
+
+    /// The name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The arm.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// Every base parameter's true value, in the order of [`BaseParameters::names`].
+    pub fn truth(&self) -> &[(String, f64)] {
+        &self.truth
+    }
+
+    /// The true value of a base parameter by its name: `zz1r`.
+    pub fn truth_of(&self, name: &str) -> Option<f64> {
+        self.truth.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
+    }
+
+    /// The true standard parameters, in the order of the model's columns.
+    pub fn standard_parameters(&self) -> &[f64] {
+        self.robot.nominal().map_or(&[], |nominal| nominal.standard())
+    }
+
+    /// Samples of the experiment, from the start of the motion.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// The motion.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// How a device plays the motion.
+    pub fn playback(&self) -> PlaybackConfig {
+        self.playback
+    }
+
+    /// The same scenario, played otherwise.
+    ///
+    /// # Errors
+    /// [`ScenarioError::BadValue`] when a rest is negative, or when a motion that does not end
+    /// where it starts is to be repeated.
+    pub fn with_playback(mut self, playback: PlaybackConfig) -> Result<Self, ScenarioError> {
+        check_playback(&playback, &self.trajectory)?;
+        self.playback = playback;
+        Ok(self)
+    }
+
+    /// The same scenario with other faults.
+    #[must_use]
+    pub fn with_faults(mut self, faults: Vec<Fault>) -> Self {
+        self.faults = faults;
+        self
+    }
+
+    /// The same scenario with another seed of its noise, if it has noise.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        if let Some(noise) = &mut self.simulation.noise {
+            noise.seed = seed;
+        }
+        self
+    }
+
+    /// The controller.
+    pub fn controller(&self) -> &ControllerConfig {
+        &self.controller
+    }
+
+    /// How the loop is integrated and measured.
+    pub fn simulation(&self) -> &SimulationConfig {
+        &self.simulation
+    }
+
+    /// The drives.
+    pub fn drives(&self) -> &DrivesConfig {
+        &self.drives
+    }
+
+    /// What goes wrong on the bus.
+    pub fn faults(&self) -> &[Fault] {
+        &self.faults
+    }
+
+    /// The experiment itself, without a bus: the loop at the start of the motion, on the
+    /// reference. Run it for [`Self::samples`].
+    ///
+    /// # Errors
+    /// None that reading the scenario has not met.
+    pub fn closed_loop(&self) -> Result<ClosedLoop<&Trajectory>, SetupError> {
+        self.closed_loop_along(&self.trajectory)
+    }
+
+    /// The loop as a device plays it, with the rests.
+    ///
+    /// # Errors
+    /// None that reading the scenario has not met.
+    pub fn played_loop(&self) -> Result<ClosedLoop<Playback>, SetupError> {
+        self.closed_loop_along(self.played_reference())
+    }
+
+    /// The reference as a device plays it.
+    pub fn played_reference(&self) -> Playback {
+        Playback::new(self.trajectory.clone(), self.playback)
+    }
+
+    fn closed_loop_along<R: Reference>(&self, reference: R) -> Result<ClosedLoop<R>, SetupError> {
+        ClosedLoop::new(
+            &self.robot,
+            self.standard_parameters(),
+            &self.controller,
+            reference,
+            &self.simulation,
+            InitialState::OnReference,
+        )
+    }
+}
+
+fn plan(
+    motion: RawMotion,
+    playback: PlaybackConfig,
+    robot: &Robot,
+) -> Result<Trajectory, ScenarioError> {
+    check_length(
+        "motion.acceleration_max_rad_s2",
+        robot.joints(),
+        motion.acceleration_max_rad_s2.len(),
+    )?;
+    let limits: Vec<JointLimits> = robot
+        .limits()
+        .zip(motion.acceleration_max_rad_s2)
+        .map(|(limit, acceleration)| JointLimits {
+            position_min_rad: limit.position_min,
+            position_max_rad: limit.position_max,
+            velocity_max_rad_s: limit.velocity_max,
+            acceleration_max_rad_s2: acceleration,
+        })
+        .collect();
+    let sequence = MoveSequence {
+        start_rad: motion.start_rad,
+        start_dwell_s: motion.start_dwell_s,
+        moves: motion.moves,
+    };
+    let trajectory = Trajectory::plan(&sequence, &limits)?;
+    check_playback(&playback, &trajectory)?;
+    Ok(trajectory)
+}
+
+fn check_playback(playback: &PlaybackConfig, trajectory: &Trajectory) -> Result<(), ScenarioError> {
+    for (key, value) in
+        [("playback.lead_in_s", playback.lead_in_s), ("playback.tail_s", playback.tail_s)]
+    {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(ScenarioError::BadValue { key, expected: "finite and not negative" });
+        }
+    }
+    let n = trajectory.joints();
+    let [mut start, mut end, mut unused, mut rates] = [(); 4].map(|()| vec![0.0; n]);
+    trajectory.at(0.0, &mut start, &mut unused, &mut rates);
+    trajectory.at(trajectory.duration_s(), &mut end, &mut unused, &mut rates);
+    if playback.cycles != Some(1) && start != end {
+        return Err(ScenarioError::BadValue {
+            key: "playback.cycles",
+            expected: "1, for a motion that does not end where it starts",
+        });
+    }
+    Ok(())
+}
+
+fn check_values(
+    playback: &PlaybackConfig,
+    samples: usize,
+    drives: &DrivesConfig,
+    joints: usize,
+) -> Result<(), ScenarioError> {
+    if samples == 0 {
+        return Err(ScenarioError::BadValue { key: "samples", expected: "positive" });
+    }
+    if playback.cycles == Some(0) {
+        return Err(ScenarioError::BadValue { key: "playback.cycles", expected: "positive" });
+    }
+    check_length("drives.rated_torque_nm", joints, drives.rated_torque_nm.len())?;
+    if !drives.rated_torque_nm.iter().all(|torque| torque.is_finite() && *torque > 0.0) {
+        let key = "drives.rated_torque_nm";
+        return Err(ScenarioError::BadValue { key, expected: "finite and positive" });
+    }
+    Ok(())
+}
+
+fn check_length(key: &'static str, expected: usize, found: usize) -> Result<(), ScenarioError> {
+    if expected == found { Ok(()) } else { Err(ScenarioError::Length { key, expected, found }) }
+}

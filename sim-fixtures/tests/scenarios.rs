@@ -1,0 +1,139 @@
+//! The shipped scenarios do what they are for.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::float_cmp, reason = "what is set to zero is zero")]
+
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::robot::Robot;
+use didim_core::trajectory::Reference;
+use didim_sim::{PlaybackConfig, Scenario, ScenarioError, tx40_paper, tx40_physical};
+use nalgebra::DMatrix;
+
+const PAPER: &str = include_str!("../scenarios/tx40-paper.toml");
+const ROBOT: &str = include_str!("../../config/robots/tx40.toml");
+
+#[test]
+fn the_paper_s_truth_is_its_28_parameters() {
+    let scenario = tx40_paper().unwrap();
+    let set: Vec<_> = scenario.truth().iter().filter(|(_, value)| *value != 0.0).collect();
+    assert_eq!(set.len(), 28);
+    for (name, value) in [("zz1r", 1.24), ("my3r", -0.60), ("ia6", 0.01), ("fc_m6", 1.90)] {
+        let truth = scenario.truth_of(name).unwrap();
+        assert!((truth - value).abs() < 1e-12, "{name}: {truth}");
+    }
+    assert_eq!(scenario.truth_of("xx9"), None);
+}
+
+#[test]
+fn the_physical_truth_is_regrouped() {
+    let truth = tx40_physical().unwrap();
+    // ZZ1R = ZZ1 + Ia1 + YY2 + YY3 + 0.07 MZ3 + 0.05185 (M3 + M4 + M5 + M6)
+    let expected =
+        0.352 + 0.362 + 0.0881 + 0.0224 + 0.07 * 0.265 + 0.05185 * (4.07 + 3.62 + 1.02 + 0.2);
+    assert!((truth.truth_of("zz1r").unwrap() - expected).abs() < 1e-9);
+}
+
+/// Every joint follows its reference, no torque is limited, and the arm comes to rest.
+#[test]
+fn the_arm_tracks_the_motion() {
+    for scenario in [tx40_paper().unwrap(), tx40_physical().unwrap()] {
+        let record = scenario.closed_loop().unwrap().run(scenario.samples()).unwrap();
+        assert_eq!((record.samples(), record.sample_rate_hz), (34_500, 5000.0));
+        let error = &record.joint_reference_rad - &record.true_position_rad;
+        for (j, limit) in scenario.robot().limits().enumerate() {
+            let rms = (error.column(j).norm_squared() / 34_500.0).sqrt();
+            let largest = error.column(j).amax();
+            let torque = record.joint_torque_nm.column(j).amax() / limit.torque_max;
+            println!(
+                "{} joint {}: error rms {:.2} mrad, largest {:.2} mrad, torque {:.2}",
+                scenario.name(),
+                j + 1,
+                1e3 * rms,
+                1e3 * largest,
+                torque
+            );
+            assert!(rms < 4e-3 && largest < 10e-3, "joint {}: {rms} {largest}", j + 1);
+            assert!(torque < 0.9, "joint {}", j + 1);
+        }
+        assert!(record.true_velocity_rad_s.row(34_499).amax() < 0.05);
+    }
+}
+
+/// As examples/tune_moves.rs computes it, on the motion as shipped.
+#[test]
+fn the_motion_excites_as_well_as_the_published_recording() {
+    let scenario = tx40_paper().unwrap();
+    let (robot, trajectory) = (scenario.robot(), scenario.trajectory());
+    let model = Model::new(robot);
+    let names = robot.nominal().unwrap().listed();
+    let columns: Vec<_> =
+        names.iter().map(|(name, _)| robot.parameters().find(name).unwrap()).collect();
+    let p = model.parameter_names().len();
+    let mut ws = Workspace::new();
+    let mut regressor = vec![0.0; 6 * p];
+    let mut observation = DMatrix::zeros(1380 * 6, columns.len());
+    for k in 0..1380_u32 {
+        let [mut q, mut dq, mut ddq] = [[0.0; 6]; 3];
+        trajectory.at(f64::from(k) / 200.0, &mut q, &mut dq, &mut ddq);
+        model.regressor(&mut ws, &q, &dq, &ddq, &mut regressor);
+        for j in 0..6 {
+            for (to, from) in columns.iter().enumerate() {
+                observation[(k as usize * 6 + j, to)] = regressor[j * p + from];
+            }
+        }
+    }
+    let singular = observation.singular_values();
+    let condition = singular.max() / singular.min();
+    println!("condition number {condition:.1}");
+    assert!((105.0..125.0).contains(&condition), "{condition}");
+}
+
+#[test]
+fn the_noise_s_seed_decides() {
+    let run = |seed| tx40_paper().unwrap().with_seed(seed).closed_loop().unwrap().run(50).unwrap();
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5), run(6));
+}
+
+fn refusal(text: &str) -> ScenarioError {
+    Scenario::from_toml(text, Robot::from_toml(ROBOT).unwrap()).unwrap_err()
+}
+
+#[test]
+fn what_is_wrong_with_a_scenario_is_said() {
+    let error = refusal(&PAPER.replace("tail_s", "tial_s"));
+    let line = 1 + PAPER.lines().position(|line| line.starts_with("tail_s")).unwrap();
+    let ScenarioError::Format { line: found, message } = &error else { panic!("{error}") };
+    assert!(found.abs_diff(line) <= 2, "line {found}, not {line}");
+    assert!(message.contains("tial_s"), "{message}");
+
+    let error = refusal(&PAPER.replace("robot = \"tx40\"", "robot = \"rx90\""));
+    assert!(matches!(error, ScenarioError::OtherRobot { .. }), "{error}");
+    let error = refusal(&PAPER.replace("0.118, 0.000]\nstart", "9.0, 0.000]\nstart"));
+    assert!(error.to_string().contains("move 0, joint 5"), "{error}");
+    let error = refusal(&PAPER.replace("[1.03, 1.03,", "[1.03,"));
+    assert!(error.to_string().contains("drives.rated_torque_nm"), "{error}");
+    let error = refusal(&PAPER.replace("kp_per_rad = 341.87", "kp_per_rad = nan"));
+    assert!(error.to_string().contains("kp_per_rad"), "{error}");
+    let error = refusal(&PAPER.replace("lead_in_s = 0.5", "lead_in_s = -0.5"));
+    assert!(error.to_string().contains("playback.lead_in_s"), "{error}");
+}
+
+#[test]
+fn a_motion_is_repeated_from_where_it_ended() {
+    let playback = PlaybackConfig { lead_in_s: 0.5, tail_s: 0.25, cycles: None };
+    let reference = tx40_paper().unwrap().with_playback(playback).unwrap().played_reference();
+    assert!(reference.duration_s().is_infinite());
+    let at = |t: f64| {
+        let [mut q, mut dq, mut ddq] = [[0.0; 6]; 3];
+        reference.at(t, &mut q, &mut dq, &mut ddq);
+        (q, dq)
+    };
+    for k in 0..100 {
+        let t = 0.08 * f64::from(k);
+        let ((q, dq), (q_later, dq_later)) = (at(t), at(t + 3.0 * reference.cycle_s()));
+        for j in 0..6 {
+            assert!((q[j] - q_later[j]).abs() < 1e-9 && (dq[j] - dq_later[j]).abs() < 1e-8);
+        }
+    }
+    assert!(at(0.0).1.iter().all(|velocity| *velocity == 0.0));
+}

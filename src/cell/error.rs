@@ -1,0 +1,87 @@
+//! What can be wrong with a cell file.
+
+use std::path::PathBuf;
+
+use didim_core::dynamics::BaseParametersError;
+use didim_core::robot::RobotError;
+use didim_drivers::layout::LayoutError;
+use didim_drivers::units::UnitsError;
+
+/// Why a cell cannot be used. Every variant names the file; the inner error names key and line
+/// where they are known.
+#[derive(Debug, thiserror::Error)]
+pub enum CellError {
+    /// A file cannot be read: check path and permissions.
+    #[error("{}: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not TOML, a key that is missing, unknown, or of the wrong type.
+    #[error("{}: {source}", file.display())]
+    Cell {
+        /// The cell file.
+        file: PathBuf,
+        /// What the parser said, with line and key.
+        source: Box<toml::de::Error>,
+    },
+    /// A value that cannot be meant.
+    #[error("{}: `{key}`: {problem}", file.display())]
+    Value {
+        /// The cell file.
+        file: PathBuf,
+        /// The key.
+        key: &'static str,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
+    /// The robot file is wrong.
+    #[error("{}: {source}", file.display())]
+    Robot {
+        /// The robot file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: RobotError,
+    },
+    /// The base parameters of the robot cannot be determined.
+    #[error("{}: {source}", file.display())]
+    BaseParameters {
+        /// The robot file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: BaseParametersError,
+    },
+    /// The layout does not fit the DBC file.
+    #[error("{}: [bus.layout] with {}: {source}", file.display(), dbc.display())]
+    Layout {
+        /// The cell file.
+        file: PathBuf,
+        /// The DBC file.
+        dbc: PathBuf,
+        /// What does not fit.
+        source: Box<LayoutError>,
+    },
+    /// The drive gains do not fit the layout.
+    #[error("{}: [[bus.drives]]: {source}", file.display())]
+    Drives {
+        /// The cell file.
+        file: PathBuf,
+        /// What does not fit.
+        source: UnitsError,
+    },
+    /// The layout has another number of axes than the robot has joints.
+    #[error(
+        "{}: [bus.layout] has {axes} axes, the robot has {joints} joints; they have to agree",
+        file.display()
+    )]
+    Axes {
+        /// The cell file.
+        file: PathBuf,
+        /// Axes of the layout.
+        axes: usize,
+        /// Joints of the robot.
+        joints: usize,
+    },
+}

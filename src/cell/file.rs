@@ -1,0 +1,138 @@
+//! The cell file as it is typed. [`Cell`](super::Cell) is what the program needs.
+
+use std::path::PathBuf;
+
+use didim_core::identification::{DecimationFilter, Method, PositionFilter, VerdictLimits};
+use didim_core::robot::SignModel;
+use didim_drivers::layout::LayoutSpec;
+use didim_drivers::units::DriveSpec;
+use serde::Deserialize;
+
+use super::BusAddress;
+use crate::worker::WindowOptions;
+
+/// The whole file. Unknown keys are errors.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CellFile {
+    /// Name of the cell: part of the names of its shared memory and results.
+    pub name: String,
+    /// The robot file, relative to the cell file.
+    pub robot: PathBuf,
+    /// The bus and what its frames mean.
+    pub bus: BusSection,
+    /// When to identify.
+    pub window: WindowOptions,
+    /// What to identify, and how.
+    pub identification: IdentificationSection,
+    /// How the service runs.
+    #[serde(default)]
+    pub service: ServiceSection,
+}
+
+/// `[bus]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BusSection {
+    /// One bus, or several that carry parts of the same layout.
+    pub source: OneOrMore<BusAddress>,
+    /// Receive buffer of each socket \[bytes\]. 4 MiB hold about two seconds at 5 kHz.
+    #[serde(default = "BusSection::default_receive_buffer_bytes")]
+    pub receive_buffer_bytes: usize,
+    /// Which bits of which frame mean what.
+    pub layout: LayoutSpec,
+    /// Gains of each drive, in the order of the axes.
+    pub drives: Vec<DriveSpec>,
+}
+
+impl BusSection {
+    fn default_receive_buffer_bytes() -> usize {
+        4 << 20
+    }
+}
+
+/// A value, or a list of them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum OneOrMore<T> {
+    /// One.
+    One(T),
+    /// Several.
+    More(Vec<T>),
+}
+
+impl<T> OneOrMore<T> {
+    /// As a list.
+    pub fn into_vec(self) -> Vec<T> {
+        match self {
+            Self::One(one) => vec![one],
+            Self::More(more) => more,
+        }
+    }
+}
+
+/// `[identification]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IdentificationSection {
+    /// The method.
+    pub method: Method,
+    /// Sign model of Coulomb friction, when another than the robot file's is wanted.
+    #[serde(default)]
+    pub sign: Option<SignModel>,
+    /// Filter of the positions.
+    pub position_filter: PositionFilter,
+    /// Filter and decimation of both sides of the equation.
+    pub decimation_filter: DecimationFilter,
+    /// Essential parameters; every base parameter when left out.
+    #[serde(default)]
+    pub parameters: Option<Vec<String>>,
+    /// What a result must satisfy to be called applicable.
+    #[serde(default)]
+    pub limits: VerdictLimits,
+}
+
+/// `[service]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ServiceSection {
+    /// Where results go.
+    pub state_directory: PathBuf,
+    /// Where the sockets and the stream's own files are; short, because socket paths are.
+    pub runtime_directory: PathBuf,
+    /// Results kept; older ones are removed.
+    pub keep_results: usize,
+    /// How long the worker may be busy before samples are lost \[s\].
+    pub buffer_s: f64,
+    /// Priority of the bus thread under SCHED_FIFO, 1 to 99; ordinary scheduling when absent.
+    pub real_time_priority: Option<u8>,
+    /// The processor that the bus thread is tied to; any when absent.
+    pub processor: Option<usize>,
+    /// One process for everything, or acquisition and estimation in one each.
+    pub processes: Processes,
+}
+
+impl Default for ServiceSection {
+    fn default() -> Self {
+        Self {
+            state_directory: PathBuf::from("/var/lib/didim"),
+            runtime_directory: PathBuf::from("/run/didim"),
+            keep_results: crate::store::DEFAULT_KEEP,
+            buffer_s: 20.0,
+            real_time_priority: None,
+            processor: None,
+            processes: Processes::One,
+        }
+    }
+}
+
+/// How many processes share the work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Processes {
+    /// Acquisition and estimation in one.
+    #[default]
+    One,
+    /// `didim run --part acquisition` and `didim run --part estimation`.
+    Two,
+}

@@ -1,0 +1,61 @@
+//! Where configuration files come from: the disk, or the copies inside the program, with which a
+//! demonstration needs nothing installed.
+
+use std::path::Path;
+
+use super::CellError;
+
+/// The shipped files by their path below `config/`.
+pub const SHIPPED: &[(&str, &str)] = &[
+    ("config/robots/tx40.toml", include_str!("../../config/robots/tx40.toml")),
+    ("config/robots/tx40-physical.toml", include_str!("../../config/robots/tx40-physical.toml")),
+    ("config/dbc/cia402_six_axes.dbc", include_str!("../../config/dbc/cia402_six_axes.dbc")),
+    ("config/dbc/packed_fd_six_axes.dbc", include_str!("../../config/dbc/packed_fd_six_axes.dbc")),
+    ("config/cells/tx40-packed-fd.toml", include_str!("../../config/cells/tx40-packed-fd.toml")),
+    ("config/cells/tx40-cia402.toml", include_str!("../../config/cells/tx40-cia402.toml")),
+];
+
+/// A place to read configuration files from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Library {
+    /// The file system.
+    Files,
+    /// The copies inside the program.
+    Shipped,
+}
+
+impl Library {
+    /// The text of a file.
+    ///
+    /// # Errors
+    /// [`CellError::Read`].
+    pub fn read(self, path: &Path) -> Result<String, CellError> {
+        let text = match self {
+            Self::Files => std::fs::read_to_string(path),
+            Self::Shipped => {
+                let path = normal(path);
+                let found = SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
+                found
+                    .map(|(_, text)| (*text).to_owned())
+                    .ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound))
+            }
+        };
+        text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
+    }
+}
+
+/// `config/cells/../robots/x` is `config/robots/x`.
+fn normal(path: &Path) -> std::path::PathBuf {
+    use std::path::Component;
+
+    path.components().fold(std::path::PathBuf::new(), |mut whole, part| {
+        match part {
+            Component::ParentDir => {
+                whole.pop();
+            }
+            Component::CurDir => {}
+            other => whole.push(other),
+        }
+        whole
+    })
+}

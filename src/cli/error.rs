@@ -1,0 +1,53 @@
+//! How a command fails, and what the shell sees of it.
+
+use std::error::Error;
+use std::process::ExitCode;
+
+/// Why a command did not do its work; each kind has its exit code.
+#[derive(Debug)]
+pub enum CliError {
+    /// The arguments contradict each other or name nothing that exists. Exit code 2.
+    Usage(String),
+    /// A cell, robot or layout file is wrong. Exit code 78 (`EX_CONFIG`, sysexits.h).
+    Configuration(Box<dyn Error + Send + Sync>),
+    /// The work was refused or failed. Exit code 1.
+    Failed(Box<dyn Error + Send + Sync>),
+}
+
+impl CliError {
+    /// A failure of the work itself.
+    pub fn failed(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Failed(error.into())
+    }
+
+    /// A mistake in the configuration.
+    pub fn configuration(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Configuration(error.into())
+    }
+
+    /// Writes the error with its causes to stderr, a line each, and gives the exit code.
+    #[expect(clippy::print_stderr, reason = "the one place that tells people of a failure")]
+    pub fn report(&self) -> ExitCode {
+        let (code, error): (u8, &dyn std::fmt::Display) = match self {
+            Self::Usage(text) => (2, text),
+            Self::Configuration(error) => (78, error),
+            Self::Failed(error) => (1, error),
+        };
+        eprintln!("didim: {error}");
+        let mut last = error.to_string();
+        let mut cause = match self {
+            Self::Usage(_) => None,
+            Self::Configuration(error) | Self::Failed(error) => error.source(),
+        };
+        while let Some(error) = cause {
+            let text = error.to_string();
+            // Many errors print their source already; once is enough.
+            if !last.contains(&text) {
+                eprintln!("  because: {text}");
+            }
+            last = text;
+            cause = error.source();
+        }
+        ExitCode::from(code)
+    }
+}

@@ -1,0 +1,151 @@
+//! `didim identify`: offline, on a CSV experiment or a candump log.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use didim_core::identification::{Estimate, Identification, Method};
+use serde::Serialize;
+
+use super::CliError;
+use super::output::{print, write_figure};
+use crate::cell::Cell;
+use crate::experiment::{Recording, read_csv, read_log};
+use crate::identify::identify_recording;
+use crate::report;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The experiment: a CSV file, or a candump log of the cell's bus
+    #[arg(long, value_name = "FILE")]
+    input: PathBuf,
+    /// The method; the cell's when left out
+    #[arg(long, value_name = "METHOD")]
+    method: Option<Method>,
+    /// Samples per second of a CSV file without a time_s column
+    #[arg(long, value_name = "HZ")]
+    sample_rate: Option<f64>,
+    /// What counts begins here [s after the first sample]; before it is margin for the filters
+    #[arg(long, value_name = "S")]
+    from: Option<f64>,
+    /// What counts ends here [s after the first sample]
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a figure of measured against predicted torque (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Print how each regrouped parameter is made up
+    #[arg(long, conflicts_with = "json")]
+    regrouping: bool,
+}
+
+/// What `--json` prints: the estimate, and the run time, which is no part of a result file.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    estimate: &'a Estimate,
+    elapsed_ms: f64,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    if let Some(rate) = arguments.sample_rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
+        return Err(CliError::Usage(format!("--sample-rate {rate}: has to be positive")));
+    }
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
+    let counted = counted(arguments, &cell, &recording)?;
+    let start = Instant::now();
+    let method = arguments.method.unwrap_or(cell.method);
+    let identification =
+        identify_recording(&cell, method, &recording, counted).map_err(CliError::failed)?;
+    let elapsed = start.elapsed();
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &identification)?;
+    }
+    if arguments.json {
+        let output =
+            Output { estimate: &identification.estimate, elapsed_ms: elapsed.as_secs_f64() * 1e3 };
+        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        return print(&format!("{json}\n"));
+    }
+    print(&text(&cell, &identification, arguments.regrouping))
+}
+
+/// A file whose name ends in `.csv` is a CSV experiment, anything else a candump log.
+pub(super) fn read_input(
+    path: &Path,
+    cell: &Cell,
+    sample_rate_hz: Option<f64>,
+) -> Result<Recording, CliError> {
+    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if is_csv {
+        return read_csv(path, sample_rate_hz).map_err(CliError::failed);
+    }
+    if sample_rate_hz.is_some() {
+        return Err(CliError::Usage(
+            "--sample-rate goes with a CSV file; a log's rate is that of the cell's layout".into(),
+        ));
+    }
+    read_log(path, cell).map_err(CliError::failed)
+}
+
+/// What counts: from `--from` to `--to`, or all but the margins of the cell's windows.
+fn counted(
+    arguments: &Arguments,
+    cell: &Cell,
+    recording: &Recording,
+) -> Result<Range<usize>, CliError> {
+    let samples = recording.samples();
+    let rate = recording.signals.sample_rate_hz;
+    let sample = |name: &str, seconds: f64| {
+        #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+        let last = (samples - 1) as f64 / rate;
+        if !(0.0..=last).contains(&seconds) {
+            let message = format!("{name} {seconds}: the record lasts from 0 to {last} s");
+            return Err(CliError::Usage(message));
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "within the record"
+        )]
+        Ok((seconds * rate).round() as usize)
+    };
+    let margins = cell.window.plan(rate).map_err(CliError::configuration)?;
+    let from = arguments.from.map_or(Ok(margins.margin_before), |s| sample("--from", s))?;
+    let to = match arguments.to {
+        Some(seconds) => sample("--to", seconds)? + 1,
+        None => samples.saturating_sub(margins.margin_after),
+    };
+    if from >= to {
+        return Err(CliError::Usage(format!(
+            "nothing counts: the record has {samples} samples, of which {from} at the beginning \
+             and {} at the end are margin; choose --from and --to",
+            samples.saturating_sub(to)
+        )));
+    }
+    Ok(from..to)
+}
+
+fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::parameter_table(estimate);
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    if regrouping {
+        text += "\nregrouping:\n";
+        for parameter in &estimate.parameters {
+            if let Some(expression) = cell.base.expression(&parameter.name) {
+                text += &format!("  {} = {expression}\n", parameter.name);
+            }
+        }
+    }
+    text
+}

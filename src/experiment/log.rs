@@ -1,0 +1,127 @@
+//! Candump logs as recordings: the same frames, layout and assembly as live.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use didim_core::JointSample;
+use didim_drivers::assemble::{Assembler, Losses};
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{CandumpSource, Received, Source, SourceError};
+
+use super::Recording;
+use crate::cell::Cell;
+
+/// Frames taken from the log at a time.
+const BATCH: usize = 4096;
+/// The longest record that is held in memory: an hour at 5 kHz.
+const MAX_SAMPLES: usize = 18_000_000;
+
+/// Why a log is no recording. Every variant names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The log cannot be opened or read, or a line is malformed; the inner error names it.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// No complete sample came of the frames: the layout or the interface is another one.
+    #[error(
+        "{}: no complete sample in {} frames; is this log from the bus that the cell's layout describes? Not used, by cause: {}",
+        file.display(), losses.frames_received, causes(losses)
+    )]
+    NoSample {
+        /// The log.
+        file: PathBuf,
+        /// What was counted.
+        losses: Box<Losses>,
+    },
+    /// Bus cycles without a complete sample inside the record: cut the log there.
+    #[error(
+        "{}: {missing} bus cycles are missing after sample {after} ({:.3} s after the first); cut the log there. Not used, by cause: {}",
+        file.display(), time_s, causes(losses)
+    )]
+    Gap {
+        /// The log.
+        file: PathBuf,
+        /// The last sample before the gap, counted from the first.
+        after: u64,
+        /// Cycles missing.
+        missing: u64,
+        /// Time of that sample after the first \[s\].
+        time_s: f64,
+        /// What was counted.
+        losses: Box<Losses>,
+    },
+    /// More samples than are held in memory: cut the log.
+    #[error("{}: more than {MAX_SAMPLES} samples; cut the log", file.display())]
+    TooLong {
+        /// The log.
+        file: PathBuf,
+    },
+}
+
+/// Reads a whole candump log as one record without gaps, motor side.
+///
+/// # Errors
+/// See [`LogError`].
+pub fn read_log(path: &Path, cell: &Cell) -> Result<Recording, LogError> {
+    let samples = read_samples(path, cell)?;
+    Ok(Recording::from_samples(&samples, cell.layout.axes(), cell.sample_rate_hz()))
+}
+
+fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> {
+    let mut source = CandumpSource::open(path, &[]).map_err(SourceError::from)?;
+    let mut assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
+    let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
+    let mut samples: Vec<JointSample> = Vec::new();
+    let file = || path.to_path_buf();
+    loop {
+        batch.clear();
+        let received = source.receive(&mut batch, Duration::ZERO)?;
+        for frame in &batch {
+            assembler.handle_frame(frame);
+            samples.extend(assembler.poll_sample());
+        }
+        if samples.len() > MAX_SAMPLES {
+            return Err(LogError::TooLong { file: file() });
+        }
+        if received == Received::End {
+            break;
+        }
+    }
+    assembler.handle_timeout(u64::MAX);
+    samples.extend(assembler.poll_sample());
+    let losses = || Box::new(*assembler.losses());
+    let Some(first) = samples.first().map(|s| s.sequence) else {
+        return Err(LogError::NoSample { file: file(), losses: losses() });
+    };
+    let gap = samples.windows(2).find(|pair| pair[1].sequence != pair[0].sequence + 1);
+    if let Some([before, after]) = gap {
+        let position = before.sequence.saturating_sub(first);
+        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        let time_s = position as f64 / cell.sample_rate_hz();
+        return Err(LogError::Gap {
+            file: file(),
+            after: position,
+            missing: after.sequence.saturating_sub(before.sequence).saturating_sub(1),
+            time_s,
+            losses: losses(),
+        });
+    }
+    Ok(samples)
+}
+
+/// Every cause with a count, as `name 12, name 3`.
+fn causes(losses: &Losses) -> String {
+    let Ok(serde_json::Value::Object(all)) = serde_json::to_value(losses) else {
+        return String::new();
+    };
+    let mut found = Vec::new();
+    for group in ["frames", "cycles"] {
+        let counts = all.get(group).and_then(serde_json::Value::as_object);
+        for (name, count) in counts.into_iter().flatten() {
+            if count.as_u64().unwrap_or(0) > 0 {
+                found.push(format!("{} {count}", name.replace('_', "-")));
+            }
+        }
+    }
+    if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+}

@@ -1,0 +1,54 @@
+//! From a recording or a window to an identification, as the cell wants it.
+
+use std::ops::Range;
+
+use didim_core::identification::{
+    Experiment, ExperimentError, Identification, IdentificationError, Method, idim_ls,
+};
+
+use crate::cell::Cell;
+use crate::experiment::{Recording, Side};
+use crate::worker::Window;
+
+/// Why nothing was identified; the inner errors carry the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum IdentifyError {
+    /// The data are no experiment of this robot.
+    #[error("the data do not make an experiment of this robot: {0}")]
+    Experiment(#[from] ExperimentError),
+    /// The method refused or failed.
+    #[error("{0}")]
+    Identification(#[from] IdentificationError),
+}
+
+/// Identifies from one window of the live or replayed stream.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
+    let axes = cell.layout.axes();
+    let recording = Recording::from_samples(&window.samples, axes, window.sample_rate_hz);
+    identify_recording(cell, cell.method, &recording, window.counted.clone())
+}
+
+/// Identifies from a recording, of which the samples in `counted` count and the others are margin
+/// for the edges of the filters. The torque is valid when the cell's layout says so.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_recording(
+    cell: &Cell,
+    method: Method,
+    recording: &Recording,
+    counted: Range<usize>,
+) -> Result<Identification, IdentifyError> {
+    let experiment = match recording.side {
+        Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission())?,
+        Side::Joint => Experiment::joint_side(&recording.signals)?,
+    }
+    .with_torque_timing(cell.layout.torque_timing())?
+    .with_counted(counted)?;
+    Ok(match method {
+        Method::IdimLs => idim_ls(&cell.robot, &cell.base, &experiment, &cell.options)?,
+    })
+}

@@ -1,0 +1,140 @@
+//! Results on disk: whole or not at all, a bounded number, with what is needed to make them again.
+
+mod record;
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+pub use record::{ResultRecord, WindowProvenance};
+
+/// Results kept unless the cell says otherwise.
+pub const DEFAULT_KEEP: usize = 1000;
+
+const LATEST: &str = "latest.json";
+const TEMPORARY: &str = ".writing.tmp";
+
+/// A folder of results, `result-00000000.json` and on, and `latest.json`, a copy of the newest.
+///
+/// One process writes into it at a time. The number in a name continues over restarts, so that no
+/// result is overwritten.
+#[derive(Debug)]
+pub struct Store {
+    folder: PathBuf,
+    keep: usize,
+    next: u64,
+}
+
+/// Why a result is not on disk.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The file system refused. Check the rights on the folder and the space left.
+    #[error("cannot {action} {}: {cause}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
+    /// The record has no JSON form. A mistake of this program.
+    #[error("the result has no JSON form: {0}")]
+    Format(#[from] serde_json::Error),
+}
+
+impl Store {
+    /// Opens the folder, making it if need be, and keeps at most `keep` results (at least one).
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn open(folder: &Path, keep: usize) -> Result<Self, StoreError> {
+        fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
+        let mut store = Self { folder: folder.to_owned(), keep: keep.max(1), next: 0 };
+        // What a process was writing when it died.
+        match fs::remove_file(store.folder.join(TEMPORARY)) {
+            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                return Err(at("remove", &store.folder.join(TEMPORARY))(cause));
+            }
+            _ => {}
+        }
+        store.next = store.indices()?.last().map_or(0, |last| last.saturating_add(1));
+        Ok(store)
+    }
+
+    /// Writes a result: into a temporary file, to the disk, and only then under its name. Then
+    /// removes the oldest beyond the number to keep.
+    ///
+    /// # Errors
+    /// [`StoreError`]; what was there before is untouched.
+    pub fn write(&mut self, record: &ResultRecord<'_>) -> Result<Stored, StoreError> {
+        let mut json = serde_json::to_vec_pretty(record)?;
+        json.push(b'\n');
+        let path = self.folder.join(name(self.next));
+        self.replace(&path, &json)?;
+        self.next += 1;
+        self.replace(&self.folder.join(LATEST), &json)?;
+        self.prune()?;
+        Ok(Stored { path, json })
+    }
+
+    /// Write, sync, rename, sync the folder: after a power cut the name has the old content or the
+    /// new one (rename(2), fsync(2)).
+    fn replace(&self, path: &Path, content: &[u8]) -> Result<(), StoreError> {
+        let temporary = self.folder.join(TEMPORARY);
+        let mut file = File::create(&temporary).map_err(at("create", &temporary))?;
+        file.write_all(content).and_then(|()| file.sync_all()).map_err(at("write", &temporary))?;
+        drop(file);
+        fs::rename(&temporary, path).map_err(at("rename a result to", path))?;
+        File::open(&self.folder)
+            .and_then(|folder| folder.sync_all())
+            .map_err(at("sync", &self.folder))
+    }
+
+    fn prune(&self) -> Result<(), StoreError> {
+        let indices = self.indices()?;
+        let surplus = indices.len().saturating_sub(self.keep);
+        for index in indices.into_iter().take(surplus) {
+            let path = self.folder.join(name(index));
+            fs::remove_file(&path).map_err(at("remove", &path))?;
+        }
+        Ok(())
+    }
+
+    /// The numbers of the results in the folder, in order.
+    fn indices(&self) -> Result<Vec<u64>, StoreError> {
+        let entries = fs::read_dir(&self.folder).map_err(at("read the folder", &self.folder))?;
+        let mut indices = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(at("read the folder", &self.folder))?;
+            indices.extend(entry.file_name().to_str().and_then(index));
+        }
+        indices.sort_unstable();
+        Ok(indices)
+    }
+}
+
+/// A result that is on disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// Where.
+    pub path: PathBuf,
+    /// Its content.
+    pub json: Vec<u8>,
+}
+
+fn name(index: u64) -> String {
+    format!("result-{index:08}.json")
+}
+
+fn index(name: &str) -> Option<u64> {
+    name.strip_prefix("result-")?.strip_suffix(".json")?.parse().ok()
+}
+
+fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
+    let path = path.to_owned();
+    move |cause| StoreError::Io { action, path, cause }
+}
+
+#[cfg(test)]
+mod tests;

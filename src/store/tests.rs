@@ -1,0 +1,129 @@
+use didim_core::JointSample;
+use didim_core::identification::{Estimate, SingularValues, Verdict};
+
+use super::*;
+use crate::worker::{Window, WindowEnd};
+
+fn estimate(value: f64) -> Estimate {
+    Estimate {
+        schema: 1,
+        method: "idim-ls".into(),
+        robot: "pendulum".into(),
+        samples: 3,
+        rows: 3,
+        parameters: vec![],
+        condition_number: value,
+        unweighted_condition_number: value,
+        singular_values: SingularValues { max: value, min: 1.0 },
+        relative_error: 0.1,
+        relative_error_per_joint: vec![0.1],
+        rms_error_per_joint_nm: vec![f64::NAN],
+        durbin_watson_per_joint: vec![2.0],
+        iterations: 1,
+        simulations: 0,
+        verdict: Verdict { applicable: true, reasons: vec![] },
+    }
+}
+
+fn window() -> Window {
+    Window {
+        number: 4,
+        sample_rate_hz: 1000.0,
+        samples: (10..16).map(|sequence| JointSample::zero(sequence, 0)).collect(),
+        counted: 1..5,
+        end: WindowEnd::Rest,
+    }
+}
+
+fn write(store: &mut Store, value: f64) -> Stored {
+    let (window, estimate) = (window(), estimate(value));
+    store.write(&ResultRecord::new("cell", "c0ffee", &window, &estimate)).unwrap()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_result_says_where_it_comes_from_and_is_the_latest() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(&folder.path().join("a/b"), 10).unwrap();
+    let stored = write(&mut store, 7.0);
+    assert_eq!(names(&folder.path().join("a/b")), ["latest.json", "result-00000000.json"]);
+    let json: serde_json::Value = serde_json::from_slice(&stored.json).unwrap();
+    assert_eq!(json["window"]["first_sequence"], 10);
+    assert_eq!(json["window"]["last_sequence"], 15);
+    assert_eq!(json["window"]["first_counted"], 11);
+    assert_eq!(json["window"]["counted"], 4);
+    assert_eq!(json["window"]["end"], "rest");
+    assert_eq!(json["configuration"], "c0ffee");
+    assert_eq!(json["estimate"]["condition_number"], 7.0);
+    assert_eq!(json["estimate"]["rms_error_per_joint_nm"][0], serde_json::Value::Null);
+    assert_eq!(fs::read(&stored.path).unwrap(), stored.json);
+    assert_eq!(fs::read(folder.path().join("a/b/latest.json")).unwrap(), stored.json);
+}
+
+#[test]
+fn the_same_result_gives_the_same_bytes() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let first = write(&mut Store::open(one.path(), 3).unwrap(), 1.0 / 3.0);
+    let second = write(&mut Store::open(two.path(), 9).unwrap(), 1.0 / 3.0);
+    assert_eq!(first.json, second.json);
+    assert_eq!(first.path.file_name(), second.path.file_name());
+}
+
+#[test]
+fn the_oldest_give_way_and_numbers_go_on_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    for value in 0..5 {
+        write(&mut store, f64::from(value));
+    }
+    drop(store);
+    fs::write(folder.path().join("notes.txt"), "not ours").unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    write(&mut store, 5.0);
+    assert_eq!(
+        names(folder.path()),
+        [
+            "latest.json",
+            "notes.txt",
+            "result-00000003.json",
+            "result-00000004.json",
+            "result-00000005.json"
+        ]
+    );
+    let latest = fs::read_to_string(folder.path().join("latest.json")).unwrap();
+    assert!(latest.contains("\"condition_number\": 5.0"));
+}
+
+#[test]
+fn what_a_dying_process_left_is_removed_and_never_read() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join(TEMPORARY), "{\"half").unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+    write(&mut store, 1.0);
+    assert!(!names(folder.path()).contains(&TEMPORARY.to_owned()));
+}
+
+#[test]
+fn a_failed_write_leaves_the_old_result_and_the_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    let before = write(&mut store, 1.0);
+    // A folder where the temporary file should be: the write fails, for root as well.
+    fs::create_dir(folder.path().join(TEMPORARY)).unwrap();
+    let (window, next) = (window(), estimate(2.0));
+    let failed = store.write(&ResultRecord::new("cell", "c0ffee", &window, &next));
+    assert!(matches!(failed, Err(StoreError::Io { action: "create", .. })), "{failed:?}");
+    assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
+    fs::remove_dir(folder.path().join(TEMPORARY)).unwrap();
+    let after = write(&mut store, 2.0);
+    assert!(after.path.ends_with("result-00000001.json"));
+}

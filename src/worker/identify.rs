@@ -1,0 +1,154 @@
+//! The thread that identifies: windows in, results stored and published.
+
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError};
+use std::thread::JoinHandle;
+
+use didim_core::identification::Estimate;
+
+use super::run::{WorkerError, WorkerOptions};
+use super::state::{EstimateSummary, SharedEstimation};
+use super::window::{RejectedWindow, Rejection, Window};
+use crate::store::{ResultRecord, Store};
+use crate::stream::{DocumentWriter, StreamNode, Topic};
+
+/// Why a window could not be identified; its text reaches the status.
+pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
+
+/// Identifies from one window.
+pub type Identify = Box<dyn FnMut(&Window) -> Result<Estimate, IdentifyError> + Send>;
+
+/// What to do with a window when the queue is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum WhenBusy {
+    /// Reject it: the bus does not wait.
+    Reject,
+    /// Wait: the log does.
+    Wait,
+}
+
+/// The sending side of the queue.
+#[derive(Debug)]
+pub(super) struct Identification {
+    queue: SyncSender<Window>,
+    shared: SharedEstimation,
+    thread: JoinHandle<Result<(), WorkerError>>,
+}
+
+impl Identification {
+    /// Opens the store and starts the thread.
+    pub(super) fn start(
+        options: &WorkerOptions,
+        identify: Identify,
+        shared: &SharedEstimation,
+    ) -> Result<Self, WorkerError> {
+        let store = match &options.folder {
+            Some(folder) => Some(Store::open(folder, options.keep)?),
+            None => None,
+        };
+        let (queue, windows) = std::sync::mpsc::sync_channel(options.queue.max(1));
+        let (options, job_shared) = (options.clone(), shared.clone());
+        let thread = std::thread::Builder::new()
+            .name("identify".into())
+            .spawn(move || {
+                // Ports stay on the thread that makes them.
+                let node = StreamNode::join(&options.stream)?;
+                let estimates = node.document_writer(Topic::Estimates)?;
+                let mut job = Job { options, identify, store, estimates, shared: job_shared };
+                job.run(&windows);
+                Ok(())
+            })
+            .map_err(WorkerError::Thread)?;
+        Ok(Self { queue, shared: shared.clone(), thread })
+    }
+
+    /// Queues a window.
+    pub(super) fn submit(&self, window: Window, when_busy: WhenBusy) -> Result<(), WorkerError> {
+        self.shared.update().windows_pending += 1;
+        let unsent = match when_busy {
+            WhenBusy::Wait => {
+                self.queue.send(window).map_err(|unsent| TrySendError::Disconnected(unsent.0))
+            }
+            WhenBusy::Reject => self.queue.try_send(window),
+        };
+        match unsent {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Full(window)) => {
+                self.shared.update().windows_pending -= 1;
+                self.shared.reject(rejected(&window, Rejection::Busy));
+                Ok(())
+            }
+            Err(TrySendError::Disconnected(_)) => Err(WorkerError::IdentificationEnded),
+        }
+    }
+
+    /// Whether the thread has ended, which it does by itself only when it failed.
+    pub(super) fn has_ended(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Lets every queued window be identified.
+    pub(super) fn finish(self) -> Result<(), WorkerError> {
+        drop(self.queue);
+        self.thread.join().map_err(|_| WorkerError::IdentificationEnded)?
+    }
+}
+
+struct Job {
+    options: WorkerOptions,
+    identify: Identify,
+    store: Option<Store>,
+    estimates: DocumentWriter,
+    shared: SharedEstimation,
+}
+
+impl Job {
+    fn run(&mut self, windows: &Receiver<Window>) {
+        while let Ok(window) = windows.recv() {
+            let outcome = self.one(&window);
+            self.shared.update().windows_pending -= 1;
+            if let Err(rejection) = outcome {
+                self.shared.reject(rejected(&window, rejection));
+            }
+        }
+    }
+
+    fn one(&mut self, window: &Window) -> Result<(), Rejection> {
+        let estimate =
+            (self.identify)(window).map_err(|why| Rejection::Refused { why: why.to_string() })?;
+        let record = ResultRecord::new(
+            &self.options.stream.cell,
+            &self.options.configuration,
+            window,
+            &estimate,
+        );
+        let json = match &mut self.store {
+            Some(store) => store.write(&record).map(|stored| stored.json),
+            None => serde_json::to_vec(&record).map_err(Into::into),
+        };
+        let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;
+        // The result is safe on disk; who listens in may miss it.
+        if let Err(cause) = self.estimates.publish(&json) {
+            tracing::warn!("the estimate of window {} is not published: {cause}", window.number);
+        }
+        tracing::info!(
+            window = window.number,
+            samples = window.counted.len(),
+            relative_error = estimate.relative_error,
+            applicable = estimate.verdict.applicable,
+            "window identified"
+        );
+        let mut status = self.shared.update();
+        status.windows_identified += 1;
+        status.last_estimate = Some(EstimateSummary::new(window, &estimate));
+        Ok(())
+    }
+}
+
+fn rejected(window: &Window, rejection: Rejection) -> RejectedWindow {
+    RejectedWindow {
+        number: window.number,
+        first_sequence: window.first_sequence(),
+        last_sequence: window.last_sequence(),
+        rejection,
+    }
+}

@@ -1,0 +1,19 @@
+//! From samples to results, off the bus thread: windows, their rejection, their identification.
+//!
+//! Two threads: one follows the stream and cuts windows, one identifies them, so that a long
+//! identification never makes the stream overflow. What is decided depends on sequence numbers
+//! only, never on when something arrived.
+
+mod identify;
+mod options;
+mod run;
+mod state;
+mod window;
+mod windower;
+
+pub use identify::{Identify, IdentifyError};
+pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
+pub use run::{Command, Commands, SubmitError, Worker, WorkerEnd, WorkerError, WorkerOptions};
+pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
+pub use window::{Loss, RejectedWindow, Rejection, Window, WindowEnd, WindowEvent};
+pub use windower::{CommandError, Windower};

@@ -1,0 +1,189 @@
+//! When to identify: what the cell file says about windows.
+
+use serde::Deserialize;
+
+/// What a window is, in seconds. Ranges are checked by [`WindowOptions::plan`].
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WindowOptions {
+    /// What opens and closes a window.
+    pub trigger: Trigger,
+    /// Samples kept before what counts, for the edges of the filters \[s\].
+    #[serde(default = "default_margin_s")]
+    pub margin_before_s: f64,
+    /// Samples kept after what counts \[s\].
+    #[serde(default = "default_margin_s")]
+    pub margin_after_s: f64,
+    /// A window in which less counts is not identified \[s\].
+    #[serde(default = "default_min_s")]
+    pub min_s: f64,
+    /// A window is closed at this length, margins included \[s\]: the bound of its memory.
+    #[serde(default = "default_max_s")]
+    pub max_s: f64,
+}
+
+/// What opens and closes a window.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "by", deny_unknown_fields, rename_all = "kebab-case")]
+pub enum Trigger {
+    /// Motion opens it, rest closes it.
+    Motion {
+        /// A motor that turns faster is in motion \[rad/s\].
+        velocity_threshold_rad_s: f64,
+        /// Rest must last this long, and at least the margin after, to close the window \[s\].
+        #[serde(default = "default_idle_s")]
+        idle_s: f64,
+        /// The velocity is a difference of positions this far apart \[s\]: long enough that one
+        /// count of the encoder is not motion.
+        #[serde(default = "default_difference_s")]
+        difference_s: f64,
+    },
+    /// One window after the other, each with the same number of samples that count.
+    Interval {
+        /// What counts of each window \[s\].
+        length_s: f64,
+    },
+    /// `window begin` opens it, `window end` closes it.
+    Command,
+}
+
+fn default_margin_s() -> f64 {
+    0.25
+}
+
+fn default_min_s() -> f64 {
+    2.0
+}
+
+fn default_max_s() -> f64 {
+    60.0
+}
+
+fn default_idle_s() -> f64 {
+    0.5
+}
+
+fn default_difference_s() -> f64 {
+    0.01
+}
+
+/// The options in samples of the uniform grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowPlan {
+    /// The trigger.
+    pub trigger: PlannedTrigger,
+    /// Samples of the margin before what counts.
+    pub margin_before: usize,
+    /// Samples of the margin after it.
+    pub margin_after: usize,
+    /// Fewest samples that count.
+    pub min: usize,
+    /// Most samples of a window, margins included.
+    pub max: usize,
+    /// Sample rate \[Hz\].
+    pub sample_rate_hz: f64,
+}
+
+/// A trigger in samples.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlannedTrigger {
+    /// See [`Trigger::Motion`].
+    Motion {
+        /// A motor that moved further over `lag` samples is in motion \[rad\].
+        travel_rad: f64,
+        /// Samples between the positions compared.
+        lag: usize,
+        /// Samples of rest that close the window; at least the margin after.
+        idle: usize,
+    },
+    /// See [`Trigger::Interval`].
+    Interval {
+        /// Samples that count.
+        length: usize,
+    },
+    /// See [`Trigger::Command`].
+    Command,
+}
+
+/// A window option is outside its range: change it in the cell file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("window option {key}: {problem}")]
+pub struct WindowOptionError {
+    /// The key.
+    pub key: &'static str,
+    /// What is wrong with it, and what is allowed.
+    pub problem: String,
+}
+
+impl WindowOptions {
+    /// Checks every option and counts it in samples.
+    ///
+    /// # Errors
+    /// [`WindowOptionError`] names the first option that cannot be meant.
+    pub fn plan(&self, sample_rate_hz: f64) -> Result<WindowPlan, WindowOptionError> {
+        if !(1.0..=20_000.0).contains(&sample_rate_hz) {
+            return refuse("sample_rate_hz", format!("{sample_rate_hz} is not in 1..=20000"));
+        }
+        let count = |key, seconds: f64, low: f64, high: f64| {
+            if !(low..=high).contains(&seconds) {
+                return refuse(key, format!("{seconds} s is not in {low}..={high} s"));
+            }
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "at most 3,600 s at 20 kHz"
+            )]
+            Ok((seconds * sample_rate_hz).round() as usize)
+        };
+        let margin_before = count("margin_before_s", self.margin_before_s, 0.0, 10.0)?;
+        let margin_after = count("margin_after_s", self.margin_after_s, 0.0, 10.0)?;
+        let margins = margin_before + margin_after;
+        // Two, so that no window is opened and closed by one sample.
+        let min = count("min_s", self.min_s, 0.0, 600.0)?.max(2);
+        let max = count("max_s", self.max_s, 0.1, 600.0)?;
+        if max < margins + min {
+            return refuse(
+                "max_s",
+                format!(
+                    "{} s has no room for min_s and two margins, {} s",
+                    self.max_s,
+                    self.min_s + self.margin_before_s + self.margin_after_s
+                ),
+            );
+        }
+        let trigger = match self.trigger {
+            Trigger::Motion { velocity_threshold_rad_s: threshold, idle_s, difference_s } => {
+                if !(threshold > 0.0 && threshold <= 1e4) {
+                    return refuse(
+                        "velocity_threshold_rad_s",
+                        format!("{threshold} is not in 0 (excluded)..=10000"),
+                    );
+                }
+                let lag = count("difference_s", difference_s, 0.0, 1.0)?.max(1);
+                let idle = count("idle_s", idle_s, 0.0, 60.0)?.max(margin_after).max(1);
+                #[expect(clippy::cast_precision_loss, reason = "at most 20,000")]
+                let travel_rad = threshold * lag as f64 / sample_rate_hz;
+                PlannedTrigger::Motion { travel_rad, lag, idle }
+            }
+            Trigger::Interval { length_s } => {
+                let length = count("length_s", length_s, 0.0, 600.0)?;
+                if length < min || length + margins > max {
+                    return refuse(
+                        "length_s",
+                        format!(
+                            "{length_s} s is less than min_s or does not fit into max_s with its \
+                             margins"
+                        ),
+                    );
+                }
+                PlannedTrigger::Interval { length }
+            }
+            Trigger::Command => PlannedTrigger::Command,
+        };
+        Ok(WindowPlan { trigger, margin_before, margin_after, min, max, sample_rate_hz })
+    }
+}
+
+fn refuse<T>(key: &'static str, problem: String) -> Result<T, WindowOptionError> {
+    Err(WindowOptionError { key, problem })
+}

@@ -1,0 +1,249 @@
+//! The thread that follows the stream and cuts windows.
+
+use core::time::Duration;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use super::identify::{Identification, Identify, WhenBusy};
+use super::options::{WindowOptionError, WindowPlan};
+use super::state::{SharedEstimation, WindowState};
+use super::window::{Loss, WindowEvent};
+use super::windower::{CommandError, Windower};
+use crate::store::StoreError;
+use crate::stream::{
+    Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
+};
+
+/// The longest the thread sleeps; so it is how soon it sees a stop or a command.
+const NAP: Duration = Duration::from_millis(50);
+/// Commands that may wait.
+const COMMANDS: usize = 8;
+
+/// What the worker needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkerOptions {
+    /// The stream.
+    pub stream: StreamOptions,
+    /// The windows.
+    pub windows: WindowPlan,
+    /// Windows that may wait while one is identified. Memory: (queue + 2) windows.
+    pub queue: usize,
+    /// Folder of the results; nothing: they are published only.
+    pub folder: Option<PathBuf>,
+    /// Results kept in the folder.
+    pub keep: usize,
+    /// Hash of the configuration, for the results.
+    pub configuration: String,
+}
+
+/// Why the worker ended before its time.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// The windows cannot be meant.
+    #[error(transparent)]
+    Windows(#[from] WindowOptionError),
+    /// The stream failed.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// The results' folder failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The system gives no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+    /// The identification's thread panicked; its message is in the log. Report it.
+    #[error("the identification ended by itself: see the log before this")]
+    IdentificationEnded,
+}
+
+/// How the worker ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WorkerEnd {
+    /// It was told to.
+    Stopped,
+    /// The log was read to its end, and every window is dealt with.
+    StreamEnded,
+}
+
+/// What somebody wants of the windows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Open one.
+    Begin,
+    /// Close it.
+    End,
+}
+
+type Answer = Result<(), CommandError>;
+type Request = (Command, SyncSender<Answer>);
+
+/// Hands commands to the worker.
+#[derive(Clone, Debug)]
+pub struct Commands(SyncSender<Request>);
+
+/// The worker did not take a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SubmitError {
+    /// Too many wait, or it has ended: ask again later.
+    #[error("the worker takes no commands now")]
+    Unavailable,
+    /// The command does not fit the state.
+    #[error(transparent)]
+    Refused(#[from] CommandError),
+}
+
+impl Commands {
+    /// Hands over a command and waits for the answer, at most `timeout`.
+    ///
+    /// # Errors
+    /// [`SubmitError`].
+    pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
+        let (answer, answered) = sync_channel(1);
+        self.0.try_send((command, answer)).map_err(|_| SubmitError::Unavailable)?;
+        Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)
+    }
+}
+
+/// The worker, joined to the stream and ready to run on the thread that made it.
+#[derive(Debug)]
+pub struct Worker {
+    reader: SampleReader,
+    windower: Windower,
+    identification: Identification,
+    shared: SharedEstimation,
+    requests: Receiver<Request>,
+    last: Option<StreamSample>,
+}
+
+impl Worker {
+    /// Opens the store, joins the stream and starts the identification's thread.
+    ///
+    /// # Errors
+    /// [`WorkerError`].
+    pub fn start(
+        options: &WorkerOptions,
+        identify: Identify,
+        shared: &SharedEstimation,
+    ) -> Result<(Self, Commands), WorkerError> {
+        let identification = Identification::start(options, identify, shared)?;
+        let (submit, requests) = sync_channel(COMMANDS);
+        let worker = Self {
+            reader: StreamNode::join(&options.stream)?.sample_reader()?,
+            windower: Windower::new(options.windows.clone()),
+            identification,
+            shared: shared.clone(),
+            requests,
+            last: None,
+        };
+        Ok((worker, Commands(submit)))
+    }
+
+    /// Follows the stream until it ends or `stop` is set.
+    ///
+    /// At the end of a stream every window is identified first. At a stop what is queued is
+    /// abandoned: an identification may take longer than a service manager waits.
+    ///
+    /// # Errors
+    /// [`WorkerError`].
+    pub fn run(mut self, stop: &Arc<AtomicBool>) -> Result<WorkerEnd, WorkerError> {
+        while !stop.load(Ordering::Relaxed) {
+            if self.identification.has_ended() {
+                self.identification.finish()?;
+                return Err(WorkerError::IdentificationEnded);
+            }
+            self.reader.wait(NAP)?;
+            self.answer();
+            while let Some(batch) = self.reader.receive()? {
+                let kind = batch.kind();
+                self.take(&batch)?;
+                drop(batch);
+                if kind == BatchKind::End {
+                    self.reader.acknowledge()?;
+                    let event = self.windower.finish();
+                    self.handle(event, WhenBusy::Wait)?;
+                    self.shared.update().window = WindowState::Idle;
+                    self.identification.finish()?;
+                    return Ok(WorkerEnd::StreamEnded);
+                }
+                if kind == BatchKind::Replay {
+                    self.reader.acknowledge()?;
+                }
+                if stop.load(Ordering::Relaxed) {
+                    break;
+                }
+            }
+        }
+        Ok(WorkerEnd::Stopped)
+    }
+
+    fn answer(&mut self) {
+        while let Ok((command, answer)) = self.requests.try_recv() {
+            let outcome = match command {
+                Command::Begin => self.windower.handle_begin(),
+                Command::End => self.windower.handle_end(),
+            };
+            // Whoever asked may have gone.
+            let _ = answer.try_send(outcome);
+        }
+    }
+
+    fn take(&mut self, batch: &Batch) -> Result<(), WorkerError> {
+        let when_busy = match batch.kind() {
+            BatchKind::Live => WhenBusy::Reject,
+            BatchKind::Replay | BatchKind::End => WhenBusy::Wait,
+        };
+        if batch.restarted {
+            self.last = None;
+            let event = self.windower.handle_loss(Loss::Restarted);
+            self.handle(event, when_busy)?;
+        }
+        if batch.lost_batches > 0 {
+            let loss = Loss::StreamOverflow { batches: batch.lost_batches };
+            let event = self.windower.handle_loss(loss);
+            self.handle(event, when_busy)?;
+        }
+        let mut missing = 0;
+        for sample in batch.samples() {
+            if let Some(last) = self.last {
+                missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
+                if sample.queue_drops > last.queue_drops {
+                    let frames = sample.queue_drops - last.queue_drops;
+                    let event = self.windower.handle_loss(Loss::QueueDrops { frames });
+                    self.handle(event, when_busy)?;
+                }
+            }
+            self.last = Some(*sample);
+            let event = self.windower.handle_sample(&sample.joint_sample());
+            self.handle(event, when_busy)?;
+        }
+        let mut status = self.shared.update();
+        status.batches += 1;
+        status.samples += batch.samples().len() as u64;
+        status.samples_missing += missing;
+        status.batches_lost += batch.lost_batches;
+        status.restarts += u64::from(batch.restarted);
+        status.windows_opened = self.windower.opened();
+        status.window = match self.windower.open_samples() {
+            Some(samples) => WindowState::Open { samples },
+            None => WindowState::Idle,
+        };
+        Ok(())
+    }
+
+    fn handle(
+        &mut self,
+        event: Option<WindowEvent>,
+        when_busy: WhenBusy,
+    ) -> Result<(), WorkerError> {
+        match event {
+            None => Ok(()),
+            Some(WindowEvent::Closed(window)) => self.identification.submit(window, when_busy),
+            Some(WindowEvent::Rejected(rejected)) => {
+                self.shared.reject(rejected);
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! A stretch of samples to identify from, or the reason why one is not.
+
+use core::fmt;
+use core::ops::Range;
+
+use didim_core::JointSample;
+use serde::{Deserialize, Serialize};
+
+/// What ended a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WindowEnd {
+    /// The arm came to rest.
+    Rest,
+    /// The interval was over.
+    Interval,
+    /// Somebody said so.
+    Command,
+    /// It reached its greatest length.
+    Length,
+    /// The log ended.
+    EndOfStream,
+}
+
+/// A window without loss: consecutive samples of the uniform grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// Windows opened before this one since the stream began.
+    pub number: u64,
+    /// Sample rate \[Hz\].
+    pub sample_rate_hz: f64,
+    /// The samples, margins included; their sequence numbers have no gap.
+    pub samples: Vec<JointSample>,
+    /// Those that count; the rest is margin for the edges of the filters.
+    pub counted: Range<usize>,
+    /// What ended it.
+    pub end: WindowEnd,
+}
+
+impl Window {
+    /// Sequence number of the first sample.
+    pub fn first_sequence(&self) -> u64 {
+        self.samples.first().map_or(0, |sample| sample.sequence)
+    }
+
+    /// Sequence number of the last sample.
+    pub fn last_sequence(&self) -> u64 {
+        self.samples.last().map_or(0, |sample| sample.sequence)
+    }
+}
+
+/// Something between two samples was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "loss", rename_all = "kebab-case")]
+pub enum Loss {
+    /// Bus cycles without a complete sample.
+    SampleGap {
+        /// The last sequence number before the gap.
+        after: u64,
+        /// Samples missing.
+        missing: u64,
+    },
+    /// A sequence number that is not later than the one before.
+    OutOfOrder {
+        /// The one before.
+        after: u64,
+        /// The one that came.
+        sequence: u64,
+    },
+    /// Frames dropped before anyone read them; which ones is not known.
+    QueueDrops {
+        /// How many.
+        frames: u64,
+    },
+    /// Batches that gave way in the buffer because this worker was too slow.
+    StreamOverflow {
+        /// How many.
+        batches: u64,
+    },
+    /// The acquisition was restarted.
+    Restarted,
+}
+
+/// Why a window is not identified.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "reason", rename_all = "kebab-case")]
+pub enum Rejection {
+    /// Something in it was lost.
+    Loss(Loss),
+    /// Too little in it counts.
+    TooShort {
+        /// Samples that count.
+        counted: usize,
+        /// Samples that must count.
+        minimum: usize,
+    },
+    /// The identification is still busy with the windows before.
+    Busy,
+    /// The identification refused it.
+    Refused {
+        /// In words.
+        why: String,
+    },
+    /// The result could not be stored.
+    NotStored {
+        /// In words.
+        why: String,
+    },
+}
+
+impl Rejection {
+    /// The name under which it is counted.
+    pub fn cause(&self) -> &'static str {
+        match self {
+            Self::Loss(Loss::SampleGap { .. }) => "sample-gap",
+            Self::Loss(Loss::OutOfOrder { .. }) => "out-of-order",
+            Self::Loss(Loss::QueueDrops { .. }) => "queue-drops",
+            Self::Loss(Loss::StreamOverflow { .. }) => "stream-overflow",
+            Self::Loss(Loss::Restarted) => "restarted",
+            Self::TooShort { .. } => "too-short",
+            Self::Busy => "busy",
+            Self::Refused { .. } => "refused",
+            Self::NotStored { .. } => "not-stored",
+        }
+    }
+}
+
+impl fmt::Display for Rejection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Loss(Loss::SampleGap { after, missing }) => {
+                write!(f, "{missing} samples are missing after sample {after}")
+            }
+            Self::Loss(Loss::OutOfOrder { after, sequence }) => {
+                write!(f, "sample {sequence} came after sample {after}")
+            }
+            Self::Loss(Loss::QueueDrops { frames }) => {
+                write!(f, "{frames} frames were dropped unread")
+            }
+            Self::Loss(Loss::StreamOverflow { batches }) => {
+                write!(f, "{batches} batches were overwritten before the worker read them")
+            }
+            Self::Loss(Loss::Restarted) => write!(f, "the acquisition was restarted"),
+            Self::TooShort { counted, minimum } => {
+                write!(f, "{counted} samples count, {minimum} are needed")
+            }
+            Self::Busy => write!(f, "the identification is busy with earlier windows"),
+            Self::Refused { why } => write!(f, "refused: {why}"),
+            Self::NotStored { why } => write!(f, "the result could not be stored: {why}"),
+        }
+    }
+}
+
+/// A window that is not identified.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RejectedWindow {
+    /// [`Window::number`].
+    pub number: u64,
+    /// Sequence number of its first sample.
+    pub first_sequence: u64,
+    /// Sequence number of its last sample.
+    pub last_sequence: u64,
+    /// The reason.
+    pub rejection: Rejection,
+}
+
+/// What came of a sample.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WindowEvent {
+    /// A window to identify from.
+    Closed(Window),
+    /// A window that is not.
+    Rejected(RejectedWindow),
+}
