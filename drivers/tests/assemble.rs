@@ -6,8 +6,8 @@
 mod common;
 
 use common::bus::{
-    DRIVES, EPOCH_NS, RAD_PER_COUNT, assembler, check, check_sums, cycle, drives, feed, values,
-    with_id,
+    EPOCH_NS, RAD_PER_COUNT, assembler, check, check_sums, cycle, drives, feed, packed_drives,
+    values, with_id,
 };
 use common::{CIA402, PACKED, cia402, cia402_dbc, compile, packed, packed_dbc};
 use didim_core::JointSample;
@@ -530,7 +530,7 @@ fn a_packed_target_can_be_that_of_the_next_frame() {
 /// An axis that runs through the end of int32.
 fn through_the_end(wraps: &str) -> Assembler {
     let layout = packed();
-    let text = DRIVES
+    let text = packed_drives()
         .replace("wraps = \"refuse\"", &format!("wraps = \"{wraps}\""))
         .replace("zero = 0", "zero = 2147483000");
     let scales = Scales::new(&drives(&text, 6), &layout).unwrap();

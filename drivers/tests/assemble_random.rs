@@ -5,10 +5,11 @@
 
 mod common;
 
-use common::bus::{EPOCH_NS, assembler, check, check_sums, cycle, feed, with_id};
+use common::bus::{EPOCH_NS, assembler, check, check_sums, cycle, feed, values, with_id};
 use common::{cia402, packed};
 use didim_drivers::assemble::Losses;
 use didim_drivers::frame::{Direction, Frame, FrameId, FrameKind};
+use didim_drivers::layout::{CycleValues, Role};
 use proptest::prelude::*;
 
 #[derive(Clone, Copy, Debug)]
@@ -100,6 +101,46 @@ proptest! {
             }
         }
         prop_assert!(samples.windows(2).all(|pair| pair[0].sequence < pair[1].sequence));
+    }
+
+    /// Packed frames dropped, doubled, swapped, a device that starts again, a pause.
+    #[test]
+    fn packed_frames_with_random_faults_are_accounted_for(
+        faults in proptest::collection::vec((0..12_u8, 0..3_000_u64), 1..300),
+        start in any::<u32>(),
+    ) {
+        let layout = packed();
+        let mut assembler = assembler(&layout);
+        let (mut frames, mut pause_ns, mut reset) = (Vec::new(), 0, 0);
+        for (k, (fault, size)) in (0_u64..).zip(&faults) {
+            if *fault == 3 { pause_ns += size * 1_000_000; }
+            // Back by more than a gap here, or to a number that no gap comes to.
+            if *fault == 4 {
+                reset += 2_000 + size;
+            }
+            let stamp_ns = EPOCH_NS + pause_ns + k * 200_000;
+            let values = values(k, 0);
+            let counter = (u64::from(start) + k).wrapping_sub(reset);
+            layout
+                .encode(Role::Sample, &CycleValues { counter, ..values }, stamp_ns, &mut frames)
+                .unwrap();
+            match fault {
+                0 => { frames.pop(); }
+                1 => frames.extend_from_within(frames.len() - 1..),
+                2 if frames.len() > 1 => { let last = frames.len() - 1; frames.swap(last, last - 1); }
+                _ => {}
+            }
+        }
+        let samples = feed(&mut assembler, &frames);
+        let losses = assembler.losses();
+        for pair in samples.windows(2) {
+            prop_assert!(pair[0].sequence < pair[1].sequence);
+            // The steps of the sequence are those of the time, a sender that was busy aside.
+            let cycles = pair[1].sequence - pair[0].sequence;
+            let late_ns = (pair[1].stamp_ns - pair[0].stamp_ns).abs_diff(cycles * 200_000);
+            let restart = cycles == 2 && losses.cycles.restart > 0;
+            prop_assert!(late_ns <= 100_000_000 || restart, "{} cycles, {}", cycles, late_ns);
+        }
     }
 
     /// Frames that no drive sends: nothing panics, everything is counted.

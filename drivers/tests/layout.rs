@@ -135,6 +135,38 @@ proptest! {
     }
 }
 
+proptest! {
+    /// Bytes of a DBC file cut out, doubled or replaced: it is read or refused.
+    #[test]
+    fn a_damaged_file_does_not_panic(
+        cuts in proptest::collection::vec((0..1_400_usize, 0..4_usize, "[ -~\n]{0,3}"), 1..6),
+    ) {
+        let mut text = ODD.to_owned();
+        for (at, length, new) in cuts {
+            let at = at.min(text.len());
+            let end = (at + length).min(text.len());
+            text.replace_range(at..end, &new);
+        }
+        let spec = r#"
+dbc = "odd.dbc"
+axes = 2
+rate_hz = 100
+position = { signal = "Intel.Twelve", valid = "instant" }
+torque = { signal = "Wide.Single", valid = "instant" }
+"#;
+        let spec: LayoutSpec = toml::from_str(spec).unwrap();
+        prop_assert!(CompiledLayout::compile(&text, &spec).is_err());
+        if let Ok(database) = Database::parse(&text) {
+            for (message, signal) in [("Motorola", "Crossing"), ("Intel", "Rest"), ("Wide", "Last")] {
+                if let Ok(signal) = database.signal("test", message, signal) {
+                    let bits = signal.field.bits(&[0xFF; 64]);
+                    prop_assert_eq!(bits, u64::MAX >> (64 - signal.field.width()));
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_value_that_does_not_fit_is_refused_and_nothing_is_encoded() {
     let layout = cia402();
@@ -168,6 +200,44 @@ fn a_frame_that_is_none_of_the_layouts_says_why() {
     ] {
         assert_eq!(layout.read(&frame).unwrap_err(), why);
     }
+}
+
+#[test]
+fn floating_point_extended_identifiers_and_padding_are_read() {
+    let dbc = r#"
+BO_ 2566839348 Arm: 13 Device
+ SG_ Angle : 7|32@0- (1,0) [0|0] "rad" Vector__XXX
+ SG_ Torque : 32|64@1- (1,0) [-50|50] "Nm" Vector__XXX
+
+SIG_VALTYPE_ 2566839348 Angle : 1;
+SIG_VALTYPE_ 2566839348 Torque : 2;
+"#;
+    let spec = r#"
+dbc = "arm.dbc"
+axes = 1
+rate_hz = 1000
+position = { signal = "Arm.Angle", valid = "instant" }
+torque = { signal = "Arm.Torque", valid = "instant" }
+"#;
+    let layout = common::compile(dbc, spec);
+    let mut values = CycleValues::default();
+    values.axes[0].position = -0.75;
+    values.axes[0].torque = 1e-3;
+    let frame = encode(&layout, &values)[0];
+    assert_eq!(frame.id, FrameId::Extended(2_566_839_348 - (1 << 31)));
+    // 13 bytes are padded to the next length that CAN FD has.
+    assert_eq!(frame.length, 16);
+    assert_eq!(frame.data()[..4], (-0.75_f32).to_be_bytes());
+    assert_eq!(decode(&layout, &[frame]), values);
+    assert!(layout.read(&Frame { length: 13, ..frame }).is_ok());
+    assert_eq!(layout.read(&Frame { length: 12, ..frame }), Err(Unreadable::WrongLength));
+
+    let (_, message) = layout.read(&frame).unwrap();
+    let mut payload = frame.payload;
+    payload[..4].copy_from_slice(&f32::NAN.to_be_bytes());
+    payload[4..12].copy_from_slice(&50.1_f64.to_le_bytes());
+    assert_eq!(message.extractions[0].value(&payload), None);
+    assert_eq!(message.extractions[1].value(&payload), None);
 }
 
 fn refusal(dbc: &str, layout: &str) -> LayoutError {

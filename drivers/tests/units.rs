@@ -5,7 +5,7 @@ mod common;
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use common::bus::{DRIVES, drives};
+use common::bus::{DRIVES, drives, packed_drives};
 use common::{cia402, cia402_dbc, compile, packed};
 use didim_drivers::units::{DriveSpec, Scales, UnitsError};
 use proptest::prelude::*;
@@ -118,7 +118,7 @@ proptest! {
     /// There and back, on an axis whose counter wraps within its travel.
     #[test]
     fn values_and_si_are_inverse(zero in any::<i32>(), travel in -1e9..1e9_f64, torque in -5.0..5.0_f64) {
-        let text = DRIVES
+        let text = packed_drives()
             .replace("wraps = \"refuse\"", "wraps = \"modulo\"")
             .replace("zero = 0", &format!("zero = {zero}"))
             .replace("sign = 1", "sign = -1");

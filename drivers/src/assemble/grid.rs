@@ -52,6 +52,11 @@ impl Grid {
         (difference(stamp_ns, self.stamp_ns) - self.phase_ns) / self.period_ns
     }
 
+    /// Whether `stamp_ns` is from before the latest stamp.
+    pub(super) fn is_before(&self, stamp_ns: u64) -> bool {
+        stamp_ns < self.stamp_ns
+    }
+
     /// Whether the train has ended before `stamp_ns`.
     pub(super) fn is_silence(&self, stamp_ns: u64) -> bool {
         difference(stamp_ns, self.stamp_ns) >= SILENCE_NS.max(SILENCE_PERIODS * self.nominal_ns)

@@ -51,7 +51,7 @@ pub enum CycleCause {
     /// The bus started again: silence, or a counter that does not go with the time. One cycle is
     /// counted, how many it would have been means nothing.
     Restart,
-    /// The stamps went back in time. One cycle is counted.
+    /// The stamps went back in time, or a SYNC came where none belongs. One cycle is counted.
     ClockStep,
     /// The sample was ready and nobody took it before the next.
     NotTaken,

@@ -72,11 +72,14 @@ impl State {
                 }
             };
         };
-        match step(self.counter, values.counter, counter.signal.field.width(), periods) {
+        let width = counter.signal.field.width();
+        let backwards = grid.is_before(stamp_ns);
+        let time = (periods, self.period_ns);
+        match step(self.counter, values.counter, width, time, backwards) {
             Step::Forward(cycles) => Place::After { cycles, lost: CycleCause::CounterGap },
             Step::Repeated => Place::Unused(FrameCause::CounterRepeated),
             Step::Older => Place::Unused(FrameCause::Late),
-            Step::Restart if periods < 0.0 => Place::Broken(CycleCause::ClockStep),
+            Step::Restart if backwards => Place::Broken(CycleCause::ClockStep),
             Step::Restart => Place::Broken(CycleCause::Restart),
         }
     }

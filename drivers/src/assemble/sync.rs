@@ -10,6 +10,10 @@ use crate::layout::MessagePlan;
 /// late by jitter: such a frame is trusted only when the next SYNC comes after it.
 const DOUBTFUL: f64 = 0.75;
 
+/// How far from the latest grid point, in periods, a SYNC is that one again; nearer than the next
+/// point and farther than this it is on no grid of ours.
+const REPEATED: f64 = 0.25;
+
 /// Periods after which a SYNC counts as missing: the next one would be the nearer grid point.
 const SYNC_MISSING: f64 = 1.5;
 
@@ -25,13 +29,14 @@ impl State {
             self.start(stamp_ns, Some(CycleCause::Restart));
             return self.begin_cycle(stamp_ns, 0);
         }
-        let cycles = grid.periods_to(stamp_ns).round();
-        if cycles < 0.0 {
+        let periods = grid.periods_to(stamp_ns);
+        let cycles = periods.round();
+        if cycles < 1.0 && periods.abs() > REPEATED {
             self.end_cycle(false);
             self.start(stamp_ns, Some(CycleCause::ClockStep));
             return self.begin_cycle(stamp_ns, 0);
         }
-        if cycles == 0.0 {
+        if cycles < 1.0 {
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
         #[allow(clippy::cast_possible_truncation, reason = "positive, and shorter than a silence")]

@@ -7,10 +7,7 @@ use can_dbc::{
 
 use super::error::LayoutError;
 use super::field::{ByteOrder, EXACT_BITS, Encoding, Field};
-use crate::frame::{FrameId, MAX_PAYLOAD};
-
-/// The longest payload of a classic frame \[bytes\].
-const CLASSIC_PAYLOAD: usize = 8;
+use crate::frame::{FrameId, MAX_CLASSIC_PAYLOAD, MAX_PAYLOAD, is_fd_length};
 
 /// How alike two names are to be suggested for one another (1 is equal).
 const NEAR: f64 = 0.6;
@@ -51,11 +48,8 @@ pub struct SignalFormat {
 impl MessageFormat {
     /// The bytes of its frames: CAN FD has no length between 8 and 64 but these (ISO 11898-1).
     pub fn wire_length(&self) -> u8 {
-        const LENGTHS: [u8; 7] = [12, 16, 20, 24, 32, 48, 64];
-        if usize::from(self.length) <= CLASSIC_PAYLOAD {
-            return self.length;
-        }
-        LENGTHS.into_iter().find(|length| *length >= self.length).unwrap_or(self.length)
+        let lengths = self.length..=u8::MAX;
+        lengths.into_iter().find(|length| is_fd_length((*length).into())).unwrap_or(self.length)
     }
 }
 
@@ -118,14 +112,14 @@ impl<'a> Database<'a> {
         };
         let extended = matches!(id, FrameId::Extended(_));
         let fd = match self.frame_format(message.id).as_deref() {
-            None => length > CLASSIC_PAYLOAD,
+            None => length > MAX_CLASSIC_PAYLOAD,
             Some("StandardCAN") if !extended => false,
             Some("StandardCAN_FD") if !extended => true,
             Some("ExtendedCAN") if extended => false,
             Some("ExtendedCAN_FD") if extended => true,
             Some(_) => return Err(refuse("its VFrameFormat does not match its identifier")),
         };
-        if !fd && length > CLASSIC_PAYLOAD {
+        if !fd && length > MAX_CLASSIC_PAYLOAD {
             return Err(refuse(
                 "longer than the 8 bytes of a classic frame; set VFrameFormat to StandardCAN_FD",
             ));

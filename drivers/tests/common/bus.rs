@@ -1,10 +1,11 @@
 //! Six drives and a controller that put known numbers on the bus.
 #![allow(dead_code, reason = "every test takes what it needs")]
+#![allow(clippy::cast_possible_truncation, reason = "periods fit")]
 
 use didim_core::JointSample;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::{Frame, FrameId};
-use didim_drivers::layout::{CompiledLayout, CycleValues, Role};
+use didim_drivers::layout::{CompiledLayout, CycleValues, Instant, Role};
 use didim_drivers::units::Scales;
 
 /// Somewhere in 2026, as live stamps are.
@@ -16,6 +17,14 @@ pub(crate) const DRIVES: &str = r#"
 position = { scale = { counts_per_revolution = 8192 }, sign = 1, zero = 0, wraps = "refuse", provenance = "test" }
 torque = { scale = { per_mille_of_rated_torque = { rated_torque_nm = 2.0 } }, sign = 1, provenance = "test" }
 "#;
+
+/// The same torque for the packed frame, whose DBC file has counts.
+pub(crate) fn packed_drives() -> String {
+    DRIVES.replace(
+        "{ per_mille_of_rated_torque = { rated_torque_nm = 2.0 } }",
+        "{ nm_per_count = 2e-3 }",
+    )
+}
 
 pub(crate) const RAD_PER_COUNT: f64 = std::f64::consts::TAU / 8192.0;
 
@@ -34,7 +43,11 @@ pub(crate) fn drives(text: &str, axes: usize) -> Vec<didim_drivers::units::Drive
 }
 
 pub(crate) fn assembler(layout: &CompiledLayout) -> Assembler {
-    let scales = Scales::new(&drives(DRIVES, layout.axes()), layout).unwrap();
+    let text = match layout.instant() {
+        Instant::Sync => DRIVES.to_owned(),
+        Instant::Packed => packed_drives(),
+    };
+    let scales = Scales::new(&drives(&text, layout.axes()), layout).unwrap();
     Assembler::new(layout.clone(), scales)
 }
 

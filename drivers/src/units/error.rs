@@ -1,0 +1,48 @@
+//! Why gains were refused.
+
+/// Why gains were refused. Axes count from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum UnitsError {
+    /// Not one drive per axis.
+    #[error("`drives`: {found} for {axes} axes; give one per axis, in their order")]
+    Drives {
+        /// Axes of the layout.
+        axes: usize,
+        /// Drives given.
+        found: usize,
+    },
+    /// A number that no drive has.
+    #[error("drive {axis}: `{key}` is {value}; it has to be {expected}")]
+    Number {
+        /// The axis.
+        axis: usize,
+        /// The key.
+        key: &'static str,
+        /// What it says.
+        value: f64,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// The DBC file has the signal in another unit than the gain expects.
+    #[error(
+        "drive {axis}: the gain expects {expected}, and `{signal}` of the DBC file is in \"{unit}\""
+    )]
+    WrongUnit {
+        /// The axis.
+        axis: usize,
+        /// `Message.Signal`.
+        signal: String,
+        /// The unit there.
+        unit: String,
+        /// The units that would match.
+        expected: String,
+    },
+    /// A signal that does not wrap was said to.
+    #[error("drive {axis}: `wraps = \"modulo\"`, and `{signal}` is not an integer")]
+    NoModulus {
+        /// The axis.
+        axis: usize,
+        /// `Message.Signal`.
+        signal: String,
+    },
+}
