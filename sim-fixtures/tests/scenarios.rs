@@ -58,6 +58,32 @@ fn the_arm_tracks_the_motion() {
     }
 }
 
+/// Inverse dynamics of the simulated motion is the torque that moved it, at every sample.
+#[test]
+fn the_motion_is_that_of_its_torque() {
+    for scenario in [tx40_paper().unwrap(), tx40_physical().unwrap()] {
+        let mut closed_loop = scenario.closed_loop().unwrap();
+        let model = Model::new(scenario.robot());
+        let mut ws = Workspace::new();
+        let mut torque = [0.0; 6];
+        for k in 0..10_000 {
+            let sample = closed_loop.step().unwrap();
+            model.inverse_dynamics(
+                &mut ws,
+                scenario.standard_parameters(),
+                &sample.true_position_rad[..6],
+                &sample.true_velocity_rad_s[..6],
+                &sample.true_acceleration_rad_s2[..6],
+                &mut torque,
+            );
+            for (j, (torque, felt)) in torque.iter().zip(&sample.true_torque_nm).enumerate() {
+                let error = torque - felt;
+                assert!(error.abs() < 1e-10, "sample {k}, joint {}: {error}", j + 1);
+            }
+        }
+    }
+}
+
 /// As examples/tune_moves.rs computes it, on the motion as shipped.
 #[test]
 fn the_motion_excites_as_well_as_the_published_recording() {
