@@ -1,5 +1,6 @@
 //! The service: from frames on a drive bus to identified parameters.
 
+pub mod acquire;
 pub mod cell;
 pub mod cli;
 pub mod experiment;

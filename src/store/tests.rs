@@ -13,6 +13,7 @@ fn estimate(value: f64) -> Estimate {
         rows: 3,
         parameters: vec![],
         condition_number: value,
+        unweighted_condition_number: value,
         singular_values: SingularValues { max: value, min: 1.0 },
         relative_error: 0.1,
         relative_error_per_joint: vec![0.1],

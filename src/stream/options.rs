@@ -25,6 +25,10 @@ const MANAGEMENT_BYTES: u64 = 4 << 20;
 /// Header and alignment of one slot, generously \[bytes\].
 const SLOT_OVERHEAD_BYTES: u64 = 128;
 
+/// The least that a buffer holds: a replay stops at half of it, and what it had read from the log
+/// by then must fit into the other half.
+const MIN_BUFFER_BATCHES: usize = 32;
+
 /// Readers of the samples: the worker and one who watches.
 pub const MAX_READERS: usize = 2;
 /// Batches that one reader holds at a time.
@@ -140,7 +144,7 @@ impl StreamOptions {
             clippy::cast_sign_loss,
             reason = "positive, and far below 2^53 by the ranges of the options"
         )]
-        (batches as usize).max(4)
+        (batches as usize).max(MIN_BUFFER_BATCHES)
     }
 
     /// Shared memory of the samples \[bytes\]: readers × (buffer + borrowed) + loaned slots. At

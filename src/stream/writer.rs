@@ -28,14 +28,15 @@ pub enum Pace {
 
 /// The writing end. Each sample is written once, into the slot that the reader will read.
 ///
-/// After its ports are made, [`Self::write`] neither allocates nor locks.
+/// [`Self::write`] neither allocates nor locks, but for the first sample of a batch: the library
+/// counts the references to a loaned slot in a block of 48 bytes from the heap.
 #[derive(Debug)]
 pub struct SampleWriter {
     filling: Option<SampleMut<ipc::Service, SampleBatch, ()>>,
     filling_since: Instant,
     publisher: Publisher<ipc::Service, SampleBatch, ()>,
     notifier: Notifier<ipc::Service>,
-    acknowledgements: Option<Subscriber<ipc::Service, Acknowledgement, ()>>,
+    acknowledgements: Subscriber<ipc::Service, Acknowledgement, ()>,
     acknowledged: u64,
     service: PortFactory<ipc::Service, SampleBatch, ()>,
     pace: Pace,
@@ -62,14 +63,11 @@ impl SampleWriter {
             .notifier_builder()
             .create()
             .map_err(|cause| StreamError::port("notifier", &name, cause))?;
-        let acknowledgements = match pace {
-            Pace::Live => None,
-            Pace::Replay => {
-                let (name, service) = acknowledgement_service(node)?;
-                let subscriber = service.subscriber_builder().create();
-                Some(subscriber.map_err(|cause| StreamError::port("subscriber", &name, cause))?)
-            }
-        };
+        let (name, acknowledgements) = acknowledgement_service(node)?;
+        let acknowledgements = acknowledgements
+            .subscriber_builder()
+            .create()
+            .map_err(|cause| StreamError::port("subscriber", &name, cause))?;
         let id = publisher.id().value();
         #[expect(clippy::cast_possible_truncation, reason = "both halves of the id are mixed")]
         let session = (id ^ (id >> 64)) as u64;
@@ -149,10 +147,25 @@ impl SampleWriter {
     /// # Errors
     /// [`StreamError::Transport`].
     pub fn has_room(&mut self) -> Result<bool, StreamError> {
-        let Some(acknowledgements) = &self.acknowledgements else {
-            return Ok(true);
-        };
-        while let Some(news) = acknowledgements
+        match self.pace {
+            Pace::Live => Ok(true),
+            Pace::Replay => Ok(self.under_way()? < self.allowance && self.readers() > 0),
+        }
+    }
+
+    /// Whether the reader has acknowledged everything that was sent, the end included. On a living
+    /// bus a reader acknowledges the end only.
+    ///
+    /// # Errors
+    /// [`StreamError::Transport`].
+    pub fn is_drained(&mut self) -> Result<bool, StreamError> {
+        Ok(self.under_way()? == 0)
+    }
+
+    /// Batches sent and not acknowledged.
+    fn under_way(&mut self) -> Result<u64, StreamError> {
+        while let Some(news) = self
+            .acknowledgements
             .receive()
             .map_err(|cause| StreamError::transport("receiving", "acknowledgements", cause))?
         {
@@ -160,16 +173,7 @@ impl SampleWriter {
                 self.acknowledged = self.acknowledged.max(news.batches);
             }
         }
-        Ok(self.readers() > 0 && self.sent.saturating_sub(self.acknowledged) < self.allowance)
-    }
-
-    /// Whether the reader has acknowledged everything that was sent; always true on a living bus.
-    ///
-    /// # Errors
-    /// [`StreamError::Transport`].
-    pub fn is_drained(&mut self) -> Result<bool, StreamError> {
-        self.has_room()?;
-        Ok(self.pace == Pace::Live || self.acknowledged >= self.sent)
+        Ok(self.sent.saturating_sub(self.acknowledged))
     }
 
     /// Readers that are connected or have died unnoticed.

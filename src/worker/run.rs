@@ -160,12 +160,11 @@ impl Worker {
                 self.take(&batch)?;
                 drop(batch);
                 if kind == BatchKind::End {
+                    self.reader.acknowledge()?;
                     let event = self.windower.finish();
                     self.handle(event, WhenBusy::Wait)?;
                     self.shared.update().window = WindowState::Idle;
-                    // First the results, then the word that everything is dealt with.
                     self.identification.finish()?;
-                    self.reader.acknowledge()?;
                     return Ok(WorkerEnd::StreamEnded);
                 }
                 if kind == BatchKind::Replay {

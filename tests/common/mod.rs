@@ -5,6 +5,8 @@
     reason = "each test binary uses its part, and a helper of tests may panic as they do"
 )]
 
+pub(crate) mod bus;
+
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};

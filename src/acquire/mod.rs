@@ -1,0 +1,12 @@
+//! The bus thread: frames in, samples out, nothing else.
+//!
+//! After its start it allocates nothing per frame (per batch, the stream's library takes and gives
+//! back 48 bytes), takes no lock that another thread could hold it up with, and logs nothing; what it counts it leaves where the status finds it.
+
+mod real_time;
+mod run;
+mod state;
+
+pub use real_time::{Grant, RealTimeGrants, RealTimeOptions};
+pub use run::{AcquireEnd, AcquireError, AcquireOptions, Acquisition};
+pub use state::{AcquisitionCounts, AcquisitionStatus, BusState, SharedAcquisition};

@@ -1,0 +1,120 @@
+//! A real-time priority and a processor of its own for the bus thread, when they are granted.
+
+use rustix::thread::{CpuSet, sched_setaffinity};
+use serde::{Deserialize, Serialize};
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id,
+};
+
+/// What the cell file asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RealTimeOptions {
+    /// SCHED_FIFO priority, 1 to 99; nothing leaves the ordinary one. Keep it below the kernel's
+    /// interrupt threads (50).
+    #[serde(default)]
+    pub priority: Option<u8>,
+    /// The only processor to run on; nothing leaves the choice to the kernel.
+    #[serde(default)]
+    pub cpu: Option<usize>,
+}
+
+/// What became of a wish.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "grant")]
+pub enum Grant {
+    /// It was not asked for.
+    #[default]
+    NotAsked,
+    /// It is so.
+    Granted,
+    /// The system refused, and the thread runs without.
+    Refused {
+        /// In words, with the remedy where there is one.
+        why: String,
+    },
+}
+
+/// What the bus thread was given.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RealTimeGrants {
+    /// The priority.
+    pub priority: Grant,
+    /// The processor.
+    pub cpu: Grant,
+}
+
+impl RealTimeOptions {
+    /// Asks for the calling thread. A refusal is not an error: the samples carry the bus's time,
+    /// and the socket buffer covers for a late thread; but it is told.
+    pub fn apply(self) -> RealTimeGrants {
+        RealTimeGrants {
+            cpu: self.cpu.map_or(Grant::NotAsked, pin),
+            priority: self.priority.map_or(Grant::NotAsked, raise),
+        }
+    }
+}
+
+fn pin(cpu: usize) -> Grant {
+    if cpu >= CpuSet::MAX_CPU {
+        return Grant::Refused { why: format!("there is no processor {cpu}") };
+    }
+    let mut set = CpuSet::new();
+    set.set(cpu);
+    match sched_setaffinity(None, &set) {
+        Ok(()) => Grant::Granted,
+        Err(why) => Grant::Refused { why: format!("processor {cpu}: {why}") },
+    }
+}
+
+fn raise(priority: u8) -> Grant {
+    // The crate's own scale is the kernel's for a real-time policy: 1..=99.
+    let wanted = ThreadPriority::try_from(priority).map_err(str::to_owned);
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let granted = wanted.and_then(|wanted| {
+        set_thread_priority_and_policy(thread_native_id(), wanted, policy)
+            .map_err(|why| format!("{why:?}"))
+    });
+    match granted {
+        Ok(()) => Grant::Granted,
+        Err(why) => Grant::Refused {
+            why: format!("SCHED_FIFO {priority}: {why}; raise LimitRTPRIO (RLIMIT_RTPRIO)"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_asked_nothing_done() {
+        assert_eq!(RealTimeOptions::default().apply(), RealTimeGrants::default());
+    }
+
+    #[test]
+    fn what_does_not_exist_is_refused_in_words() {
+        let asked = RealTimeOptions { priority: Some(0), cpu: Some(100_000) };
+        let grants = std::thread::spawn(move || asked.apply()).join().unwrap();
+        assert!(matches!(grants.cpu, Grant::Refused { .. }), "{grants:?}");
+        assert!(matches!(grants.priority, Grant::Refused { .. }), "{grants:?}");
+    }
+
+    #[test]
+    fn what_is_granted_is_so() {
+        let asked = RealTimeOptions { priority: Some(7), cpu: Some(0) };
+        std::thread::spawn(move || {
+            let grants = asked.apply();
+            assert_eq!(grants.cpu, Grant::Granted);
+            let allowed = rustix::thread::sched_getaffinity(None).unwrap();
+            assert_eq!((allowed.count(), allowed.is_set(0)), (1, true));
+            // Whether the priority is granted depends on the machine; what is said must be true.
+            let policy = thread_priority::thread_schedule_policy().unwrap();
+            let fifo = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+            assert_eq!(grants.priority == Grant::Granted, policy == fifo);
+        })
+        .join()
+        .unwrap();
+    }
+}

@@ -1,0 +1,159 @@
+//! What the bus thread counts, and how others read it without holding it up.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError};
+
+use didim_drivers::assemble::Losses;
+use didim_drivers::source::SourceCounters;
+use serde::{Deserialize, Serialize};
+
+use super::real_time::RealTimeGrants;
+
+/// How the bus is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BusState {
+    /// No frame has come yet.
+    #[default]
+    Waiting,
+    /// Frames come.
+    Ok,
+    /// No frame for longer than the bus may be silent.
+    Silent,
+    /// The source fails: an interface is down or away.
+    Down,
+    /// The log is at its end.
+    Ended,
+}
+
+/// What the bus thread counted, as of one instant: plain numbers, copied as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AcquisitionCounts {
+    /// How the bus is.
+    pub bus: BusState,
+    /// The source's own counts.
+    pub source: SourceCounters,
+    /// The assembler's.
+    pub losses: Losses,
+    /// Batches sent to the workers.
+    pub batches: u64,
+    /// Times the source failed.
+    pub source_failures: u64,
+    /// Times CLOCK_REALTIME was set while its stamps were mapped.
+    pub clock_steps: u64,
+}
+
+/// The bus thread's counts as others see them: it writes them now and then, and skips a turn when
+/// somebody is reading.
+#[derive(Clone, Debug, Default)]
+pub struct SharedAcquisition(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    counts: Mutex<AcquisitionCounts>,
+    grants: OnceLock<RealTimeGrants>,
+}
+
+impl SharedAcquisition {
+    /// The latest counts.
+    pub fn counts(&self) -> AcquisitionCounts {
+        *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What the thread was given; nothing before it runs.
+    pub fn grants(&self) -> Option<RealTimeGrants> {
+        self.0.grants.get().cloned()
+    }
+
+    pub(super) fn set_grants(&self, grants: RealTimeGrants) {
+        // A thread that is started a second time keeps the first word.
+        let _ = self.0.grants.set(grants);
+    }
+
+    /// Never waits.
+    pub(super) fn try_publish(&self, counts: &AcquisitionCounts) {
+        match self.0.counts.try_lock() {
+            Ok(mut place) => *place = *counts,
+            Err(TryLockError::Poisoned(place)) => *place.into_inner() = *counts,
+            Err(TryLockError::WouldBlock) => {}
+        }
+    }
+
+    /// Waits for a reader, who only copies: for the last word.
+    pub(super) fn publish(&self, counts: &AcquisitionCounts) {
+        *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner) = *counts;
+    }
+}
+
+/// The acquisition in a status snapshot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct AcquisitionStatus {
+    /// How the bus is.
+    pub bus: BusState,
+    /// Frames received, error frames included.
+    pub frames: u64,
+    /// Frames per second, over the last period of the status.
+    pub frames_per_second: f64,
+    /// Samples assembled.
+    pub samples: u64,
+    /// Samples per second, over the last period of the status.
+    pub samples_per_second: f64,
+    /// Batches sent to the workers.
+    pub batches: u64,
+    /// Frames dropped unread, by the kernel or an in-process bus.
+    pub queue_drops: u64,
+    /// Error frames of the controller.
+    pub error_frames: u64,
+    /// Times an interface was found down.
+    pub link_down: u64,
+    /// Times an interface was opened again.
+    pub reopened: u64,
+    /// Times the source failed.
+    pub source_failures: u64,
+    /// Times the computer's clock was set.
+    pub clock_steps: u64,
+    /// Frames not used, by cause; causes that did not occur are left out.
+    pub frames_unused: BTreeMap<String, u64>,
+    /// Bus cycles without a sample, by cause; likewise.
+    pub cycles_lost: BTreeMap<String, u64>,
+    /// What the thread was given.
+    pub real_time: Option<RealTimeGrants>,
+    /// Receive buffer that the kernel granted, all interfaces together \[bytes\].
+    pub receive_buffer_bytes: Option<u64>,
+}
+
+impl AcquisitionStatus {
+    /// The counts in the form of the snapshot; rates are the status's to add.
+    pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
+        let AcquisitionCounts { bus, source, losses, batches, source_failures, clock_steps } =
+            counts;
+        Self {
+            bus: *bus,
+            frames: source.frames,
+            samples: losses.samples,
+            batches: *batches,
+            queue_drops: source.queue_drops,
+            error_frames: source.error_frames,
+            link_down: source.link_down,
+            reopened: source.reopened,
+            source_failures: *source_failures,
+            clock_steps: *clock_steps,
+            frames_unused: by_cause(&losses.frames),
+            cycles_lost: by_cause(&losses.cycles),
+            real_time,
+            ..Self::default()
+        }
+    }
+}
+
+/// The counters of a struct by their names, without those that are zero.
+fn by_cause(counters: &impl Serialize) -> BTreeMap<String, u64> {
+    let Ok(serde_json::Value::Object(fields)) = serde_json::to_value(counters) else {
+        return BTreeMap::new();
+    };
+    fields
+        .into_iter()
+        .filter_map(|(cause, count)| Some((cause, count.as_u64().filter(|count| *count > 0)?)))
+        .collect()
+}

@@ -1,0 +1,289 @@
+//! The bus thread: what it costs, how it ends, what it tells.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use common::bus::{assembler, frames, interface};
+use common::{Network, eventually};
+use didim::acquire::{
+    AcquireEnd, AcquireOptions, Acquisition, BusState, RealTimeOptions, SharedAcquisition,
+};
+use didim::stream::{BatchKind, Pace, SampleReader, StreamNode};
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{
+    InProcessSender, InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError,
+    StampClock, WhenFull, in_process_bus,
+};
+
+fn options(network: &Network, pace: Pace) -> AcquireOptions {
+    AcquireOptions {
+        stream: network.options(),
+        pace,
+        real_time: RealTimeOptions::default(),
+        silence_after: Duration::from_millis(100),
+    }
+}
+
+fn bus(when_full: WhenFull) -> (InProcessSender, InProcessSource) {
+    in_process_bus(&[interface()], 1024, when_full)
+}
+
+fn reader(network: &Network) -> SampleReader {
+    StreamNode::join(&network.options()).unwrap().sample_reader().unwrap()
+}
+
+#[test]
+fn nothing_is_allocated_per_frame() {
+    let network = Network::new();
+    let (sender, source) = bus(WhenFull::Wait);
+    let shared = SharedAcquisition::default();
+    // A reader that never reads: the buffer overflows all the time, the costliest case.
+    let _reader = reader(&network);
+    let frames = frames(60_000, |_| true);
+    let bus =
+        std::thread::spawn(move || frames.iter().for_each(|frame| sender.send(*frame).unwrap()));
+    let options = options(&network, Pace::Live);
+    let mut acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    // The first turns connect the reader and set up the thread's parking place. A turn takes 256
+    // frames at most.
+    for _ in 0..30 {
+        assert_eq!(acquisition.step().unwrap(), None);
+    }
+    let cost = allocation_counter::measure(|| while acquisition.step().unwrap().is_none() {});
+    bus.join().unwrap();
+    // The library's loan of a slot takes one small block and gives it back, per batch of 64.
+    assert!(cost.count_total <= 60_000 / 64, "{cost:?}");
+    assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
+    assert_eq!(cost.count_current, 0, "{cost:?}");
+    let counts = acquisition.run(&AtomicBool::new(false)).map(|_| shared.counts()).unwrap();
+    assert_eq!(counts.losses.samples, 60_000);
+    assert_eq!(counts.batches, 60_000_u64.div_ceil(64) + 1, "all full, but the last, and the end");
+}
+
+#[test]
+fn a_stop_is_obeyed_within_100_ms() {
+    let network = Network::new();
+    let (sender, source) = bus(WhenFull::Wait);
+    let shared = SharedAcquisition::default();
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let thread = scope.spawn(|| {
+            let options = options(&network, Pace::Live);
+            let acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+            let end = acquisition.run(&stop);
+            (end, Instant::now())
+        });
+        sender.send(frames(1, |_| false)[0]).unwrap();
+        eventually("the frame is counted", || shared.counts().source.frames == 1);
+        let told = Instant::now();
+        stop.store(true, Ordering::Relaxed);
+        let (end, ended) = thread.join().unwrap();
+        assert_eq!(end.unwrap(), AcquireEnd::Stopped);
+        assert!(ended - told < Duration::from_millis(100), "{:?}", ended - told);
+    });
+}
+
+#[test]
+fn silence_is_noticed_and_ends_with_the_next_frame() {
+    let network = Network::new();
+    let (sender, source) = bus(WhenFull::Wait);
+    let shared = SharedAcquisition::default();
+    let stop = AtomicBool::new(false);
+    let frames = frames(2, |_| false);
+    std::thread::scope(|scope| {
+        let thread = scope.spawn(|| {
+            let options = options(&network, Pace::Live);
+            Acquisition::start(&options, source, assembler(), &shared).unwrap().run(&stop)
+        });
+        let is = |state| {
+            let shared = shared.clone();
+            move || shared.counts().bus == state
+        };
+        assert_eq!(shared.counts().bus, BusState::Waiting);
+        sender.send(frames[0]).unwrap();
+        eventually("the bus is there", is(BusState::Ok));
+        eventually("the bus is silent", is(BusState::Silent));
+        sender.send(frames[1]).unwrap();
+        eventually("the bus is back", is(BusState::Ok));
+        drop(sender);
+        assert_eq!(thread.join().unwrap().unwrap(), AcquireEnd::SourceEnded);
+        assert_eq!(shared.counts().bus, BusState::Ended);
+        assert_eq!(shared.counts().losses.samples, 2);
+    });
+}
+
+#[test]
+fn a_log_is_replayed_to_its_end_without_loss_to_a_slow_reader() {
+    let network = Network::new();
+    let (sender, source) = bus(WhenFull::Wait);
+    let shared = SharedAcquisition::default();
+    let stop = AtomicBool::new(false);
+    // Many times what the buffer holds.
+    let total = 20_000;
+    std::thread::scope(|scope| {
+        let thread = scope.spawn(|| {
+            let options = options(&network, Pace::Replay);
+            Acquisition::start(&options, source, assembler(), &shared).unwrap().run(&stop)
+        });
+        scope.spawn(move || {
+            frames(total, |_| true).iter().for_each(|frame| sender.send(*frame).unwrap());
+        });
+        let mut reader = reader(&network);
+        let mut next = 0;
+        'stream: loop {
+            reader.wait(Duration::from_millis(20)).unwrap();
+            while let Some(batch) = reader.receive().unwrap() {
+                assert_eq!(batch.lost_batches, 0);
+                for sample in batch.samples() {
+                    assert_eq!(sample.sequence, next);
+                    next += 1;
+                }
+                std::thread::sleep(Duration::from_micros(500));
+                reader.acknowledge().unwrap();
+                if batch.kind() == BatchKind::End {
+                    break 'stream;
+                }
+            }
+        }
+        assert_eq!(next, total);
+        assert_eq!(thread.join().unwrap().unwrap(), AcquireEnd::SourceEnded);
+    });
+}
+
+/// Hands out frames one at a time, with drops and failures at chosen places.
+struct Faulty {
+    frames: std::vec::IntoIter<Frame>,
+    handed_out: u64,
+    names: [InterfaceName; 1],
+}
+
+impl Source for Faulty {
+    fn receive(&mut self, batch: &mut Vec<Frame>, _: Duration) -> Result<Received, SourceError> {
+        self.handed_out += 1;
+        if self.handed_out == 3 {
+            return Err(SourceError::NoRoom);
+        }
+        match self.frames.next() {
+            Some(frame) => batch.push(frame),
+            None => return Ok(Received::End),
+        }
+        Ok(Received::Frames)
+    }
+
+    fn counters(&self) -> SourceCounters {
+        let queue_drops = if self.handed_out > 5 { 7 } else { 0 };
+        SourceCounters { frames: self.handed_out, queue_drops, ..SourceCounters::default() }
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        &self.names
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Own
+    }
+}
+
+fn faulty() -> Faulty {
+    let names = [interface()];
+    Faulty { frames: frames(10, |_| true).into_iter(), handed_out: 0, names }
+}
+
+#[test]
+fn drops_travel_with_the_first_sample_after_them() {
+    let network = Network::new();
+    let mut reader = reader(&network);
+    let shared = SharedAcquisition::default();
+    let options = options(&network, Pace::Live);
+    let mut drops: Vec<_> = Vec::new();
+    std::thread::scope(|scope| {
+        let thread = scope.spawn(|| {
+            let acquisition = Acquisition::start(&options, faulty(), assembler(), &shared).unwrap();
+            acquisition.run(&AtomicBool::new(false))
+        });
+        eventually("the end", || {
+            let Some(batch) = reader.receive().unwrap() else { return false };
+            drops.extend(batch.samples().iter().map(|sample| sample.queue_drops));
+            reader.acknowledge().unwrap();
+            batch.kind() == BatchKind::End
+        });
+        assert_eq!(thread.join().unwrap().unwrap(), AcquireEnd::SourceEnded);
+    });
+    assert_eq!(drops, [0, 0, 0, 0, 7, 7, 7, 7, 7, 7]);
+    assert_eq!(shared.counts().source.queue_drops, 7);
+    assert_eq!(shared.counts().source_failures, 1, "a failure is counted and survived");
+}
+
+#[test]
+fn a_log_that_cannot_be_read_is_not_replayed_past_the_fault() {
+    let network = Network::new();
+    let _reader = reader(&network);
+    let shared = SharedAcquisition::default();
+    let options = options(&network, Pace::Replay);
+    let acquisition = Acquisition::start(&options, faulty(), assembler(), &shared).unwrap();
+    assert!(acquisition.run(&AtomicBool::new(false)).is_err());
+    assert_eq!(shared.counts().bus, BusState::Down);
+}
+
+/// The cost of the bus thread at 5 kHz: run by hand, `--ignored --nocapture`.
+#[test]
+#[ignore = "a measurement, of 10 s"]
+fn cost_at_5_khz() {
+    let network = Network::new();
+    let (sender, source) = bus(WhenFull::Drop);
+    let shared = SharedAcquisition::default();
+    let stop = AtomicBool::new(false);
+    let seconds = 10;
+    let frames = frames(5000 * seconds, |_| true);
+    let mut options = options(&network, Pace::Live);
+    options.real_time.priority = Some(20);
+    std::thread::scope(|scope| {
+        let (network, shared, stop, options) = (&network, &shared, &stop, &options);
+        let bus_thread = scope.spawn(move || {
+            let acquisition = Acquisition::start(options, source, assembler(), shared).unwrap();
+            let before = thread_cpu();
+            acquisition.run(stop).unwrap();
+            thread_cpu() - before
+        });
+        let reading = scope.spawn(move || {
+            let mut reader = reader(network);
+            let before = thread_cpu();
+            let mut batches = 0;
+            loop {
+                reader.wait(Duration::from_millis(100)).unwrap();
+                while let Some(batch) = reader.receive().unwrap() {
+                    if batch.kind() == BatchKind::End {
+                        reader.acknowledge().unwrap();
+                        return (thread_cpu() - before, batches);
+                    }
+                    batches += 1;
+                }
+            }
+        });
+        let start = Instant::now();
+        for (index, frame) in frames.iter().enumerate() {
+            let due = start + Duration::from_micros(200 * index as u64);
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            sender.send(*frame).unwrap();
+        }
+        drop(sender);
+        let bus_cpu = bus_thread.join().unwrap();
+        let (reader_cpu, batches) = reading.join().unwrap();
+        println!(
+            "bus thread {:.2} % of a processor, reader {:.2} %, {batches} batches, {:?}, {:?}",
+            100.0 * bus_cpu.as_secs_f64() / seconds as f64,
+            100.0 * reader_cpu.as_secs_f64() / seconds as f64,
+            shared.grants(),
+            shared.counts().losses,
+        );
+    });
+}
+
+/// Time this thread has run: the first number of its schedstat \[ns\].
+fn thread_cpu() -> Duration {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
+    Duration::from_nanos(stat.split(' ').next().unwrap().parse().unwrap())
+}
