@@ -360,3 +360,35 @@ fn what_does_not_fit_the_arm_is_refused_by_name() {
     let initial = InitialState::At { position_rad: vec![], velocity_rad_s: vec![0.0] };
     assert!(build(&good, &config, initial).contains("initial position"));
 }
+
+/// The shorter the period, the closer the sampled loop is to the continuous one, at first order.
+#[test]
+fn the_sampled_loop_tends_to_the_continuous_one() {
+    let robot = pendulum(1.0);
+    let reference = Sine { amplitude: 0.5, omega: 4.0 };
+    let law = ControlLaw::Pid {
+        kp_per_rad: 300.0,
+        kd_s_per_rad: 15.0,
+        ki_per_rad_s: 500.0,
+        k_tau_nm: 1.0,
+        integral_dead_zone_rad: 0.0,
+    };
+    let position = |timing, samples: usize| {
+        let mut closed_loop = ClosedLoop::new(
+            &robot,
+            &parameters(&robot, 0.5, 0.4, 0.0, 0.3),
+            &controller(timing, law),
+            &reference,
+            &SimulationConfig { integrator: Integrator::Rk4, ..Default::default() },
+            InitialState::OnReference,
+        )
+        .unwrap();
+        let record = closed_loop.run(samples + 1).unwrap();
+        record.true_position_rad[(samples, 0)]
+    };
+    let exact = position(ControlTiming::Continuous { sample_period_s: 1e-4 }, 5000);
+    let coarse = (position(sampled(4e-4, 0.0), 1250) - exact).abs();
+    let fine = (position(sampled(1e-4, 0.0), 5000) - exact).abs();
+    assert!(fine < 1e-4, "{fine}");
+    assert!(((coarse / fine).log2() - 2.0).abs() < 0.2, "{coarse} {fine}");
+}

@@ -17,8 +17,8 @@ use didim_drivers::source::{
 };
 use didim_drivers::units::Scales;
 use didim_sim::{
-    CandumpSink, DeviceError, Fault, FaultAction, InProcessSink, Pace, PlayError, Scenario,
-    SinkError, VirtualDevice, play,
+    CYCLE_FRAMES, CandumpSink, DeviceError, Fault, FaultAction, InProcessSink, Pace, PlayError,
+    Scenario, SinkError, VirtualDevice, play,
 };
 
 const COUNTS: [f64; 6] = [196_608.0, 196_608.0, 65_536.0, 65_536.0, 65_536.0, 65_536.0];
@@ -115,6 +115,21 @@ fn cia_402_frames_follow_the_sync_and_targets_lead_by_a_cycle() {
         }
     }
     assert!(moved);
+}
+
+#[test]
+fn a_cycle_allocates_nothing() {
+    for bus in [packed(), cia402()] {
+        let mut device = new_device(&scenario(), bus, 0).unwrap();
+        let mut frames = Vec::with_capacity(CYCLE_FRAMES);
+        let counted = allocation_counter::measure(|| {
+            for _ in 0..200 {
+                frames.clear();
+                device.poll_cycle(&mut frames).unwrap();
+            }
+        });
+        assert_eq!(counted.count_total, 0);
+    }
 }
 
 fn faulty(

@@ -4,6 +4,7 @@
 
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::Robot;
+use didim_core::simulation::{ClosedLoop, InitialState, SimulationError};
 use didim_core::trajectory::Reference;
 use didim_sim::{PlaybackConfig, Scenario, ScenarioError, tx40_paper, tx40_physical};
 use nalgebra::DMatrix;
@@ -55,6 +56,32 @@ fn the_arm_tracks_the_motion() {
             assert!(torque < 0.9, "joint {}", j + 1);
         }
         assert!(record.true_velocity_rad_s.row(34_499).amax() < 0.05);
+    }
+}
+
+/// Inverse dynamics of the simulated motion is the torque that moved it, at every sample.
+#[test]
+fn the_motion_is_that_of_its_torque() {
+    for scenario in [tx40_paper().unwrap(), tx40_physical().unwrap()] {
+        let mut closed_loop = scenario.closed_loop().unwrap();
+        let model = Model::new(scenario.robot());
+        let mut ws = Workspace::new();
+        let mut torque = [0.0; 6];
+        for k in 0..10_000 {
+            let sample = closed_loop.step().unwrap();
+            model.inverse_dynamics(
+                &mut ws,
+                scenario.standard_parameters(),
+                &sample.true_position_rad[..6],
+                &sample.true_velocity_rad_s[..6],
+                &sample.true_acceleration_rad_s2[..6],
+                &mut torque,
+            );
+            for (j, (torque, felt)) in torque.iter().zip(&sample.true_torque_nm).enumerate() {
+                let error = torque - felt;
+                assert!(error.abs() < 1e-10, "sample {k}, joint {}: {error}", j + 1);
+            }
+        }
     }
 }
 
@@ -134,4 +161,38 @@ fn a_motion_is_repeated_from_where_it_ended() {
         }
     }
     assert!(at(0.0).1.iter().all(|velocity| *velocity == 0.0));
+}
+
+/// The paper's start, every parameter 0 but ia_j = 1 and ia_5 = 2, can be simulated with the
+/// arm's gains as long as its torque is not limited: an inertia of 1 kg·m² at joint 6 needs more
+/// than the drive has. With ia_5 = 1 the coupling leaves no positive definite mass matrix.
+#[test]
+fn the_paper_s_start_can_be_simulated_and_its_reason_shows() {
+    let scenario = tx40_paper().unwrap();
+    let start = |ia5: f64| -> Vec<f64> {
+        let value = |name: &String| match name.as_str() {
+            "ia5" => ia5,
+            // Ia1 and Ia2 are regrouped into ZZ1R and ZZ2R.
+            "zz1" | "zz2" | "ia3" | "ia4" | "ia6" => 1.0,
+            _ => 0.0,
+        };
+        scenario.robot().parameters().names().iter().map(value).collect()
+    };
+    let unlimited = scenario.controller().clone().without_torque_limits();
+    let build = |controller| {
+        let (robot, reference) = (scenario.robot(), scenario.trajectory());
+        let initial = InitialState::OnReference;
+        ClosedLoop::new(robot, &start(2.0), controller, reference, scenario.simulation(), initial)
+            .unwrap()
+    };
+    let error = build(scenario.controller()).run(scenario.samples()).unwrap_err();
+    assert!(matches!(error, SimulationError::Divergence { joint: 6, .. }), "{error}");
+    let mut closed_loop = build(&unlimited);
+    let record = closed_loop.run(scenario.samples()).unwrap();
+    let error = (&record.joint_reference_rad - &record.true_position_rad).amax();
+    println!("largest error from the paper's start: {error:.4} rad");
+    assert!(error < 0.5, "{error}");
+    closed_loop.restart(&start(1.0)).unwrap();
+    let error = closed_loop.step().unwrap_err();
+    assert_eq!(error, SimulationError::NotPositiveDefinite { joint: 6, time_s: 0.0 });
 }

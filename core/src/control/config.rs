@@ -118,6 +118,17 @@ pub enum ControlLaw {
 }
 
 impl ControllerConfig {
+    /// The same controllers without their torque limits: the linear loop that a simulation far
+    /// from the true parameters needs, where a limit that the real arm never reaches would make it
+    /// diverge.
+    #[must_use]
+    pub fn without_torque_limits(mut self) -> Self {
+        for joint in &mut self.joints {
+            joint.torque_limit_nm = None;
+        }
+        self
+    }
+
     /// Checks everything that the types cannot.
     ///
     /// # Errors
