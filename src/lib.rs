@@ -4,6 +4,7 @@ pub mod acquire;
 pub mod cell;
 pub mod experiment;
 pub mod report;
+pub mod service;
 pub mod status;
 pub mod store;
 pub mod stream;
