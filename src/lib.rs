@@ -6,6 +6,8 @@ pub mod cli;
 pub mod experiment;
 pub mod identify;
 pub mod report;
+pub mod service;
+pub mod status;
 pub mod store;
 pub mod stream;
 pub mod worker;
