@@ -88,6 +88,18 @@ fn the_buffer_holds_what_the_options_promise() {
 }
 
 #[test]
+fn nothing_stays_of_a_private_network() {
+    let network = Network::new();
+    let (root, prefix) = (network.root.clone(), network.prefix.clone());
+    drop(StreamNode::join(&network.options()).unwrap().sample_writer(Pace::Live).unwrap());
+    assert!(network.files().count() > 0 && root.exists());
+    drop(network);
+    let left = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    assert!(!left.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&prefix)));
+    assert!(!root.exists());
+}
+
+#[test]
 fn too_little_shared_memory_is_refused_before_anything_is_made() {
     let network = Network::new();
     let mut options = network.options();
