@@ -176,6 +176,32 @@ fn a_refusal_is_counted_with_its_words() {
 }
 
 #[test]
+fn a_living_bus_does_not_wait_for_the_identification() {
+    let folder = tempfile::tempdir().unwrap();
+    let network = Network::new();
+    let (sender, acquisition) = acquisition(&network, Pace::Live);
+    std::thread::spawn(move || {
+        for some in frames(6400, |_| true).chunks(64) {
+            some.iter().for_each(|frame| sender.send(*frame).unwrap());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    });
+    let slowly: Identify = Box::new(|window| {
+        std::thread::sleep(Duration::from_millis(400));
+        Ok(digest(window))
+    });
+    let trigger = Trigger::Interval { length_s: 0.3 };
+    let estimation = estimation(&network, trigger, folder.path(), slowly);
+    let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();
+    let status = report.snapshot.estimation.unwrap();
+    assert!(status.windows_rejected.contains_key("busy"), "{status:?}");
+    assert!(status.windows_identified >= 2, "{status:?}");
+    assert_eq!(status.windows_pending, 0);
+    let rejected: u64 = status.windows_rejected.values().sum();
+    assert_eq!(status.windows_opened, status.windows_identified + rejected, "{status:?}");
+}
+
+#[test]
 fn a_panic_in_the_identification_ends_the_service_with_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let network = Network::new();
@@ -322,6 +348,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
         estimates.receive().unwrap().is_some_and(|estimate| estimate == latest)
     });
 
+    eventually("the watchdog is fed", || heard("WATCHDOG=1"));
     let took = stop(&mut child);
     assert!(took < Duration::from_secs(2), "{took:?}");
     assert!(heard("STOPPING=1"));
