@@ -23,7 +23,7 @@ use didim_drivers::source::{InProcessSender, WhenFull, in_process_bus};
 use rustix::process::{Pid, Signal, kill_process};
 
 fn windows(trigger: Trigger) -> WindowOptions {
-    WindowOptions { trigger, margin_s: 0.05, min_s: 0.2, max_s: 5.0 }
+    WindowOptions { trigger, margin_before_s: 0.05, margin_after_s: 0.05, min_s: 0.2, max_s: 5.0 }
 }
 
 fn by_motion() -> Trigger {
@@ -77,6 +77,7 @@ fn digest(window: &Window) -> Estimate {
         rows: window.counted.len(),
         parameters: vec![],
         condition_number: sum(|sample| sample.motor_position_rad[0]),
+        unweighted_condition_number: 0.0,
         singular_values: SingularValues { max: sum(|sample| sample.motor_torque_nm[5]), min: 0.0 },
         relative_error: 0.0,
         relative_error_per_joint: vec![],
