@@ -60,10 +60,16 @@ pub enum LogError {
 
 /// Reads a whole candump log as one record without gaps, motor side.
 ///
+/// Where targets take effect at the next SYNC, no target is known before the log's first one: the
+/// record begins with the first sample that has its reference, if any has.
+///
 /// # Errors
 /// See [`LogError`].
 pub fn read_log(path: &Path, cell: &Cell) -> Result<Recording, LogError> {
-    let samples = read_samples(path, cell)?;
+    let mut samples = read_samples(path, cell)?;
+    if let Some(first) = samples.iter().position(|sample| sample.has_reference) {
+        samples.drain(..first);
+    }
     Ok(Recording::from_samples(&samples, cell.layout.axes(), cell.sample_rate_hz()))
 }
 

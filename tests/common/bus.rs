@@ -31,7 +31,7 @@ pub(crate) fn assembler() -> Assembler {
     let drive: DriveSpec = toml::from_str(
         r#"
         position = { scale = { counts_per_revolution = 65536.0 }, sign = 1, zero = 0.0, wraps = "refuse", provenance = "test" }
-        torque = { scale = { per_mille_of_rated_torque = { rated_torque_nm = 1.0 } }, sign = 1, provenance = "test" }
+        torque = { scale = { nm_per_count = 0.001 }, sign = 1, provenance = "test" }
         "#,
     )
     .unwrap();
