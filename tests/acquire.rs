@@ -14,8 +14,8 @@ use didim::acquire::{
 use didim::stream::{BatchKind, Pace, SampleReader, StreamNode};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{
-    InProcessSender, InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError,
-    StampClock, WhenFull, in_process_bus,
+    InProcessSender, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
+    WhenFull, in_process_bus,
 };
 
 fn options(network: &Network, pace: Pace) -> AcquireOptions {
@@ -27,8 +27,9 @@ fn options(network: &Network, pace: Pace) -> AcquireOptions {
     }
 }
 
-fn bus(when_full: WhenFull) -> (InProcessSender, InProcessSource) {
-    in_process_bus(&[interface()], 1024, when_full)
+fn bus(when_full: WhenFull) -> (InProcessSender, Box<dyn Source>) {
+    let (sender, source) = in_process_bus(&[interface()], 1024, when_full);
+    (sender, Box::new(source))
 }
 
 fn reader(network: &Network) -> SampleReader {
@@ -187,9 +188,9 @@ impl Source for Faulty {
     }
 }
 
-fn faulty() -> Faulty {
+fn faulty() -> Box<dyn Source> {
     let names = [interface()];
-    Faulty { frames: frames(10, |_| true).into_iter(), handed_out: 0, names }
+    Box::new(Faulty { frames: frames(10, |_| true).into_iter(), handed_out: 0, names })
 }
 
 #[test]

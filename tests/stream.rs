@@ -5,7 +5,7 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::{Network, eventually, sample};
+use common::{Network, Process, eventually, sample};
 use didim::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
 
 const FULL: u64 = BATCH_SAMPLES as u64;
@@ -229,7 +229,7 @@ fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
     let network = Network::new();
     let mut reader = StreamNode::join(&network.options()).unwrap().sample_reader().unwrap();
     for run in 0..2 {
-        let mut child = network.child("child_writes_until_killed").spawn().unwrap();
+        let mut child = network.child("child_writes_until_killed").spawn().map(Process).unwrap();
         let mut next = None;
         let mut received = 0;
         eventually("five batches from another process", || {
@@ -248,8 +248,8 @@ fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
             received >= 5
         });
         // SIGKILL: nothing is cleaned up by the child.
-        child.kill().unwrap();
-        child.wait().unwrap();
+        child.0.kill().unwrap();
+        child.0.wait().unwrap();
         while reader.receive().unwrap().is_some() {}
     }
 }
@@ -259,7 +259,7 @@ fn a_killed_reader_blocks_nobody_and_its_place_is_freed() {
     let network = Network::new();
     let options = network.options();
     let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
-    let mut child = network.child("child_reads_until_killed").spawn().unwrap();
+    let mut child = network.child("child_reads_until_killed").spawn().map(Process).unwrap();
     eventually("the other process reads", || writer.readers() == 1);
     let mut write = |batches: u64| {
         let mut longest = Duration::ZERO;
@@ -272,8 +272,8 @@ fn a_killed_reader_blocks_nobody_and_its_place_is_freed() {
     };
     write(3);
     std::thread::sleep(Duration::from_millis(50));
-    child.kill().unwrap();
-    child.wait().unwrap();
+    child.0.kill().unwrap();
+    child.0.wait().unwrap();
     // Ten buffers' worth into a dead reader's queue.
     let longest = write(10 * options.buffer_batches() as u64);
     assert!(longest < Duration::from_millis(500), "a write took {longest:?}");

@@ -60,9 +60,8 @@ pub enum AcquireEnd {
 }
 
 /// The bus thread's state. It stays on the thread that made it.
-#[derive(Debug)]
-pub struct Acquisition<S> {
-    source: S,
+pub struct Acquisition {
+    source: Box<dyn Source>,
     assembler: Assembler,
     writer: SampleWriter,
     /// Maps stamps of CLOCK_REALTIME; nothing when the source has a clock of its own.
@@ -76,14 +75,14 @@ pub struct Acquisition<S> {
     last_published: Instant,
 }
 
-impl<S: Source> Acquisition<S> {
+impl Acquisition {
     /// Makes the ports, then asks for priority and processor.
     ///
     /// # Errors
     /// [`AcquireError::Stream`].
     pub fn start(
         options: &AcquireOptions,
-        source: S,
+        source: Box<dyn Source>,
         assembler: Assembler,
         shared: &SharedAcquisition,
     ) -> Result<Self, AcquireError> {
@@ -137,8 +136,10 @@ impl<S: Source> Acquisition<S> {
     /// # Errors
     /// [`AcquireError`].
     pub fn step(&mut self) -> Result<Option<AcquireEnd>, AcquireError> {
+        self.counts.turns += 1;
         if !self.writer.has_room()? {
             std::thread::sleep(ROOM_POLL);
+            self.publish_if_due(Instant::now());
             return Ok(None);
         }
         let before = Instant::now();
@@ -159,12 +160,16 @@ impl<S: Source> Acquisition<S> {
             Err(error) => return Err(error.into()),
         }
         self.writer.send_if_due(now)?;
+        self.publish_if_due(now);
+        Ok(None)
+    }
+
+    fn publish_if_due(&mut self, now: Instant) {
         if now - self.last_published >= PUBLISH_EVERY {
             self.last_published = now;
             self.count();
             self.shared.try_publish(&self.counts);
         }
-        Ok(None)
     }
 
     fn take_frames(&mut self, now: Instant) -> Result<(), AcquireError> {
@@ -224,6 +229,8 @@ impl<S: Source> Acquisition<S> {
                 break;
             }
             std::thread::sleep(ROOM_POLL);
+            self.counts.turns += 1;
+            self.publish_if_due(Instant::now());
         }
         Ok(())
     }

@@ -41,6 +41,8 @@ pub struct AcquisitionCounts {
     pub source_failures: u64,
     /// Times CLOCK_REALTIME was set while its stamps were mapped.
     pub clock_steps: u64,
+    /// Turns of the thread's loop: they go on as long as the thread is well, frames or not.
+    pub turns: u64,
 }
 
 /// The bus thread's counts as others see them: it writes them now and then, and skips a turn when
@@ -126,8 +128,15 @@ pub struct AcquisitionStatus {
 impl AcquisitionStatus {
     /// The counts in the form of the snapshot; rates are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
-        let AcquisitionCounts { bus, source, losses, batches, source_failures, clock_steps } =
-            counts;
+        let AcquisitionCounts {
+            bus,
+            source,
+            losses,
+            batches,
+            source_failures,
+            clock_steps,
+            turns: _,
+        } = counts;
         Self {
             bus: *bus,
             frames: source.frames,

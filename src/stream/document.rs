@@ -2,6 +2,7 @@
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
@@ -56,7 +57,8 @@ fn service(node: &StreamNode, topic: Topic) -> Result<(String, DocumentService),
     Ok((name, service))
 }
 
-/// The writing end of a topic.
+/// The writing end of a topic. A late reader gets the last document when the writer next publishes
+/// or looks for it: [`DocumentWriter::welcome`].
 #[derive(Debug)]
 pub struct DocumentWriter {
     publisher: Publisher<ipc::Service, [u8], ()>,
@@ -96,6 +98,16 @@ impl DocumentWriter {
             .send()
             .map(|_| ())
             .map_err(|cause| StreamError::transport("sending", name, cause))
+    }
+
+    /// Gives the last document to readers who have come since; for writers who publish seldom.
+    ///
+    /// # Errors
+    /// [`StreamError::Transport`].
+    pub fn welcome(&mut self) -> Result<(), StreamError> {
+        self.publisher
+            .update_connections()
+            .map_err(|cause| StreamError::transport("connecting", self.topic.name(), cause))
     }
 }
 

@@ -1,7 +1,9 @@
 //! The thread that identifies: windows in, results stored and published.
 
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use didim_core::identification::Estimate;
 
@@ -16,6 +18,12 @@ pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
 
 /// Identifies from one window.
 pub type Identify = Box<dyn FnMut(&Window) -> Result<Estimate, IdentifyError> + Send>;
+
+/// How often a wait for the identification looks whether it is over.
+const POLL: Duration = Duration::from_millis(2);
+
+/// How soon a late reader of the estimates gets the last one.
+const WELCOME_EVERY: Duration = Duration::from_millis(500);
 
 /// What to do with a window when the queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,23 +69,30 @@ impl Identification {
         Ok(Self { queue, shared: shared.clone(), thread })
     }
 
-    /// Queues a window.
-    pub(super) fn submit(&self, window: Window, when_busy: WhenBusy) -> Result<(), WorkerError> {
+    /// Queues a window; false when `stop` was set while it waited for a place.
+    pub(super) fn submit(
+        &self,
+        mut window: Window,
+        when_busy: WhenBusy,
+        stop: &AtomicBool,
+    ) -> Result<bool, WorkerError> {
         self.shared.update().windows_pending += 1;
-        let unsent = match when_busy {
-            WhenBusy::Wait => {
-                self.queue.send(window).map_err(|unsent| TrySendError::Disconnected(unsent.0))
-            }
-            WhenBusy::Reject => self.queue.try_send(window),
-        };
-        match unsent {
-            Ok(()) => Ok(()),
-            Err(TrySendError::Full(window)) => {
+        loop {
+            window = match self.queue.try_send(window) {
+                Ok(()) => return Ok(true),
+                Err(TrySendError::Disconnected(_)) => return Err(WorkerError::IdentificationEnded),
+                Err(TrySendError::Full(window)) => window,
+            };
+            if when_busy == WhenBusy::Reject {
                 self.shared.update().windows_pending -= 1;
                 self.shared.reject(rejected(&window, Rejection::Busy));
-                Ok(())
+                return Ok(true);
             }
-            Err(TrySendError::Disconnected(_)) => Err(WorkerError::IdentificationEnded),
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            self.shared.turn();
+            std::thread::sleep(POLL);
         }
     }
 
@@ -86,10 +101,18 @@ impl Identification {
         self.thread.is_finished()
     }
 
-    /// Lets every queued window be identified.
-    pub(super) fn finish(self) -> Result<(), WorkerError> {
+    /// Lets every queued window be identified; false when `stop` was set before that was done.
+    pub(super) fn finish(self, stop: &AtomicBool) -> Result<bool, WorkerError> {
         drop(self.queue);
-        self.thread.join().map_err(|_| WorkerError::IdentificationEnded)?
+        while !self.thread.is_finished() {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            self.shared.turn();
+            std::thread::sleep(POLL);
+        }
+        self.thread.join().map_err(|_| WorkerError::IdentificationEnded)??;
+        Ok(true)
     }
 }
 
@@ -103,7 +126,17 @@ struct Job {
 
 impl Job {
     fn run(&mut self, windows: &Receiver<Window>) {
-        while let Ok(window) = windows.recv() {
+        loop {
+            let window = match windows.recv_timeout(WELCOME_EVERY) {
+                Ok(window) => window,
+                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(cause) = self.estimates.welcome() {
+                        tracing::debug!("{cause}");
+                    }
+                    continue;
+                }
+            };
             let outcome = self.one(&window);
             self.shared.update().windows_pending -= 1;
             if let Err(rejection) = outcome {

@@ -2,7 +2,6 @@
 
 use core::time::Duration;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
@@ -147,25 +146,22 @@ impl Worker {
     ///
     /// # Errors
     /// [`WorkerError`].
-    pub fn run(mut self, stop: &Arc<AtomicBool>) -> Result<WorkerEnd, WorkerError> {
+    pub fn run(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
         while !stop.load(Ordering::Relaxed) {
             if self.identification.has_ended() {
-                self.identification.finish()?;
+                self.identification.finish(stop)?;
                 return Err(WorkerError::IdentificationEnded);
             }
+            self.shared.turn();
             self.reader.wait(NAP)?;
             self.answer();
             while let Some(batch) = self.reader.receive()? {
                 let kind = batch.kind();
-                self.take(&batch)?;
+                self.take(&batch, stop)?;
                 drop(batch);
                 if kind == BatchKind::End {
                     self.reader.acknowledge()?;
-                    let event = self.windower.finish();
-                    self.handle(event, WhenBusy::Wait)?;
-                    self.shared.update().window = WindowState::Idle;
-                    self.identification.finish()?;
-                    return Ok(WorkerEnd::StreamEnded);
+                    return self.end(stop);
                 }
                 if kind == BatchKind::Replay {
                     self.reader.acknowledge()?;
@@ -176,6 +172,15 @@ impl Worker {
             }
         }
         Ok(WorkerEnd::Stopped)
+    }
+
+    /// Nothing follows: what is open is closed, and what is queued is identified.
+    fn end(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
+        let event = self.windower.finish();
+        self.handle(event, WhenBusy::Wait, stop)?;
+        self.shared.update().window = WindowState::Idle;
+        let all = self.identification.finish(stop)?;
+        Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
 
     fn answer(&mut self) {
@@ -189,7 +194,7 @@ impl Worker {
         }
     }
 
-    fn take(&mut self, batch: &Batch) -> Result<(), WorkerError> {
+    fn take(&mut self, batch: &Batch, stop: &AtomicBool) -> Result<(), WorkerError> {
         let when_busy = match batch.kind() {
             BatchKind::Live => WhenBusy::Reject,
             BatchKind::Replay | BatchKind::End => WhenBusy::Wait,
@@ -197,12 +202,12 @@ impl Worker {
         if batch.restarted {
             self.last = None;
             let event = self.windower.handle_loss(Loss::Restarted);
-            self.handle(event, when_busy)?;
+            self.handle(event, when_busy, stop)?;
         }
         if batch.lost_batches > 0 {
             let loss = Loss::StreamOverflow { batches: batch.lost_batches };
             let event = self.windower.handle_loss(loss);
-            self.handle(event, when_busy)?;
+            self.handle(event, when_busy, stop)?;
         }
         let mut missing = 0;
         for sample in batch.samples() {
@@ -211,12 +216,12 @@ impl Worker {
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
                     let event = self.windower.handle_loss(Loss::QueueDrops { frames });
-                    self.handle(event, when_busy)?;
+                    self.handle(event, when_busy, stop)?;
                 }
             }
             self.last = Some(*sample);
             let event = self.windower.handle_sample(&sample.joint_sample());
-            self.handle(event, when_busy)?;
+            self.handle(event, when_busy, stop)?;
         }
         let mut status = self.shared.update();
         status.batches += 1;
@@ -236,10 +241,14 @@ impl Worker {
         &mut self,
         event: Option<WindowEvent>,
         when_busy: WhenBusy,
+        stop: &AtomicBool,
     ) -> Result<(), WorkerError> {
         match event {
             None => Ok(()),
-            Some(WindowEvent::Closed(window)) => self.identification.submit(window, when_busy),
+            Some(WindowEvent::Closed(window)) => {
+                // A stop is seen by whoever called.
+                self.identification.submit(window, when_busy, stop).map(drop)
+            }
             Some(WindowEvent::Rejected(rejected)) => {
                 self.shared.reject(rejected);
                 Ok(())

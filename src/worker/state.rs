@@ -1,6 +1,7 @@
 //! What the worker tells about itself.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use didim_core::identification::Estimate;
@@ -95,7 +96,13 @@ pub struct EstimationStatus {
 /// The counts, shared between the worker's threads and the status. The bus thread has no part in
 /// it.
 #[derive(Clone, Debug, Default)]
-pub struct SharedEstimation(Arc<Mutex<EstimationStatus>>);
+pub struct SharedEstimation(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    status: Mutex<EstimationStatus>,
+    turns: AtomicU64,
+}
 
 impl SharedEstimation {
     /// A copy of the counts.
@@ -103,9 +110,18 @@ impl SharedEstimation {
         self.update().clone()
     }
 
+    /// Turns of the worker's loop: they go on as long as it is well, samples or not.
+    pub fn turns(&self) -> u64 {
+        self.0.turns.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn turn(&self) {
+        self.0.turns.fetch_add(1, Ordering::Relaxed);
+    }
+
     pub(super) fn update(&self) -> MutexGuard<'_, EstimationStatus> {
         // Whoever panicked left counts, not a broken structure.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.status.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn reject(&self, rejected: RejectedWindow) {

@@ -81,6 +81,16 @@ impl Drop for Network {
     }
 }
 
+/// Another process, which does not outlive the test.
+pub(crate) struct Process(pub(crate) std::process::Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// A sample whose values can be told from any other's.
 pub(crate) fn sample(sequence: u64) -> JointSample {
     let mut sample = JointSample::zero(sequence, sequence * 1_000_000);

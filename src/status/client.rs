@@ -1,0 +1,126 @@
+//! The other end of the two sockets, for the command line.
+
+use core::time::Duration;
+use std::io::{self, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+
+use super::control::line;
+use super::snapshot::{SCHEMA, Snapshot};
+use crate::worker::Command;
+
+/// How long the service may take.
+const TIMEOUT: Duration = Duration::from_secs(5);
+/// The longest answer \[bytes\].
+const MAX_ANSWER: u64 = 1 << 20;
+
+/// Why the service could not be asked.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// Nobody listens there. Start the service, or give the path that its cell file names.
+    #[error("no service at {}: {cause}", path.display())]
+    NoService {
+        /// The path.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
+    /// This user may not ask. Add the user to the socket's group.
+    #[error("not allowed to use {}: become a member of its group", path.display())]
+    NotAllowed {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The connection broke, or took too long.
+    #[error("asking at {} failed: {cause}", path.display())]
+    Io {
+        /// The path.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
+    /// The service is busy with other clients: ask again.
+    #[error("the service at {} is busy with other clients: ask again", path.display())]
+    Busy {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The answer is not a status. Is it another program?
+    #[error("the answer of {} is not a status: {cause}", path.display())]
+    NotAStatus {
+        /// The path.
+        path: PathBuf,
+        /// What is wrong.
+        cause: serde_json::Error,
+    },
+    /// The service is of another version. Use its own program.
+    #[error("the service speaks version {theirs} of the status, this program {SCHEMA}")]
+    OtherSchema {
+        /// Its version.
+        theirs: u32,
+    },
+    /// The service did not take the command.
+    #[error("the service refused: {why}")]
+    Refused {
+        /// Its words.
+        why: String,
+    },
+}
+
+/// Asks for the status.
+///
+/// # Errors
+/// [`ClientError`].
+pub fn fetch_status(path: &Path) -> Result<Snapshot, ClientError> {
+    let answer = read(connect(path)?, path)?;
+    let not_a_status = |cause| ClientError::NotAStatus { path: path.to_owned(), cause };
+    let json: serde_json::Value = serde_json::from_str(&answer).map_err(not_a_status)?;
+    match json.get("schema").and_then(serde_json::Value::as_u64).map(u32::try_from) {
+        Some(Ok(theirs)) if theirs != SCHEMA => Err(ClientError::OtherSchema { theirs }),
+        _ => serde_json::from_value(json).map_err(not_a_status),
+    }
+}
+
+/// Gives a command.
+///
+/// # Errors
+/// [`ClientError`].
+pub fn send_command(path: &Path, command: Command) -> Result<(), ClientError> {
+    let mut stream = connect(path)?;
+    stream
+        .write_all(line(command).as_bytes())
+        .map_err(|cause| ClientError::Io { path: path.to_owned(), cause })?;
+    let answer = read(stream, path)?;
+    match answer.trim_end() {
+        "ok" => Ok(()),
+        refused => {
+            let why = refused.strip_prefix("error: ").unwrap_or(refused).to_owned();
+            Err(ClientError::Refused { why })
+        }
+    }
+}
+
+fn connect(path: &Path) -> Result<UnixStream, ClientError> {
+    let connected = UnixStream::connect(path).and_then(|stream| {
+        stream.set_read_timeout(Some(TIMEOUT))?;
+        stream.set_write_timeout(Some(TIMEOUT))?;
+        Ok(stream)
+    });
+    connected.map_err(|cause| match cause.kind() {
+        io::ErrorKind::PermissionDenied => ClientError::NotAllowed { path: path.to_owned() },
+        _ => ClientError::NoService { path: path.to_owned(), cause },
+    })
+}
+
+fn read(stream: UnixStream, path: &Path) -> Result<String, ClientError> {
+    let mut answer = String::new();
+    let read = stream.take(MAX_ANSWER).read_to_string(&mut answer);
+    match read {
+        Ok(0) => Err(ClientError::Busy { path: path.to_owned() }),
+        Ok(_) => Ok(answer),
+        Err(cause) if cause.kind() == io::ErrorKind::ConnectionReset => {
+            Err(ClientError::Busy { path: path.to_owned() })
+        }
+        Err(cause) => Err(ClientError::Io { path: path.to_owned(), cause }),
+    }
+}

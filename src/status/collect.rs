@@ -1,0 +1,77 @@
+//! Makes snapshots of what the threads count.
+
+use std::time::Instant;
+
+use super::snapshot::{Health, SCHEMA, Snapshot, StreamStatus};
+use crate::acquire::{AcquisitionStatus, SharedAcquisition};
+use crate::stream::StreamOptions;
+use crate::worker::SharedEstimation;
+
+/// Collects the counts of this process's threads, and makes rates of them.
+#[derive(Debug)]
+pub struct Collector {
+    cell: String,
+    stream: StreamStatus,
+    started: Instant,
+    acquisition: Option<SharedAcquisition>,
+    estimation: Option<SharedEstimation>,
+    receive_buffer_bytes: Option<u64>,
+    /// When frames and samples were last counted, and how many there were.
+    before: Option<(Instant, u64, u64)>,
+}
+
+impl Collector {
+    /// For the threads that this process runs. `receive_buffer_bytes` is what the kernel granted.
+    pub fn new(
+        options: &StreamOptions,
+        acquisition: Option<SharedAcquisition>,
+        estimation: Option<SharedEstimation>,
+        receive_buffer_bytes: Option<u64>,
+        now: Instant,
+    ) -> Self {
+        Self {
+            cell: options.cell.clone(),
+            stream: StreamStatus {
+                sample_rate_hz: options.sample_rate_hz,
+                buffer_s: options.buffer_s,
+                shared_memory_bytes: options.shared_memory_bytes(),
+            },
+            started: now,
+            acquisition,
+            estimation,
+            receive_buffer_bytes,
+            before: None,
+        }
+    }
+
+    /// The snapshot of this instant; its rates are those since the one before.
+    pub fn snapshot(&mut self, now: Instant) -> Snapshot {
+        let acquisition = self.acquisition.as_ref().map(|shared| {
+            let mut status = AcquisitionStatus::new(&shared.counts(), shared.grants());
+            status.receive_buffer_bytes = self.receive_buffer_bytes;
+            if let Some((then, frames, samples)) = self.before {
+                let elapsed_s = (now - then).as_secs_f64();
+                status.frames_per_second = rate(status.frames, frames, elapsed_s);
+                status.samples_per_second = rate(status.samples, samples, elapsed_s);
+            }
+            self.before = Some((now, status.frames, status.samples));
+            status
+        });
+        let estimation = self.estimation.as_ref().map(SharedEstimation::snapshot);
+        Snapshot {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            cell: self.cell.clone(),
+            uptime_s: (now - self.started).as_secs_f64(),
+            health: Health::of(acquisition.as_ref(), estimation.as_ref()),
+            stream: self.stream.clone(),
+            acquisition,
+            estimation,
+        }
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a rate for people")]
+fn rate(now: u64, before: u64, elapsed_s: f64) -> f64 {
+    if elapsed_s > 0.0 { now.saturating_sub(before) as f64 / elapsed_s } else { 0.0 }
+}

@@ -1,0 +1,195 @@
+//! The status for people.
+
+use std::collections::BTreeMap;
+
+use super::snapshot::Snapshot;
+use crate::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::worker::{EstimationStatus, WindowState};
+
+/// Whether the terminal is sent colour codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    /// Plain text.
+    Never,
+    /// Good in green, bad in red (ECMA-48).
+    Always,
+}
+
+/// The snapshot as aligned lines of a name and a value.
+pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
+    let mut rows = Rows { rows: Vec::new(), colour };
+    rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
+    rows.plain("up for", duration(snapshot.uptime_s));
+    if snapshot.health.ok {
+        rows.judged("health", "ok", true);
+    }
+    for reason in &snapshot.health.reasons {
+        rows.judged("health", reason, false);
+    }
+    rows.plain(
+        "buffer",
+        format!(
+            "{} s at {} Hz, {:.1} MB of shared memory",
+            snapshot.stream.buffer_s,
+            snapshot.stream.sample_rate_hz,
+            megabytes(snapshot.stream.shared_memory_bytes)
+        ),
+    );
+    if let Some(acquisition) = &snapshot.acquisition {
+        acquisition_rows(&mut rows, acquisition);
+    }
+    if let Some(estimation) = &snapshot.estimation {
+        estimation_rows(&mut rows, estimation);
+    }
+    rows.aligned()
+}
+
+fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
+    let bus = match status.bus {
+        BusState::Waiting => "no frame yet",
+        BusState::Ok => "ok",
+        BusState::Silent => "silent",
+        BusState::Down => "down",
+        BusState::Ended => "ended",
+    };
+    rows.judged("bus", bus, matches!(status.bus, BusState::Ok | BusState::Ended));
+    rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
+    rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
+    rows.counted("frames dropped unread", status.queue_drops);
+    rows.counted("error frames", status.error_frames);
+    rows.counted("times down", status.link_down);
+    rows.counted("times opened again", status.reopened);
+    rows.counted("source failures", status.source_failures);
+    rows.counted("clock steps", status.clock_steps);
+    rows.causes("frames unused", &status.frames_unused);
+    rows.causes("cycles lost", &status.cycles_lost);
+    if let Some(bytes) = status.receive_buffer_bytes {
+        rows.plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));
+    }
+    if let Some(grants) = &status.real_time {
+        for (name, grant) in [("real-time priority", &grants.priority), ("processor", &grants.cpu)]
+        {
+            match grant {
+                Grant::NotAsked => {}
+                Grant::Granted => rows.judged(name, "granted", true),
+                Grant::Refused { why } => rows.judged(name, why, false),
+            }
+        }
+    }
+}
+
+fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
+    rows.counted("samples missing", status.samples_missing);
+    rows.counted("batches lost", status.batches_lost);
+    rows.counted("acquisition restarts", status.restarts);
+    match status.window {
+        WindowState::Idle => rows.plain("window", "none open".to_owned()),
+        WindowState::Open { samples } => {
+            rows.plain("window", format!("open, {samples} samples"));
+        }
+    }
+    rows.plain(
+        "windows",
+        format!(
+            "{} opened, {} identified, {} pending",
+            status.windows_opened, status.windows_identified, status.windows_pending
+        ),
+    );
+    rows.causes("windows rejected", &status.windows_rejected);
+    if let Some(rejected) = &status.last_rejection {
+        rows.plain("last rejection", format!("window {}: {}", rejected.number, rejected.rejection));
+    }
+    if let Some(estimate) = &status.last_estimate {
+        let error = estimate
+            .relative_error
+            .map_or_else(|| "unknown".to_owned(), |error| format!("{:.2} %", 100.0 * error));
+        rows.plain(
+            "last estimate",
+            format!(
+                "window {}, {}, {} parameters, relative error {error}",
+                estimate.window, estimate.method, estimate.parameters
+            ),
+        );
+        if estimate.applicable {
+            rows.judged("verdict", "applicable", true);
+        }
+        for reason in &estimate.reasons {
+            rows.judged("verdict", reason, false);
+        }
+    }
+}
+
+struct Rows {
+    rows: Vec<(&'static str, String)>,
+    colour: Colour,
+}
+
+impl Rows {
+    fn plain(&mut self, name: &'static str, value: String) {
+        self.rows.push((name, clean(&value)));
+    }
+
+    /// A count that is only worth a line when it is not zero.
+    fn counted(&mut self, name: &'static str, count: u64) {
+        if count > 0 {
+            self.plain(name, count.to_string());
+        }
+    }
+
+    fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
+        for (cause, count) in causes {
+            self.plain(name, format!("{count} {}", cause.replace('_', " ")));
+        }
+    }
+
+    fn judged(&mut self, name: &'static str, value: &str, good: bool) {
+        let value = clean(value);
+        let value = match self.colour {
+            Colour::Never => value,
+            Colour::Always => format!("\x1b[{}m{value}\x1b[0m", if good { 32 } else { 31 }),
+        };
+        self.rows.push((name, value));
+    }
+
+    fn aligned(&self) -> String {
+        let width = self.rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        let mut before = "";
+        let mut text = String::new();
+        for (name, value) in &self.rows {
+            // A name is written once for its lines.
+            let shown = if *name == before { "" } else { name };
+            text.push_str(&format!("{shown:width$}  {value}\n"));
+            before = name;
+        }
+        text
+    }
+}
+
+/// Without control characters: the text comes from another process.
+fn clean(text: &str) -> String {
+    text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "one decimal for people")]
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
+}
+
+fn duration(seconds: f64) -> String {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast saturates, and the seconds of an uptime are not negative"
+    )]
+    let seconds = seconds as u64;
+    let (days, hours, minutes) = (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60);
+    match (days, hours, minutes) {
+        (0, 0, 0) => format!("{seconds} s"),
+        (0, 0, _) => format!("{minutes} min {} s", seconds % 60),
+        (0, _, _) => format!("{hours} h {minutes} min"),
+        _ => format!("{days} d {hours} h {minutes} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests;

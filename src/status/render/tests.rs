@@ -1,0 +1,106 @@
+use super::*;
+use crate::acquire::RealTimeGrants;
+use crate::status::{Health, SCHEMA, StreamStatus};
+use crate::worker::{EstimateSummary, Loss, RejectedWindow, Rejection};
+
+fn snapshot() -> Snapshot {
+    let acquisition = AcquisitionStatus {
+        bus: BusState::Silent,
+        frames: 1_234_567,
+        frames_per_second: 4999.7,
+        samples: 1_234_000,
+        samples_per_second: 4998.2,
+        queue_drops: 3,
+        cycles_lost: BTreeMap::from([("missing_axis".into(), 2), ("restart".into(), 1)]),
+        real_time: Some(RealTimeGrants {
+            priority: Grant::Refused { why: "SCHED_FIFO 20: EPERM".into() },
+            cpu: Grant::NotAsked,
+        }),
+        ..AcquisitionStatus::default()
+    };
+    let estimation = EstimationStatus {
+        windows_opened: 5,
+        windows_identified: 3,
+        windows_rejected: BTreeMap::from([("sample-gap".into(), 2)]),
+        window: WindowState::Open { samples: 812 },
+        last_rejection: Some(RejectedWindow {
+            number: 4,
+            first_sequence: 100,
+            last_sequence: 900,
+            rejection: Rejection::Loss(Loss::SampleGap { after: 900, missing: 2 }),
+        }),
+        last_estimate: Some(EstimateSummary {
+            window: 3,
+            first_sequence: 0,
+            last_sequence: 90,
+            method: "idim-ls".into(),
+            parameters: 28,
+            relative_error: Some(0.0564),
+            condition_number: Some(174.9),
+            applicable: true,
+            reasons: vec![],
+        }),
+        ..EstimationStatus::default()
+    };
+    Snapshot {
+        schema: SCHEMA,
+        version: "1.2.3".into(),
+        cell: "left".into(),
+        uptime_s: 93_784.0,
+        health: Health::of(Some(&acquisition), Some(&estimation)),
+        stream: StreamStatus {
+            sample_rate_hz: 5000.0,
+            buffer_s: 20.0,
+            shared_memory_bytes: 56_000_000,
+        },
+        acquisition: Some(acquisition),
+        estimation: Some(estimation),
+    }
+}
+
+#[test]
+fn names_and_values_are_aligned() {
+    let expected = "\
+cell                   left (didim 1.2.3)
+up for                 1 d 2 h 3 min
+health                 the bus is silent
+                       not granted: SCHED_FIFO 20: EPERM
+                       the last window, 4, was rejected: 2 samples are missing after sample 900
+buffer                 20 s at 5000 Hz, 56.0 MB of shared memory
+bus                    silent
+frames                 1234567 (5000/s)
+samples                1234000 (4998/s)
+frames dropped unread  3
+cycles lost            2 missing axis
+                       1 restart
+real-time priority     SCHED_FIFO 20: EPERM
+window                 open, 812 samples
+windows                5 opened, 3 identified, 0 pending
+windows rejected       2 sample-gap
+last rejection         window 4: 2 samples are missing after sample 900
+last estimate          window 3, idim-ls, 28 parameters, relative error 5.64 %
+verdict                applicable
+";
+    assert_eq!(render(&snapshot(), Colour::Never), expected);
+}
+
+#[test]
+fn colour_only_when_told_and_never_from_elsewhere() {
+    let mut snapshot = snapshot();
+    snapshot.cell = "a\x1b[2Jb".into();
+    let plain = render(&snapshot, Colour::Never);
+    assert!(!plain.contains('\x1b'));
+    let coloured = render(&snapshot, Colour::Always);
+    assert!(coloured.contains("\x1b[31msilent\x1b[0m"));
+    assert!(coloured.contains("\x1b[32mapplicable\x1b[0m"));
+    assert!(!coloured.contains("\x1b[2J"));
+}
+
+#[test]
+fn a_snapshot_survives_its_json_and_unknown_keys() {
+    let snapshot = snapshot();
+    let mut json = serde_json::to_value(&snapshot).unwrap();
+    assert_eq!(serde_json::from_value::<Snapshot>(json.clone()).unwrap(), snapshot);
+    json["acquisition"]["of_a_later_version"] = 1.into();
+    assert_eq!(serde_json::from_value::<Snapshot>(json).unwrap(), snapshot);
+}

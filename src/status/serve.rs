@@ -1,0 +1,65 @@
+//! The status socket: one object to each who connects.
+
+use core::time::Duration;
+use std::io;
+use std::sync::Arc;
+
+use tokio::io::AsyncWriteExt;
+use tokio::net::{UnixListener, UnixStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+
+use super::listen::Socket;
+
+/// Clients at a time; one more is sent away.
+const CLIENTS: usize = 8;
+/// How long a client may take.
+const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
+/// Pause after a failed accept: a lack of descriptors does not go away by asking again at once.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
+
+/// Serves the latest document to each client; nothing that a client sends is read. Runs until it
+/// is dropped.
+///
+/// # Errors
+/// Only at the start, when the runtime cannot take the socket.
+pub async fn serve_status(
+    socket: &Socket,
+    latest: watch::Receiver<Arc<[u8]>>,
+) -> io::Result<core::convert::Infallible> {
+    let listener = socket.tokio()?;
+    let places = Arc::new(Semaphore::new(CLIENTS));
+    loop {
+        let (client, place) = accept(&listener, &places).await;
+        let document = Arc::clone(&latest.borrow());
+        tokio::spawn(async move {
+            let _place = place;
+            let _ = tokio::time::timeout(CLIENT_TIMEOUT, answer(client, &document)).await;
+        });
+    }
+}
+
+async fn answer(mut client: UnixStream, document: &[u8]) -> io::Result<()> {
+    client.write_all(document).await?;
+    client.shutdown().await
+}
+
+/// The next client that there is a place for.
+pub(super) async fn accept(
+    listener: &UnixListener,
+    places: &Arc<Semaphore>,
+) -> (UnixStream, OwnedSemaphorePermit) {
+    loop {
+        match listener.accept().await {
+            Ok((client, _)) => {
+                // Without a place the client is dropped, which it sees as an end.
+                if let Ok(place) = Arc::clone(places).try_acquire_owned() {
+                    return (client, place);
+                }
+            }
+            Err(cause) => {
+                tracing::debug!("a client could not be accepted: {cause}");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+            }
+        }
+    }
+}

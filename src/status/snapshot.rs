@@ -1,0 +1,98 @@
+//! The status as one JSON object.
+
+use serde::{Deserialize, Serialize};
+
+use crate::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::worker::EstimationStatus;
+
+/// Version of the object's layout: it changes when a key changes its meaning or goes away.
+pub const SCHEMA: u32 = 1;
+
+/// Everything the service tells about itself. Fields of a later version are passed over, so that
+/// an old client can read a new service.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Name of the cell.
+    pub cell: String,
+    /// Time since the service began \[s\].
+    pub uptime_s: f64,
+    /// Whether all is well.
+    pub health: Health,
+    /// The stream between the two.
+    pub stream: StreamStatus,
+    /// The bus thread; nothing where another process runs it.
+    pub acquisition: Option<AcquisitionStatus>,
+    /// The worker; nothing where another process runs it.
+    pub estimation: Option<EstimationStatus>,
+}
+
+/// Whether all is well, and if not, why not.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// True when there is no reason.
+    pub ok: bool,
+    /// The reasons, for people.
+    pub reasons: Vec<String>,
+}
+
+/// The stream's dimensions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StreamStatus {
+    /// Nominal sample rate \[Hz\].
+    pub sample_rate_hz: f64,
+    /// How long a worker may be away before samples are lost \[s\].
+    pub buffer_s: f64,
+    /// Shared memory that the cell takes \[bytes\].
+    pub shared_memory_bytes: u64,
+}
+
+impl Health {
+    /// Judges what is told. What happened long ago and is over is counted, but is no reason.
+    pub fn of(
+        acquisition: Option<&AcquisitionStatus>,
+        estimation: Option<&EstimationStatus>,
+    ) -> Self {
+        let mut reasons = Vec::new();
+        if let Some(acquisition) = acquisition {
+            match acquisition.bus {
+                BusState::Waiting => reasons.push("no frame has come yet".to_owned()),
+                BusState::Silent => reasons.push("the bus is silent".to_owned()),
+                BusState::Down => reasons.push("the bus is down".to_owned()),
+                BusState::Ok if acquisition.samples == 0 => {
+                    reasons.push("frames come, but no sample is complete".to_owned());
+                }
+                BusState::Ok | BusState::Ended => {}
+            }
+            let grants = acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu]);
+            for grant in grants {
+                if let Grant::Refused { why } = grant {
+                    reasons.push(format!("not granted: {why}"));
+                }
+            }
+        }
+        if let Some(estimation) = estimation {
+            if let Some(rejected) = &estimation.last_rejection {
+                let later = estimation.last_estimate.as_ref();
+                if later.is_none_or(|estimate| estimate.window < rejected.number) {
+                    reasons.push(format!(
+                        "the last window, {}, was rejected: {}",
+                        rejected.number, rejected.rejection
+                    ));
+                }
+            }
+            if let Some(estimate) = &estimation.last_estimate
+                && !estimate.applicable
+            {
+                reasons.push(format!(
+                    "the last estimate is not applicable: {}",
+                    estimate.reasons.join("; ")
+                ));
+            }
+        }
+        Self { ok: reasons.is_empty(), reasons }
+    }
+}

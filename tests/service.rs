@@ -1,0 +1,330 @@
+//! The parts put together: a bus goes in, results come out, in one process and in two.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use common::bus::{assembler, frames, interface};
+use common::{Network, Process, eventually};
+use didim::acquire::{AcquireOptions, BusState, RealTimeOptions};
+use didim::service::{
+    AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceError, ServiceOptions,
+    ServiceReport, SocketOptions, run,
+};
+use didim::status::{ClientError, fetch_status, send_command};
+use didim::stream::{Pace, StreamNode, Topic};
+use didim::worker::{Command, Identify, Rejection, Trigger, Window, WindowOptions, WorkerOptions};
+use didim_core::identification::{Estimate, SingularValues, Verdict};
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{InProcessSender, WhenFull, in_process_bus};
+use rustix::process::{Pid, Signal, kill_process};
+
+fn windows(trigger: Trigger) -> WindowOptions {
+    WindowOptions { trigger, margin_s: 0.05, min_s: 0.2, max_s: 5.0 }
+}
+
+fn by_motion() -> Trigger {
+    Trigger::Motion { velocity_threshold_rad_s: 0.5, idle_s: 0.1, difference_s: 0.01 }
+}
+
+fn estimation(
+    network: &Network,
+    trigger: Trigger,
+    folder: &Path,
+    identify: Identify,
+) -> EstimationPart {
+    EstimationPart {
+        identify,
+        options: WorkerOptions {
+            stream: network.options(),
+            windows: windows(trigger).plan(common::bus::RATE_HZ).unwrap(),
+            queue: 1,
+            folder: Some(folder.to_owned()),
+            keep: 100,
+            configuration: "c0ffee".into(),
+        },
+    }
+}
+
+fn acquisition(network: &Network, pace: Pace) -> (InProcessSender, Box<AcquisitionPart>) {
+    let (sender, source) = in_process_bus(&[interface()], 4096, WhenFull::Wait);
+    let part = AcquisitionPart {
+        source: Box::new(source),
+        assembler: assembler(),
+        options: AcquireOptions {
+            stream: network.options(),
+            pace,
+            real_time: RealTimeOptions::default(),
+            silence_after: Duration::from_secs(1),
+        },
+    };
+    (sender, Box::new(part))
+}
+
+/// Says of a window what can only be said of its very samples.
+fn digest(window: &Window) -> Estimate {
+    let sum = |value: fn(&didim_core::JointSample) -> f64| -> f64 {
+        window.samples[window.counted.clone()].iter().map(value).sum()
+    };
+    Estimate {
+        schema: 1,
+        method: "idim-ls".into(),
+        robot: "test".into(),
+        samples: window.samples.len(),
+        rows: window.counted.len(),
+        parameters: vec![],
+        condition_number: sum(|sample| sample.motor_position_rad[0]),
+        singular_values: SingularValues { max: sum(|sample| sample.motor_torque_nm[5]), min: 0.0 },
+        relative_error: 0.0,
+        relative_error_per_joint: vec![],
+        rms_error_per_joint_nm: vec![],
+        durbin_watson_per_joint: vec![],
+        iterations: 1,
+        simulations: 0,
+        verdict: Verdict { applicable: true, reasons: vec![] },
+    }
+}
+
+fn identify() -> Identify {
+    Box::new(|window| Ok(digest(window)))
+}
+
+/// Three motions and rest between them.
+fn three_motions() -> Vec<Frame> {
+    frames(12_000, |sample| sample % 4000 > 1000 && sample % 4000 < 2500)
+}
+
+fn send(sender: InProcessSender, frames: Vec<Frame>) {
+    std::thread::spawn(move || frames.iter().all(|frame| sender.send(*frame).is_ok()));
+}
+
+/// Replays frames through the whole service.
+fn replay(frames: Vec<Frame>, folder: &Path, identify: Identify) -> ServiceReport {
+    let network = Network::new();
+    let (sender, acquisition) = acquisition(&network, Pace::Replay);
+    send(sender, frames);
+    let estimation = estimation(&network, by_motion(), folder, identify);
+    run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap()
+}
+
+fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut results: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| {
+            let entry = entry.unwrap();
+            (entry.file_name().into(), std::fs::read(entry.path()).unwrap())
+        })
+        .collect();
+    results.sort();
+    results
+}
+
+#[test]
+fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
+    let (fast, slow) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let report = replay(three_motions(), fast.path(), identify());
+    assert_eq!(report.end, ServiceEnd::SourceEnded);
+    let estimation = report.snapshot.estimation.unwrap();
+    assert_eq!((estimation.windows_opened, estimation.windows_identified), (3, 3));
+    assert_eq!((estimation.samples, estimation.samples_missing), (12_000, 0));
+    assert_eq!(report.snapshot.acquisition.unwrap().bus, BusState::Ended);
+    // The queue takes one window, so a live bus would have lost some.
+    let slowly: Identify = Box::new(|window| {
+        std::thread::sleep(Duration::from_millis(300));
+        Ok(digest(window))
+    });
+    replay(three_motions(), slow.path(), slowly);
+    let results = results(fast.path());
+    assert_eq!(results.len(), 4, "three results and the latest");
+    assert_eq!(results, self::results(slow.path()));
+}
+
+#[test]
+fn a_window_with_a_gap_is_rejected_and_the_others_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut frames = three_motions();
+    frames.drain(5500..5503);
+    let report = replay(frames, folder.path(), identify());
+    let estimation = report.snapshot.estimation.unwrap();
+    assert_eq!(estimation.samples_missing, 3);
+    assert_eq!(estimation.windows_rejected.get("sample-gap"), Some(&1));
+    // What is left of the motion after the gap is a window of its own.
+    assert_eq!(estimation.windows_identified, 3);
+    assert_eq!(report.snapshot.acquisition.unwrap().cycles_lost.get("counter_gap"), Some(&3));
+}
+
+#[test]
+fn a_refusal_is_counted_with_its_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut first = true;
+    let identify: Identify = Box::new(move |window| {
+        if std::mem::take(&mut first) {
+            Err("too little excitation".into())
+        } else {
+            Ok(digest(window))
+        }
+    });
+    let report = replay(three_motions(), folder.path(), identify);
+    let estimation = report.snapshot.estimation.unwrap();
+    assert_eq!(estimation.windows_identified, 2);
+    assert_eq!(estimation.windows_rejected.get("refused"), Some(&1));
+    let why = Rejection::Refused { why: "too little excitation".into() };
+    assert_eq!(estimation.last_rejection.unwrap().rejection, why);
+}
+
+#[test]
+fn a_panic_in_the_identification_ends_the_service_with_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let network = Network::new();
+    let (sender, acquisition) = acquisition(&network, Pace::Replay);
+    send(sender, three_motions());
+    let identify: Identify = Box::new(|_| panic!("on purpose"));
+    let estimation = estimation(&network, by_motion(), folder.path(), identify);
+    let end = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation));
+    assert!(matches!(end, Err(ServiceError::Estimation(_))), "{end:?}");
+}
+
+#[test]
+fn a_second_service_of_the_cell_is_refused_and_stops_what_it_had_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let network = Network::new();
+    let first = StreamNode::join(&network.options()).unwrap();
+    let _writer = first.sample_writer(Pace::Live).unwrap();
+    let (_sender, acquisition) = acquisition(&network, Pace::Live);
+    let estimation = estimation(&network, by_motion(), folder.path(), identify());
+    let refused = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation));
+    assert!(matches!(refused, Err(ServiceError::Acquisition(_))), "{refused:?}");
+}
+
+#[test]
+#[ignore = "the other process of a test"]
+fn child_estimates() {
+    let Some(network) = Network::inherited() else { return };
+    let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
+    let estimation = estimation(&network, by_motion(), &folder, identify());
+    let report = run(&ServiceOptions::default(), Parts::Estimation(estimation)).unwrap();
+    assert_eq!(report.snapshot.estimation.unwrap().windows_identified, 3);
+}
+
+#[test]
+fn two_processes_give_the_same_bytes_as_one() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    replay(three_motions(), one.path(), identify());
+    let network = Network::new();
+    let (sender, acquisition) = acquisition(&network, Pace::Replay);
+    send(sender, three_motions());
+    let mut child = network
+        .child("child_estimates")
+        .env("DIDIM_TEST_FOLDER", two.path())
+        .spawn()
+        .map(Process)
+        .unwrap();
+    let report = run(&ServiceOptions::default(), Parts::Acquisition(acquisition)).unwrap();
+    assert_eq!(report.end, ServiceEnd::SourceEnded);
+    assert!(report.snapshot.estimation.is_none());
+    assert!(child.0.wait().unwrap().success());
+    assert_eq!(results(one.path()), results(two.path()));
+}
+
+fn live_options(folder: &Path) -> ServiceOptions {
+    ServiceOptions {
+        status: Some(SocketOptions { path: folder.join("status"), mode: 0o660 }),
+        control: Some(SocketOptions { path: folder.join("control"), mode: 0o600 }),
+        receive_buffer_bytes: None,
+    }
+}
+
+/// A live service on a bus at 1 kHz, until it is told to stop.
+#[test]
+#[ignore = "the other process of a test"]
+fn child_serves() {
+    let Some(network) = Network::inherited() else { return };
+    let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
+    let (sender, acquisition) = acquisition(&network, Pace::Live);
+    std::thread::spawn(move || {
+        let start = Instant::now();
+        for (index, frame) in frames(60_000, |_| true).into_iter().enumerate() {
+            let due = start + Duration::from_millis(index as u64);
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            if sender.send(frame).is_err() {
+                break;
+            }
+        }
+    });
+    let estimation = estimation(&network, Trigger::Command, &folder.join("results"), identify());
+    let report = run(&live_options(&folder), Parts::Both(acquisition, estimation)).unwrap();
+    assert_eq!(report.end, ServiceEnd::Signal);
+}
+
+fn stop(child: &mut Process) -> Duration {
+    let told = Instant::now();
+    let pid = Pid::from_raw(i32::try_from(child.0.id()).unwrap()).unwrap();
+    kill_process(pid, Signal::TERM).unwrap();
+    assert!(child.0.wait().unwrap().success());
+    told.elapsed()
+}
+
+#[test]
+fn a_living_service_is_asked_commanded_and_stopped() {
+    let folder = tempfile::tempdir_in("/tmp").unwrap();
+    let network = Network::new();
+    let manager = UnixDatagram::bind(folder.path().join("notify")).unwrap();
+    manager.set_nonblocking(true).unwrap();
+    let mut child = network
+        .child("child_serves")
+        .env("DIDIM_TEST_FOLDER", folder.path())
+        .env("NOTIFY_SOCKET", folder.path().join("notify"))
+        .spawn()
+        .map(Process)
+        .unwrap();
+    let mut told = String::new();
+    let mut heard = |word: &str| {
+        let mut buffer = [0; 4096];
+        while let Ok(length) = manager.recv(&mut buffer) {
+            told.push_str(&String::from_utf8_lossy(&buffer[..length]));
+            told.push('\n');
+        }
+        told.contains(word)
+    };
+    eventually("READY", || heard("READY=1"));
+    let (status, control) = (folder.path().join("status"), folder.path().join("control"));
+    assert_eq!(fetch_status(&status).unwrap().cell, "cell");
+
+    // A window by command, from another process.
+    eventually("the bus", || fetch_status(&status).unwrap().health.ok);
+    send_command(&control, Command::Begin).unwrap();
+    let again = send_command(&control, Command::Begin);
+    assert!(matches!(&again, Err(ClientError::Refused { why }) if why.contains("open already")));
+    std::thread::sleep(Duration::from_millis(600));
+    send_command(&control, Command::End).unwrap();
+    let identified =
+        |wanted| fetch_status(&status).unwrap().estimation.unwrap().windows_identified == wanted;
+    eventually("the window is identified", || identified(1));
+    let snapshot = fetch_status(&status).unwrap();
+    let acquisition = snapshot.acquisition.unwrap();
+    assert!((800.0..1200.0).contains(&acquisition.samples_per_second), "{acquisition:?}");
+    assert!(folder.path().join("results/latest.json").exists());
+
+    // The same snapshot, and the estimate, for processes of this user.
+    let node = StreamNode::join(&network.options()).unwrap();
+    let mut documents = node.document_reader(Topic::Status).unwrap();
+    eventually("a status by the stream", || {
+        documents.receive().unwrap().is_some_and(|json| {
+            serde_json::from_slice::<didim::status::Snapshot>(&json).unwrap().cell == "cell"
+        })
+    });
+    let mut estimates = node.document_reader(Topic::Estimates).unwrap();
+    let latest = std::fs::read(folder.path().join("results/latest.json")).unwrap();
+    eventually("the last estimate", || {
+        estimates.receive().unwrap().is_some_and(|estimate| estimate == latest)
+    });
+
+    let took = stop(&mut child);
+    assert!(took < Duration::from_secs(2), "{took:?}");
+    assert!(heard("STOPPING=1"));
+    assert!(!status.exists() && !control.exists());
+    drop((documents, estimates, node));
+}
