@@ -40,7 +40,7 @@ fn nonsense_is_a_usage_error() {
         (&["identify", "--cell", &cell, "--input", log, "--from", "nan"], &["--from NaN", "0 to"]),
         (
             &["identify", "--cell", &cell, "--input", log, "--from", "5", "--to", "4"],
-            &["nothing counts", "--from", "--to"],
+            &["--from 5 --to 4", "nothing lies between"],
         ),
         (&["sim", "--cell", &cell, "--bus", "vcan0"], &["--bus", "`vcan0`", "can:INTERFACE"]),
         (&["sim", "--cell", &cell, "--bus", "inproc:"], &["inproc:", "can:INTERFACE"]),

@@ -72,8 +72,7 @@ fn one_object_with_the_promised_keys() {
     assert_eq!(names.len(), 28);
     assert_eq!((names[0], names[27]), ("zz1r", "fc_m6"));
     for parameter in output["parameters"].as_array().unwrap() {
-        let relative =
-            number(parameter, "standard_deviation") / number(parameter, "value").abs();
+        let relative = number(parameter, "standard_deviation") / number(parameter, "value").abs();
         assert!((number(parameter, "relative_standard_deviation") / relative - 1.0).abs() < 1e-9);
     }
     for key in ["relative_error_per_joint", "rms_error_per_joint_nm", "durbin_watson_per_joint"] {
@@ -135,8 +134,8 @@ fn the_same_input_gives_the_same_bytes() {
 /// What a table says is what its log says: values, to the bit.
 #[test]
 fn log_and_table_give_the_same_result() {
-    let [mut log, mut table] = [&data().packed_log, &data().packed_csv]
-        .map(|input| identify(&packed_cell(), input, &[]));
+    let [mut log, mut table] =
+        [&data().packed_log, &data().packed_csv].map(|input| identify(&packed_cell(), input, &[]));
     for output in [&mut log, &mut table] {
         output.as_object_mut().unwrap().remove("elapsed_ms");
     }
@@ -204,10 +203,8 @@ fn a_poor_result_says_so_in_its_verdict() {
 fn a_sample_rate_replaces_the_times() {
     let folder = Folder::new();
     let text = head(&data().packed_csv, usize::MAX);
-    let timeless: String = text
-        .lines()
-        .map(|line| line.split_once(',').unwrap().1.to_owned() + "\n")
-        .collect();
+    let timeless: String =
+        text.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n").collect();
     let input = folder.file("timeless.csv", &timeless);
     let output = identify(&packed_cell(), &input, &["--sample-rate", "5000"]);
     let expected = identify(&packed_cell(), &data().packed_csv, &[]);

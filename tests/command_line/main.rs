@@ -6,7 +6,8 @@
     clippy::unwrap_used,
     clippy::expect_used,
     clippy::panic,
-    reason = "a test fails by panicking"
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and prints what it saw"
 )]
 
 mod support;
@@ -17,4 +18,5 @@ mod conversion;
 mod identification;
 mod logs;
 mod outputs;
+mod pipeline;
 mod tables;

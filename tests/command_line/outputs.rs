@@ -12,7 +12,14 @@ fn writers(path: &str) -> [Vec<String>; 4] {
         command(&["convert", "--cell", &cell, &data.packed_csv, path]),
         command(&["convert", "--cell", &cell, &data.packed_log, &format!("{path}.csv")]),
         command(&[
-            "identify", "--cell", &cell, "--input", &data.packed_log, "--json", "--figure", path,
+            "identify",
+            "--cell",
+            &cell,
+            "--input",
+            &data.packed_log,
+            "--json",
+            "--figure",
+            path,
         ]),
     ]
 }
@@ -48,7 +55,7 @@ fn a_folder_that_cannot_be_written() {
 fn what_is_no_file_is_not_replaced() {
     let folder = Folder::new();
     let [socket, tables] = [folder.path("socket"), folder.path("socket.csv")];
-    let _listeners = [&socket, &tables].map(|path| std::os::unix::net::UnixListener::bind(path));
+    let _listeners = [&socket, &tables].map(std::os::unix::net::UnixListener::bind);
     all_refused(&socket, &["socket", "not a regular file", "another name"]);
     let folder_there = folder.path("there");
     std::fs::create_dir(&folder_there).unwrap();
@@ -63,11 +70,11 @@ fn what_is_no_file_is_not_replaced() {
 fn a_refusal_leaves_the_file_of_before() {
     let folder = Folder::new();
     let old = "of the time before\n";
-    let [log, csv, figure] =
-        ["out.log", "out.csv", "out.svg"].map(|name| folder.file(name, old));
+    let [log, csv, figure] = ["out.log", "out.csv", "out.svg"].map(|name| folder.file(name, old));
     let damaged = folder.file("damaged.log", "(0.0) can0 100##1\nhello\n");
     let cell = packed_cell();
-    let identify = ["identify", "--cell", &cell, "--input", &damaged, "--json", "--figure", &figure];
+    let identify =
+        ["identify", "--cell", &cell, "--input", &damaged, "--json", "--figure", &figure];
     didim(&identify).refused(1, &["damaged.log:2:"]);
     didim(&["convert", "--cell", &cell, &damaged, &csv]).refused(1, &["damaged.log:2:"]);
     didim(&["convert", "--cell", &cell, &damaged, &log]).refused(1, &["damaged.log:2:"]);

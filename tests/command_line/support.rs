@@ -87,9 +87,7 @@ pub(crate) fn data() -> &'static Data {
             packed_csv: file("packed.csv"),
             cia402_log: file("cia402.log"),
         };
-        for (cell, log) in
-            [(packed_cell(), &data.packed_log), (cia402_cell(), &data.cia402_log)]
-        {
+        for (cell, log) in [(packed_cell(), &data.packed_log), (cia402_cell(), &data.cia402_log)] {
             didim(&["sim", "--cell", &cell, "--bus", &format!("log:{log}")]).done();
         }
         didim(&["convert", "--cell", &packed_cell(), &data.packed_log, &data.packed_csv]).done();
@@ -108,7 +106,9 @@ pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
     pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap())
+        // Not named as the program's own temporary files are.
+        let named = tempfile::Builder::new().prefix("command_line-").to_owned();
+        Self(named.tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap())
     }
 
     /// The path of a file in it, which need not exist.
