@@ -15,13 +15,17 @@ use crate::acquire::AcquireOptions;
 use crate::cell::{BusAddress, Cell};
 use crate::identify::identify_window;
 use crate::service::{AcquisitionPart, EstimationPart};
-use crate::stream::{Pace, StreamError, StreamOptions};
+use crate::stream::{Pace, PrivateNetwork, StreamError, StreamOptions};
 use crate::worker::{Window, WindowOptionError, WorkerOptions};
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
 /// A live bus is called silent after this many of its periods, or half a second if that is longer.
 const SILENT_PERIODS: f64 = 100.0;
+/// Beginning of a service's names in shared memory.
+const PREFIX: &str = "didim_";
+/// The longest folder for temporary files that leaves room for the stream's own paths.
+const MAX_TEMPORARY: usize = 20;
 /// Name of the status socket in the runtime folder.
 const STATUS_SOCKET: &str = "status.sock";
 /// Name of the status socket of an acquisition that has a process of its own.
@@ -71,14 +75,13 @@ impl Places {
         Self {
             runtime: cell.service.runtime_directory.clone(),
             state: Some(cell.service.state_directory.clone()),
-            prefix: "didim_".to_owned(),
+            prefix: PREFIX.to_owned(),
         }
     }
 
-    /// A folder for one run, which nobody else shares.
-    pub fn of_one_run(runtime: &Path, state: Option<PathBuf>) -> Self {
-        let prefix = format!("didim_{}_", std::process::id());
-        Self { runtime: runtime.to_path_buf(), state, prefix }
+    /// Those of a service whose sockets are in `runtime`.
+    pub fn with_sockets_in(runtime: &Path) -> Self {
+        Self { runtime: runtime.to_path_buf(), state: None, prefix: PREFIX.to_owned() }
     }
 
     /// Makes the folders.
@@ -108,14 +111,49 @@ impl Places {
         self.runtime.join(COMMAND_SOCKET)
     }
 
+    fn stream_root(&self) -> PathBuf {
+        self.runtime.join("ipc")
+    }
+
     fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
         let mut options =
             StreamOptions::new(&cell.name, cell.robot.joints(), cell.sample_rate_hz())?;
-        options.root = self.runtime.join("ipc");
+        options.root = self.stream_root();
         options.prefix = self.prefix.clone();
         options.buffer_s = cell.service.buffer_s;
         options.validate()?;
         Ok(options)
+    }
+}
+
+/// Places for one run that nobody else shares; everything but the results is removed at its end.
+#[derive(Debug)]
+pub struct OneRun {
+    /// The places.
+    pub places: Places,
+    // Dropped in this order: first what lies in shared memory, then the folder.
+    _network: PrivateNetwork,
+    _folder: tempfile::TempDir,
+}
+
+impl OneRun {
+    /// Makes a folder for the run; results go to `state`, if it is given.
+    ///
+    /// # Errors
+    /// [`PipelineError::Folder`].
+    pub fn new(state: Option<PathBuf>) -> Result<Self, PipelineError> {
+        let usual = std::env::temp_dir();
+        let base = if usual.as_os_str().len() > MAX_TEMPORARY { "/tmp".into() } else { usual };
+        let folder = tempfile::Builder::new()
+            .prefix("didim-")
+            .tempdir_in(&base)
+            .map_err(|source| PipelineError::Folder { folder: base, source })?;
+        // Not one that begins with the service's own.
+        let prefix = format!("didim-run-{}_", std::process::id());
+        let places = Places { runtime: folder.path().to_path_buf(), state, prefix };
+        places.make()?;
+        let network = PrivateNetwork::new(&places.stream_root(), &places.prefix);
+        Ok(Self { places, _network: network, _folder: folder })
     }
 }
 

@@ -19,7 +19,7 @@ use super::CliError;
 use super::output::{panels, print, write_figure};
 use super::replay::nothing_identified;
 use crate::cell::{Cell, Library};
-use crate::pipeline::{LastIdentification, Places, acquisition, estimation};
+use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
 use crate::report;
 use crate::report::terminal::torque_plot;
 use crate::service::{Parts, ServiceOptions, ServiceReport, run};
@@ -71,17 +71,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         cell.method
     ))?;
 
-    let folder = tempfile::tempdir().map_err(CliError::failed)?;
-    let places = Places::of_one_run(folder.path(), None);
-    places.make().map_err(CliError::failed)?;
+    let one_run = OneRun::new(None).map_err(CliError::failed)?;
+    let places = &one_run.places;
     let name = InterfaceName::new("sim").map_err(CliError::failed)?;
     let (sender, source) = in_process_bus(&[name], BUS_FRAMES, WhenFull::Wait);
     let last = LastIdentification::default();
     // As fast as possible, nobody may be overrun; in real time, the pipeline has to keep up.
     let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
     let parts = Parts::Both(
-        acquisition(&cell, &places, Box::new(source), pace).map_err(CliError::failed)?,
-        estimation(&cell, &places, &last).map_err(CliError::failed)?,
+        acquisition(&cell, places, Box::new(source), pace).map_err(CliError::failed)?,
+        estimation(&cell, places, &last).map_err(CliError::failed)?,
     );
     let stop = Arc::new(AtomicBool::new(false));
     let arm = start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::failed)?;

@@ -9,7 +9,7 @@ use didim_drivers::source::{CandumpSource, SourceError};
 use super::CliError;
 use super::output::{print, write_figure};
 use crate::cell::Cell;
-use crate::pipeline::{LastIdentification, Places, acquisition, estimation};
+use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
 use crate::report;
 use crate::service::{Parts, ServiceOptions, run};
 use crate::status::Snapshot;
@@ -37,13 +37,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let source = CandumpSource::open(&arguments.log, &[])
         .map_err(|error| CliError::failed(SourceError::from(error)))?;
-    let folder = tempfile::tempdir().map_err(CliError::failed)?;
-    let places = Places::of_one_run(folder.path(), arguments.state.clone());
-    places.make().map_err(CliError::failed)?;
+    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
+    let places = &one_run.places;
     let last = LastIdentification::default();
     let parts = Parts::Both(
-        acquisition(&cell, &places, Box::new(source), Pace::Replay).map_err(CliError::failed)?,
-        estimation(&cell, &places, &last).map_err(CliError::failed)?,
+        acquisition(&cell, places, Box::new(source), Pace::Replay).map_err(CliError::failed)?,
+        estimation(&cell, places, &last).map_err(CliError::failed)?,
     );
     let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
     let identification = last.take().ok_or_else(|| nothing_identified(&report.snapshot))?;

@@ -44,7 +44,7 @@ impl WhichService {
             }
             (None, None) => ServiceSection::default().runtime_directory,
         };
-        Ok(Places::of_one_run(&runtime, None))
+        Ok(Places::with_sockets_in(&runtime))
     }
 }
 
