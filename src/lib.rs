@@ -5,6 +5,7 @@ pub mod cell;
 pub mod cli;
 pub mod experiment;
 pub mod identify;
+pub mod pipeline;
 pub mod report;
 pub mod service;
 pub mod status;

@@ -43,13 +43,14 @@ fn nothing_is_allocated_per_frame() {
     let shared = SharedAcquisition::default();
     // A reader that never reads: the buffer overflows all the time, the costliest case.
     let _reader = reader(&network);
+    let options = options(&network, Pace::Live);
+    let mut acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    // The first wait sets up the thread's parking place.
+    assert_eq!(acquisition.step().unwrap(), None);
     let frames = frames(60_000, |_| true);
     let bus =
         std::thread::spawn(move || frames.iter().for_each(|frame| sender.send(*frame).unwrap()));
-    let options = options(&network, Pace::Live);
-    let mut acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
-    // The first turns connect the reader and set up the thread's parking place. A turn takes 256
-    // frames at most.
+    // The first batches connect the reader. A turn takes 256 frames at most.
     for _ in 0..30 {
         assert_eq!(acquisition.step().unwrap(), None);
     }
@@ -58,7 +59,8 @@ fn nothing_is_allocated_per_frame() {
     // The library's loan of a slot takes one small block and gives it back, per batch of 64.
     assert!(cost.count_total <= 60_000 / 64, "{cost:?}");
     assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
-    assert_eq!(cost.count_current, 0, "{cost:?}");
+    // The slot being filled may still be on loan, or have been before.
+    assert!(cost.count_current.abs() <= 1, "{cost:?}");
     let counts = acquisition.run(&AtomicBool::new(false)).map(|_| shared.counts()).unwrap();
     assert_eq!(counts.losses.samples, 60_000);
     assert_eq!(counts.batches, 60_000_u64.div_ceil(64) + 1, "all full, but the last, and the end");
@@ -134,7 +136,12 @@ fn a_log_is_replayed_to_its_end_without_loss_to_a_slow_reader() {
         });
         let mut reader = reader(&network);
         let mut next = 0;
+        let start = Instant::now();
         'stream: loop {
+            if start.elapsed() > Duration::from_secs(60) {
+                stop.store(true, Ordering::Relaxed);
+                panic!("stuck at sample {next} of {total}");
+            }
             reader.wait(Duration::from_millis(20)).unwrap();
             while let Some(batch) = reader.receive().unwrap() {
                 assert_eq!(batch.lost_batches, 0);

@@ -23,7 +23,7 @@ use didim_drivers::source::{InProcessSender, WhenFull, in_process_bus};
 use rustix::process::{Pid, Signal, kill_process};
 
 fn windows(trigger: Trigger) -> WindowOptions {
-    WindowOptions { trigger, margin_s: 0.05, min_s: 0.2, max_s: 5.0 }
+    WindowOptions { trigger, margin_before_s: 0.05, margin_after_s: 0.05, min_s: 0.2, max_s: 5.0 }
 }
 
 fn by_motion() -> Trigger {
@@ -77,6 +77,7 @@ fn digest(window: &Window) -> Estimate {
         rows: window.counted.len(),
         parameters: vec![],
         condition_number: sum(|sample| sample.motor_position_rad[0]),
+        unweighted_condition_number: 0.0,
         singular_values: SingularValues { max: sum(|sample| sample.motor_torque_nm[5]), min: 0.0 },
         relative_error: 0.0,
         relative_error_per_joint: vec![],
@@ -173,6 +174,32 @@ fn a_refusal_is_counted_with_its_words() {
     assert_eq!(estimation.windows_rejected.get("refused"), Some(&1));
     let why = Rejection::Refused { why: "too little excitation".into() };
     assert_eq!(estimation.last_rejection.unwrap().rejection, why);
+}
+
+#[test]
+fn a_living_bus_does_not_wait_for_the_identification() {
+    let folder = tempfile::tempdir().unwrap();
+    let network = Network::new();
+    let (sender, acquisition) = acquisition(&network, Pace::Live);
+    std::thread::spawn(move || {
+        for some in frames(6400, |_| true).chunks(64) {
+            some.iter().for_each(|frame| sender.send(*frame).unwrap());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    });
+    let slowly: Identify = Box::new(|window| {
+        std::thread::sleep(Duration::from_millis(400));
+        Ok(digest(window))
+    });
+    let trigger = Trigger::Interval { length_s: 0.3 };
+    let estimation = estimation(&network, trigger, folder.path(), slowly);
+    let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();
+    let status = report.snapshot.estimation.unwrap();
+    assert!(status.windows_rejected.contains_key("busy"), "{status:?}");
+    assert!(status.windows_identified >= 2, "{status:?}");
+    assert_eq!(status.windows_pending, 0);
+    let rejected: u64 = status.windows_rejected.values().sum();
+    assert_eq!(status.windows_opened, status.windows_identified + rejected, "{status:?}");
 }
 
 #[test]
@@ -322,6 +349,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
         estimates.receive().unwrap().is_some_and(|estimate| estimate == latest)
     });
 
+    eventually("the watchdog is fed", || heard("WATCHDOG=1"));
     let took = stop(&mut child);
     assert!(took < Duration::from_secs(2), "{took:?}");
     assert!(heard("STOPPING=1"));

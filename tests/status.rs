@@ -70,7 +70,7 @@ fn the_socket_has_its_permissions_and_leaves_nothing_beside_it() {
     let path = folder.path().join("status");
     let socket = Socket::listen(&path, 0o640).unwrap();
     assert_eq!(std::fs::symlink_metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
-    assert_eq!(names(folder.path()), [path.clone()]);
+    assert_eq!(names(folder.path()), std::slice::from_ref(&path));
     drop(socket);
     assert_eq!(names(folder.path()), Vec::<PathBuf>::new());
 }

@@ -78,12 +78,25 @@ fn the_buffer_holds_what_the_options_promise() {
     let writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
     // The pages are there before the first sample, and no more than was announced.
     let occupied = network.occupied_bytes();
+    println!("{occupied} B occupied, {} B announced", options.shared_memory_bytes());
     let payload = (2 * options.buffer_batches() * size_of::<didim::stream::SampleBatch>()) as u64;
     assert!(occupied >= payload, "{occupied} B occupied, {payload} B of payload");
     assert!(occupied <= options.shared_memory_bytes(), "{occupied} B occupied");
     drop(writer);
     // What stays is the library's own bookkeeping of the root, one small file.
     assert!(network.occupied_bytes() < 1 << 20, "{} B left", network.occupied_bytes());
+}
+
+#[test]
+fn nothing_stays_of_a_private_network() {
+    let network = Network::new();
+    let (root, prefix) = (network.root.clone(), network.prefix.clone());
+    drop(StreamNode::join(&network.options()).unwrap().sample_writer(Pace::Live).unwrap());
+    assert!(network.files().count() > 0 && root.exists());
+    drop(network);
+    let left = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    assert!(!left.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&prefix)));
+    assert!(!root.exists());
 }
 
 #[test]
@@ -144,10 +157,11 @@ fn a_replay_waits_for_its_reader_and_loses_nothing() {
     let options = network.options();
     let total = 40 * options.buffer_batches() as u64 * FULL;
     let writer_options = options.clone();
+    let (alone, was_alone) = std::sync::mpsc::channel();
     let writer = std::thread::spawn(move || {
         let mut writer =
             StreamNode::join(&writer_options).unwrap().sample_writer(Pace::Replay).unwrap();
-        assert!(!writer.has_room().unwrap(), "nobody is there to read");
+        alone.send(writer.has_room().unwrap()).unwrap();
         for sequence in 0..total {
             while !writer.has_room().unwrap() {
                 std::thread::sleep(Duration::from_micros(100));
@@ -157,9 +171,12 @@ fn a_replay_waits_for_its_reader_and_loses_nothing() {
         writer.finish().unwrap();
         eventually("the reader has acknowledged all", || writer.is_drained().unwrap());
     });
+    assert!(!was_alone.recv().unwrap(), "nobody is there to read");
     let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
     let mut next = 0;
+    let start = Instant::now();
     'stream: loop {
+        assert!(start.elapsed() < Duration::from_secs(60), "stuck at sample {next} of {total}");
         reader.wait(Duration::from_millis(100)).unwrap();
         while let Some(batch) = reader.receive().unwrap() {
             assert_eq!(batch.lost_batches, 0);
@@ -252,6 +269,13 @@ fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
         child.0.wait().unwrap();
         while reader.receive().unwrap().is_some() {}
     }
+    // Nobody starts it again: the reader itself cleans up after the dead.
+    assert!(network.occupied_bytes() > network.options().samples_bytes() / 2);
+    eventually("the dead process's memory is free", || {
+        reader.wait(Duration::from_millis(100)).unwrap();
+        let _ = reader.receive().unwrap();
+        network.occupied_bytes() < network.options().samples_bytes() / 2
+    });
 }
 
 #[test]

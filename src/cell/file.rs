@@ -9,6 +9,7 @@ use didim_drivers::units::DriveSpec;
 use serde::Deserialize;
 
 use super::BusAddress;
+use crate::acquire::RealTimeOptions;
 use crate::worker::WindowOptions;
 
 /// The whole file. Unknown keys are errors.
@@ -38,7 +39,7 @@ pub struct BusSection {
     pub source: OneOrMore<BusAddress>,
     /// Receive buffer of each socket \[bytes\]. 4 MiB hold about two seconds at 5 kHz.
     #[serde(default = "BusSection::default_receive_buffer_bytes")]
-    pub receive_buffer_bytes: usize,
+    pub receive_buffer_bytes: u32,
     /// Which bits of which frame mean what.
     pub layout: LayoutSpec,
     /// Gains of each drive, in the order of the axes.
@@ -46,7 +47,7 @@ pub struct BusSection {
 }
 
 impl BusSection {
-    fn default_receive_buffer_bytes() -> usize {
+    fn default_receive_buffer_bytes() -> u32 {
         4 << 20
     }
 }
@@ -104,10 +105,8 @@ pub struct ServiceSection {
     pub keep_results: usize,
     /// How long the worker may be busy before samples are lost \[s\].
     pub buffer_s: f64,
-    /// Priority of the bus thread under SCHED_FIFO, 1 to 99; ordinary scheduling when absent.
-    pub real_time_priority: Option<u8>,
-    /// The processor that the bus thread is tied to; any when absent.
-    pub processor: Option<usize>,
+    /// Priority and processor of the bus thread.
+    pub real_time: RealTimeOptions,
     /// One process for everything, or acquisition and estimation in one each.
     pub processes: Processes,
 }
@@ -119,8 +118,7 @@ impl Default for ServiceSection {
             runtime_directory: PathBuf::from("/run/didim"),
             keep_results: crate::store::DEFAULT_KEEP,
             buffer_s: 20.0,
-            real_time_priority: None,
-            processor: None,
+            real_time: RealTimeOptions::default(),
             processes: Processes::One,
         }
     }

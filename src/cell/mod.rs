@@ -37,7 +37,7 @@ pub struct Cell {
     /// Where the frames come from.
     pub sources: Vec<BusAddress>,
     /// Receive buffer of each socket \[bytes\].
-    pub receive_buffer_bytes: usize,
+    pub receive_buffer_bytes: u32,
     /// What the frames mean.
     pub layout: CompiledLayout,
     /// The drives as they were described.
@@ -62,14 +62,14 @@ impl Cell {
     /// # Errors
     /// See [`CellError`].
     pub fn read(path: &Path) -> Result<Self, CellError> {
-        Self::from_library(&Library::Files, path)
+        Self::from_library(Library::Files, path)
     }
 
     /// As [`Self::read`], from files or from what is shipped inside the program.
     ///
     /// # Errors
     /// See [`CellError`].
-    pub fn from_library(library: &Library, path: &Path) -> Result<Self, CellError> {
+    pub fn from_library(library: Library, path: &Path) -> Result<Self, CellError> {
         let text = library.read(path)?;
         let file: CellFile = toml::from_str(&text).map_err(|source| CellError::Cell {
             file: path.to_path_buf(),
@@ -140,8 +140,8 @@ impl Cell {
                 ));
             }
         }
-        if !(1..=99).contains(&file.service.real_time_priority.unwrap_or(1)) {
-            return Err(wrong("service.real_time_priority", "has to be 1 to 99".to_owned()));
+        if !(1..=99).contains(&file.service.real_time.priority.unwrap_or(1)) {
+            return Err(wrong("service.real_time.priority", "has to be 1 to 99".to_owned()));
         }
 
         Ok(Self {

@@ -5,11 +5,16 @@
 
 mod check;
 mod convert;
+mod demo;
 mod error;
 mod identify;
 mod output;
+mod replay;
+mod run;
 mod signals;
 mod sim;
+mod status;
+mod window;
 
 use std::process::ExitCode;
 
@@ -28,12 +33,22 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Identify a simulated TX40: virtual drives, in-process bus, buffer, worker, table and figure
+    Demo(demo::Arguments),
+    /// Listen to a cell's bus and identify, until told to stop
+    Run(run::Arguments),
     /// Put the simulated TX40 on a bus
     Sim(sim::Arguments),
+    /// Send a candump log through the very same pipeline as `run`
+    Replay(replay::Arguments),
     /// Identify offline, from a CSV experiment or a candump log
     Identify(identify::Arguments),
     /// Convert between a CSV experiment and a candump log
     Convert(convert::Arguments),
+    /// Show what a running service knows
+    Status(status::Arguments),
+    /// Open or close the running service's window by hand
+    Window(window::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -48,11 +63,17 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    log_to_stderr();
+    // A daemon tells what it does; a command that a person waits for tells what is wrong.
+    log_to_stderr(if matches!(arguments.command, Command::Run(_)) { "info" } else { "warn" });
     let outcome = match arguments.command {
+        Command::Demo(arguments) => demo::execute(&arguments),
+        Command::Run(arguments) => run::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
+        Command::Replay(arguments) => replay::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
+        Command::Status(arguments) => status::execute(&arguments),
+        Command::Window(arguments) => window::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {
@@ -62,13 +83,13 @@ pub fn main() -> ExitCode {
 }
 
 /// Logs go to stderr, so that stdout carries results only. `RUST_LOG` chooses what is logged.
-fn log_to_stderr() {
+fn log_to_stderr(usual: &str) {
     use std::io::IsTerminal as _;
 
     use tracing_subscriber::EnvFilter;
 
-    let filter =
-        EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,didim=info"));
+    let filter = EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| EnvFilter::new(format!("warn,didim={usual}")));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

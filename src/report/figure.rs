@@ -66,7 +66,7 @@ pub fn torque_figure(heading: &str, panels: &[TorquePanel<'_>]) -> String {
 fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {:.1} %</text>"#,
+        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {:.2} %</text>"#,
         panel.joint,
         100.0 * panel.relative_error
     );

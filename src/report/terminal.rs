@@ -53,6 +53,7 @@ fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
     let mut text = String::new();
     for (row, line) in lines.iter().enumerate() {
         let label = match row {
+            0 if last == 0 => format!("±{high:6.1} ┤"),
             0 => format!("{high:7.1} ┤"),
             r if r == last => format!("{low:7.1} ┤"),
             _ => "        │".to_owned(),
@@ -79,7 +80,8 @@ fn canvas(values: &[f64], low: f64, high: f64, columns: usize, rows: usize) -> V
         ((fraction * (tall - 1) as f64).round() as usize).min(tall - 1)
     };
     for x in 0..wide {
-        let from = x * values.len() / wide;
+        // One sample of the column before, so that the curve is not torn where it is steep.
+        let from = (x * values.len() / wide).saturating_sub(1);
         let to = ((x + 1) * values.len() / wide).max(from + 1).min(values.len());
         let part = values.get(from..to).unwrap_or(&[]);
         let finite = || part.iter().copied().filter(|v| v.is_finite());

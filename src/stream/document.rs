@@ -15,8 +15,8 @@ pub const MAX_DOCUMENT_BYTES: usize = 64 * 1024;
 const MAX_READERS: usize = 4;
 /// Documents that wait for a reader; older ones give way.
 const BUFFER: usize = 2;
-/// Shared memory of one topic \[bytes\]: readers × (buffer + borrowed) + history + loaned.
-pub(super) const DOCUMENT_SERVICE_BYTES: u64 =
+/// Shared memory of one writer of a topic \[bytes\]: readers × (buffer + borrowed) + history + loaned.
+pub(super) const DOCUMENT_WRITER_BYTES: u64 =
     (MAX_READERS * (BUFFER + 1) + 1 + 1) as u64 * (MAX_DOCUMENT_BYTES as u64 + 128);
 
 /// What the documents are about.

@@ -14,6 +14,7 @@ mod message;
 mod node;
 pub mod options;
 mod prefault;
+mod private;
 mod reader;
 mod writer;
 
@@ -22,5 +23,6 @@ pub use error::StreamError;
 pub use message::{BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
 pub use node::StreamNode;
 pub use options::StreamOptions;
+pub use private::PrivateNetwork;
 pub use reader::{Batch, SampleReader};
 pub use writer::{Pace, SampleWriter};

@@ -8,7 +8,8 @@ use iceoryx2::prelude::{
     SignalHandlingMode, ipc, set_log_level,
 };
 
-use super::document::{DocumentReader, DocumentWriter, Topic};
+use super::document::{DOCUMENT_WRITER_BYTES, DocumentReader, DocumentWriter, Topic};
+use super::options::MANAGEMENT_BYTES;
 use super::prefault::{SHARED_MEMORY, check_free, populate};
 use super::reader::SampleReader;
 use super::writer::{Pace, SampleWriter};
@@ -23,8 +24,9 @@ pub struct StreamNode {
 }
 
 impl StreamNode {
-    /// Joins, after checking that shared memory has room for the whole cell: the library leaves a
-    /// broken file behind when it finds the tmpfs full.
+    /// Joins, after checking that shared memory has room for the library's own needs: it leaves a
+    /// broken file behind when it finds the tmpfs full. What a port needs is checked before it is
+    /// made.
     ///
     /// # Errors
     /// [`StreamError::Option`], [`StreamError::SharedMemoryFull`], [`StreamError::Node`].
@@ -32,9 +34,7 @@ impl StreamNode {
         options.validate()?;
         // Mutual first use by two threads is harmless: both set the same.
         set_log_level(LogLevel::Warn);
-        // What is mapped already counts again, so the check is on the safe side; it asks for
-        // address space of a tmpfs, not for memory of its own.
-        check_free(Path::new(SHARED_MEMORY), options.shared_memory_bytes())?;
+        check_free(Path::new(SHARED_MEMORY), MANAGEMENT_BYTES)?;
         let refused = |cause: String| StreamError::Node { root: options.root.clone(), cause };
         let config = config(options).map_err(refused)?;
         let node = NodeBuilder::new()
@@ -48,9 +48,11 @@ impl StreamNode {
     /// The writing end of the samples; a cell has one.
     ///
     /// # Errors
-    /// [`StreamError::Service`], [`StreamError::Port`] (another acquisition runs),
-    /// [`StreamError::Prefault`].
+    /// [`StreamError::SharedMemoryFull`], [`StreamError::Service`], [`StreamError::Port`] (another
+    /// acquisition runs), [`StreamError::Prefault`].
     pub fn sample_writer(&self, pace: Pace) -> Result<SampleWriter, StreamError> {
+        let needed = self.options.samples_bytes() + MANAGEMENT_BYTES;
+        check_free(Path::new(SHARED_MEMORY), needed)?;
         let writer = SampleWriter::new(self, pace)?;
         self.prefault()?;
         Ok(writer)
@@ -71,6 +73,8 @@ impl StreamNode {
     /// # Errors
     /// As [`Self::sample_writer`].
     pub fn document_writer(&self, topic: Topic) -> Result<DocumentWriter, StreamError> {
+        let needed = DOCUMENT_WRITER_BYTES + MANAGEMENT_BYTES;
+        check_free(Path::new(SHARED_MEMORY), needed)?;
         let writer = DocumentWriter::new(self, topic)?;
         self.prefault()?;
         Ok(writer)

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use didim_core::sample::MAX_JOINTS;
 
 use super::StreamError;
-use super::document::DOCUMENT_SERVICE_BYTES;
+use super::document::DOCUMENT_WRITER_BYTES;
 use super::message::{BATCH_SAMPLES, SampleBatch};
 
 /// Version of the services: processes of different versions do not meet.
@@ -21,7 +21,7 @@ const MAX_CELL: usize = 48;
 /// The buffer's upper limit: it is locked up for as long as the service runs \[bytes\].
 const MAX_BUFFER_BYTES: u64 = 1 << 30;
 /// What the management segments of the library take beside the payload, generously \[bytes\].
-const MANAGEMENT_BYTES: u64 = 4 << 20;
+pub(super) const MANAGEMENT_BYTES: u64 = 4 << 20;
 /// Header and alignment of one slot, generously \[bytes\].
 const SLOT_OVERHEAD_BYTES: u64 = 128;
 
@@ -155,9 +155,10 @@ impl StreamOptions {
         (slots as u64).saturating_mul(slot)
     }
 
-    /// All the shared memory that a cell takes \[bytes\].
+    /// All the shared memory that a cell takes \[bytes\]: the samples, the estimates, and the status
+    /// of up to two processes.
     pub fn shared_memory_bytes(&self) -> u64 {
-        self.samples_bytes() + 2 * DOCUMENT_SERVICE_BYTES + MANAGEMENT_BYTES
+        self.samples_bytes() + 3 * DOCUMENT_WRITER_BYTES + MANAGEMENT_BYTES
     }
 
     /// Name of one of the cell's services.

@@ -11,28 +11,29 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use didim::stream::StreamOptions;
+use didim::stream::{PrivateNetwork, StreamOptions};
 use didim_core::JointSample;
 
 /// A network of its own for one test; everything it left is removed at the end.
 pub(crate) struct Network {
     pub(crate) root: PathBuf,
     pub(crate) prefix: String,
-    owner: bool,
+    _removed: Option<PrivateNetwork>,
 }
 
 impl Network {
     pub(crate) fn new() -> Self {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let id = format!("{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
-        Self { root: format!("/tmp/dt{id}").into(), prefix: format!("dt{id}_"), owner: true }
+        let (root, prefix) = (PathBuf::from(format!("/tmp/dt{id}")), format!("dt{id}_"));
+        Self { _removed: Some(PrivateNetwork::new(&root, &prefix)), root, prefix }
     }
 
     /// The network of the process that started this one.
     pub(crate) fn inherited() -> Option<Self> {
         let root = std::env::var_os("DIDIM_TEST_ROOT")?.into();
         let prefix = std::env::var("DIDIM_TEST_PREFIX").ok()?;
-        Some(Self { root, prefix, owner: false })
+        Some(Self { root, prefix, _removed: None })
     }
 
     /// This test binary again, running one ignored test inside this network.
@@ -66,18 +67,6 @@ impl Network {
             .unwrap()
             .flatten()
             .filter(move |file| file.file_name().to_string_lossy().starts_with(&prefix))
-    }
-}
-
-impl Drop for Network {
-    fn drop(&mut self) {
-        if !self.owner {
-            return;
-        }
-        for file in self.files() {
-            let _ = std::fs::remove_file(file.path());
-        }
-        let _ = std::fs::remove_dir_all(&self.root);
     }
 }
 

@@ -1,0 +1,89 @@
+//! `didim replay`: a candump log through the very same pipeline as `run`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_core::identification::Identification;
+use didim_drivers::source::{CandumpSource, SourceError};
+
+use super::CliError;
+use super::output::{print, write_figure};
+use crate::cell::Cell;
+use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
+use crate::report;
+use crate::service::{Parts, ServiceOptions, run};
+use crate::status::Snapshot;
+use crate::stream::Pace;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The candump log
+    log: PathBuf,
+    /// Keep the results in this folder, as `run` does; else only the last one is shown
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// Print the last estimate as one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a figure of measured against predicted torque (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let source = CandumpSource::open(&arguments.log, &[])
+        .map_err(|error| CliError::failed(SourceError::from(error)))?;
+    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
+    let places = &one_run.places;
+    let last = LastIdentification::default();
+    let parts = Parts::Both(
+        acquisition(&cell, places, Box::new(source), Pace::Replay).map_err(CliError::failed)?,
+        estimation(&cell, places, &last).map_err(CliError::failed)?,
+    );
+    let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
+    let identification = last.take().ok_or_else(|| nothing_identified(&report.snapshot))?;
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &identification)?;
+    }
+    if arguments.json {
+        let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
+        return print(&format!("{json}\n"));
+    }
+    print(&text(&identification, &report.snapshot))
+}
+
+/// Why a stream that has ended gave no result.
+pub(super) fn nothing_identified(snapshot: &Snapshot) -> CliError {
+    let samples = snapshot.acquisition.as_ref().map_or(0, |bus| bus.samples);
+    let rejection = snapshot.estimation.as_ref().and_then(|e| e.last_rejection.as_ref());
+    CliError::failed(match rejection {
+        Some(rejected) => {
+            format!("window {} was not identified: {}", rejected.number, rejected.rejection)
+        }
+        None if samples == 0 => {
+            "no complete sample: are these the frames that the cell's layout describes?".to_owned()
+        }
+        None => format!("no window in {samples} samples: see [window] in the cell file"),
+    })
+}
+
+fn text(identification: &Identification, snapshot: &Snapshot) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::parameter_table(estimate);
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
+        text += &format!(
+            "{} frames, {} samples, {} windows identified, {} rejected\n",
+            bus.frames,
+            bus.samples,
+            work.windows_identified,
+            work.windows_rejected.values().sum::<u64>()
+        );
+    }
+    text
+}

@@ -1,0 +1,93 @@
+//! `didim run`: the daemon.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::CliError;
+use crate::cell::{Cell, Processes};
+use crate::pipeline::{
+    LastIdentification, PipelineError, Places, acquisition, estimation, open_source,
+};
+use crate::service::{Parts, ServiceOptions, SocketOptions, run};
+use crate::stream::Pace;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The part of a service in two processes (`service.processes = "two"`)
+    #[arg(long, value_enum)]
+    part: Option<Part>,
+    /// Folder of the results, instead of the cell's `service.state_directory`
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// Folder of the sockets, instead of the cell's `service.runtime_directory`
+    #[arg(long, value_name = "FOLDER")]
+    runtime: Option<PathBuf>,
+}
+
+/// One half of the service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// Reads the bus
+    Acquisition,
+    /// Identifies, stores and answers
+    Estimation,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let mut places = Places::of_service(&cell);
+    if let Some(state) = &arguments.state {
+        places.state = Some(state.clone());
+    }
+    if let Some(runtime) = &arguments.runtime {
+        places.runtime.clone_from(runtime);
+    }
+    let part = which_part(arguments.part, cell.service.processes)?;
+    places.make().map_err(CliError::failed)?;
+    let mut options = ServiceOptions::default();
+    let estimate = || estimation(&cell, &places, &LastIdentification::default());
+    let mut acquire = || -> Result<_, PipelineError> {
+        let (source, granted) = open_source(&cell)?;
+        options.receive_buffer_bytes = granted;
+        acquisition(&cell, &places, source, Pace::Live)
+    };
+    let parts = match part {
+        None => {
+            Parts::Both(acquire().map_err(CliError::failed)?, estimate().map_err(CliError::failed)?)
+        }
+        Some(Part::Acquisition) => Parts::Acquisition(acquire().map_err(CliError::failed)?),
+        Some(Part::Estimation) => Parts::Estimation(estimate().map_err(CliError::failed)?),
+    };
+    // The status is for the group, commands are for the service's own user.
+    let socket = |path, mode| Some(SocketOptions { path, mode });
+    if part == Some(Part::Acquisition) {
+        options.status = socket(places.acquisition_socket(), 0o660);
+    } else {
+        options.status = socket(places.status_socket(), 0o660);
+        options.control = socket(places.command_socket(), 0o600);
+    }
+    let report = run(&options, parts).map_err(CliError::failed)?;
+    tracing::info!("ended: {:?}", report.end);
+    Ok(())
+}
+
+/// Nothing for both in one process; the option and the cell have to agree, so that a unit file and
+/// a cell file that contradict each other are noticed.
+fn which_part(asked: Option<Part>, processes: Processes) -> Result<Option<Part>, CliError> {
+    match (asked, processes) {
+        (None, Processes::One) => Ok(None),
+        (Some(part), Processes::Two) => Ok(Some(part)),
+        (None, Processes::Two) => Err(CliError::Usage(
+            "the cell has `service.processes = \"two\"`: say --part acquisition or --part \
+             estimation"
+                .to_owned(),
+        )),
+        (Some(_), Processes::One) => Err(CliError::Usage(
+            "--part needs `service.processes = \"two\"` in the cell".to_owned(),
+        )),
+    }
+}

@@ -1,0 +1,258 @@
+//! From a validated cell to the running pipeline: the parts, and where their files are.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use didim_core::identification::Identification;
+use didim_drivers::assemble::Assembler;
+use didim_drivers::source::{
+    CandumpSource, InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
+};
+
+use crate::acquire::AcquireOptions;
+use crate::cell::{BusAddress, Cell};
+use crate::identify::identify_window;
+use crate::service::{AcquisitionPart, EstimationPart};
+use crate::stream::{Pace, PrivateNetwork, StreamError, StreamOptions};
+use crate::worker::{Window, WindowOptionError, WorkerOptions};
+
+/// Windows that may wait while one is identified.
+const WINDOWS_WAITING: usize = 4;
+/// A live bus is called silent after this many of its periods, or half a second if that is longer.
+const SILENT_PERIODS: f64 = 100.0;
+/// Beginning of a service's names in shared memory.
+const PREFIX: &str = "didim_";
+/// The longest folder for temporary files that leaves room for the stream's own paths.
+const MAX_TEMPORARY: usize = 20;
+/// Name of the status socket in the runtime folder.
+const STATUS_SOCKET: &str = "status.sock";
+/// Name of the status socket of an acquisition that has a process of its own.
+const ACQUISITION_SOCKET: &str = "acquisition.sock";
+/// Name of the socket that takes commands.
+const COMMAND_SOCKET: &str = "command.sock";
+
+/// Why a pipeline cannot be put together.
+#[derive(Debug, thiserror::Error)]
+pub enum PipelineError {
+    /// The stream's options do not fit: the cell's name, the runtime folder or the buffer.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// The windows do not fit the sample rate.
+    #[error(transparent)]
+    Windows(#[from] WindowOptionError),
+    /// The bus cannot be opened.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// Buses that do not go together.
+    #[error("bus.source: {0}")]
+    Sources(&'static str),
+    /// A folder cannot be made: check its parent's permissions, or name another one.
+    #[error("{}: {source}", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// Where a pipeline keeps its files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// Folder of sockets and of the stream's own files.
+    pub runtime: PathBuf,
+    /// Folder of the results; they are only published when there is none.
+    pub state: Option<PathBuf>,
+    /// Beginning of the names in shared memory.
+    pub prefix: String,
+}
+
+impl Places {
+    /// Those of the cell's service.
+    pub fn of_service(cell: &Cell) -> Self {
+        Self {
+            runtime: cell.service.runtime_directory.clone(),
+            state: Some(cell.service.state_directory.clone()),
+            prefix: PREFIX.to_owned(),
+        }
+    }
+
+    /// Those of a service whose sockets are in `runtime`.
+    pub fn with_sockets_in(runtime: &Path) -> Self {
+        Self { runtime: runtime.to_path_buf(), state: None, prefix: PREFIX.to_owned() }
+    }
+
+    /// Makes the folders.
+    ///
+    /// # Errors
+    /// [`PipelineError::Folder`].
+    pub fn make(&self) -> Result<(), PipelineError> {
+        for folder in [Some(&self.runtime), self.state.as_ref()].into_iter().flatten() {
+            std::fs::create_dir_all(folder)
+                .map_err(|source| PipelineError::Folder { folder: folder.clone(), source })?;
+        }
+        Ok(())
+    }
+
+    /// The socket that tells the status.
+    pub fn status_socket(&self) -> PathBuf {
+        self.runtime.join(STATUS_SOCKET)
+    }
+
+    /// The socket that tells the status of an acquisition in a process of its own.
+    pub fn acquisition_socket(&self) -> PathBuf {
+        self.runtime.join(ACQUISITION_SOCKET)
+    }
+
+    /// The socket that takes commands.
+    pub fn command_socket(&self) -> PathBuf {
+        self.runtime.join(COMMAND_SOCKET)
+    }
+
+    fn stream_root(&self) -> PathBuf {
+        self.runtime.join("ipc")
+    }
+
+    fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
+        let mut options =
+            StreamOptions::new(&cell.name, cell.robot.joints(), cell.sample_rate_hz())?;
+        options.root = self.stream_root();
+        options.prefix = self.prefix.clone();
+        options.buffer_s = cell.service.buffer_s;
+        options.validate()?;
+        Ok(options)
+    }
+}
+
+/// Places for one run that nobody else shares; everything but the results is removed at its end.
+#[derive(Debug)]
+pub struct OneRun {
+    /// The places.
+    pub places: Places,
+    // Dropped in this order: first what lies in shared memory, then the folder.
+    _network: PrivateNetwork,
+    _folder: tempfile::TempDir,
+}
+
+impl OneRun {
+    /// Makes a folder for the run; results go to `state`, if it is given.
+    ///
+    /// # Errors
+    /// [`PipelineError::Folder`].
+    pub fn new(state: Option<PathBuf>) -> Result<Self, PipelineError> {
+        let usual = std::env::temp_dir();
+        let base = if usual.as_os_str().len() > MAX_TEMPORARY { "/tmp".into() } else { usual };
+        let folder = tempfile::Builder::new()
+            .prefix("didim-")
+            .tempdir_in(&base)
+            .map_err(|source| PipelineError::Folder { folder: base, source })?;
+        // Not one that begins with the service's own.
+        let prefix = format!("didim-run-{}_", std::process::id());
+        let places = Places { runtime: folder.path().to_path_buf(), state, prefix };
+        places.make()?;
+        let network = PrivateNetwork::new(&places.stream_root(), &places.prefix);
+        Ok(Self { places, _network: network, _folder: folder })
+    }
+}
+
+/// The last identification of a worker, for whoever wants to draw it.
+#[derive(Clone, Debug, Default)]
+pub struct LastIdentification(Arc<Mutex<Option<Identification>>>);
+
+impl LastIdentification {
+    /// Takes it out.
+    pub fn take(&self) -> Option<Identification> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    fn set(&self, identification: Identification) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(identification);
+    }
+}
+
+/// The part that reads the bus.
+///
+/// # Errors
+/// [`PipelineError::Stream`].
+pub fn acquisition(
+    cell: &Cell,
+    places: &Places,
+    source: Box<dyn Source>,
+    pace: Pace,
+) -> Result<Box<AcquisitionPart>, PipelineError> {
+    let period = cell.layout.period_ns() * 1e-9;
+    Ok(Box::new(AcquisitionPart {
+        source,
+        assembler: Assembler::new(cell.layout.clone(), cell.scales.clone()),
+        options: AcquireOptions {
+            stream: places.stream(cell)?,
+            pace,
+            real_time: cell.service.real_time,
+            silence_after: Duration::from_secs_f64((SILENT_PERIODS * period).max(0.5)),
+        },
+    }))
+}
+
+/// The part that identifies. What it identified last is left in `last`.
+///
+/// # Errors
+/// [`PipelineError::Stream`] and [`PipelineError::Windows`].
+pub fn estimation(
+    cell: &Cell,
+    places: &Places,
+    last: &LastIdentification,
+) -> Result<EstimationPart, PipelineError> {
+    let (cell_of_worker, last) = (cell.clone(), last.clone());
+    let identify = move |window: &Window| {
+        let identification = identify_window(&cell_of_worker, window)?;
+        let estimate = identification.estimate.clone();
+        last.set(identification);
+        Ok(estimate)
+    };
+    Ok(EstimationPart {
+        identify: Box::new(identify),
+        options: WorkerOptions {
+            stream: places.stream(cell)?,
+            windows: cell.window.plan(cell.sample_rate_hz())?,
+            queue: WINDOWS_WAITING,
+            folder: places.state.clone(),
+            keep: cell.service.keep_results,
+            configuration: cell.configuration_sha256.clone(),
+        },
+    })
+}
+
+/// Opens the buses of a cell, with the receive buffer that each socket was granted \[bytes\].
+///
+/// # Errors
+/// [`PipelineError::Source`] and [`PipelineError::Sources`].
+pub fn open_source(cell: &Cell) -> Result<(Box<dyn Source>, Option<u64>), PipelineError> {
+    let mut interfaces: Vec<InterfaceName> = Vec::new();
+    for address in &cell.sources {
+        match address {
+            BusAddress::Can(name) => interfaces.push(*name),
+            BusAddress::Log(file) if cell.sources.len() == 1 => {
+                let log = CandumpSource::open(file, &[]).map_err(SourceError::from)?;
+                return Ok((Box::new(log), None));
+            }
+            BusAddress::Log(_) => {
+                return Err(PipelineError::Sources("a log goes with no other bus"));
+            }
+            BusAddress::InProcess => {
+                return Err(PipelineError::Sources(
+                    "inproc: is the bus of `didim demo`; name can:INTERFACE or log:FILE",
+                ));
+            }
+        }
+    }
+    let options = SocketCanOptions {
+        fd: cell.layout.messages().iter().any(|message| message.format.fd),
+        ids: Some(cell.layout.messages().iter().map(|message| message.format.id).collect()),
+        receive_buffer_bytes: cell.receive_buffer_bytes,
+    };
+    let source = SocketCanSource::open(&interfaces, &options).map_err(SourceError::from)?;
+    let granted = source.links().map(|link| u64::from(link.receive_buffer_bytes)).min();
+    Ok((Box::new(source), granted))
+}
