@@ -6,6 +6,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use rustix::fs::{FlockOperation, flock};
+
 pub use record::{ResultRecord, WindowProvenance};
 
 /// Results kept unless the cell says otherwise.
@@ -16,11 +18,13 @@ const TEMPORARY: &str = ".writing.tmp";
 
 /// A folder of results, `result-00000000.json` and on, and `latest.json`, a copy of the newest.
 ///
-/// One process writes into it at a time. The number in a name continues over restarts, so that no
-/// result is overwritten.
+/// One process writes into it at a time: it is locked as long as this lives. The number in a name
+/// continues over restarts, so that no result is overwritten. Files with other names are let be.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
+    /// The folder itself, locked.
+    locked: File,
     keep: usize,
     next: u64,
 }
@@ -38,6 +42,15 @@ pub enum StoreError {
         /// The system's word.
         cause: io::Error,
     },
+    /// Another process writes its results there: end it, or name another folder.
+    #[error(
+        "{} is in use by another process; end it, or choose another folder for the results",
+        folder.display()
+    )]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// The record has no JSON form. A mistake of this program.
     #[error("the result has no JSON form: {0}")]
     Format(#[from] serde_json::Error),
@@ -47,10 +60,16 @@ impl Store {
     /// Opens the folder, making it if need be, and keeps at most `keep` results (at least one).
     ///
     /// # Errors
-    /// [`StoreError::Io`].
+    /// [`StoreError::Io`] and [`StoreError::InUse`].
     pub fn open(folder: &Path, keep: usize) -> Result<Self, StoreError> {
         fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
-        let mut store = Self { folder: folder.to_owned(), keep: keep.max(1), next: 0 };
+        let locked = File::open(folder).map_err(at("open the folder", folder))?;
+        // flock(2): the lock is of the opened folder and goes with the process, however it ends.
+        flock(&locked, FlockOperation::NonBlockingLockExclusive).map_err(|error| match error {
+            rustix::io::Errno::WOULDBLOCK => StoreError::InUse { folder: folder.to_owned() },
+            other => at("lock the folder", folder)(other.into()),
+        })?;
+        let mut store = Self { folder: folder.to_owned(), locked, keep: keep.max(1), next: 0 };
         // What a process was writing when it died.
         match fs::remove_file(store.folder.join(TEMPORARY)) {
             Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
@@ -63,7 +82,8 @@ impl Store {
     }
 
     /// Writes a result: into a temporary file, to the disk, and only then under its name. Then
-    /// removes the oldest beyond the number to keep.
+    /// renews the copy and removes the oldest beyond the number to keep; a failure of these is only
+    /// logged, for the result is there.
     ///
     /// # Errors
     /// [`StoreError`]; what was there before is untouched.
@@ -72,33 +92,42 @@ impl Store {
         json.push(b'\n');
         let path = self.folder.join(name(self.next));
         self.replace(&path, &json)?;
-        self.next += 1;
-        self.replace(&self.folder.join(LATEST), &json)?;
-        self.prune()?;
+        self.next = self.next.saturating_add(1);
+        let tidied = self
+            .sync_folder()
+            .and_then(|()| self.replace(&self.folder.join(LATEST), &json))
+            .and_then(|()| self.sync_folder());
+        for problem in [tidied.err(), self.prune().err()].into_iter().flatten() {
+            tracing::warn!("{} is stored, but: {problem}", path.display());
+        }
         Ok(Stored { path, json })
     }
 
-    /// Write, sync, rename, sync the folder: after a power cut the name has the old content or the
-    /// new one (rename(2), fsync(2)).
+    /// Write, sync, rename: after a power cut the name has the old content or the new one (rename(2),
+    /// fsync(2)).
     fn replace(&self, path: &Path, content: &[u8]) -> Result<(), StoreError> {
         let temporary = self.folder.join(TEMPORARY);
         let mut file = File::create(&temporary).map_err(at("create", &temporary))?;
         file.write_all(content).and_then(|()| file.sync_all()).map_err(at("write", &temporary))?;
         drop(file);
-        fs::rename(&temporary, path).map_err(at("rename a result to", path))?;
-        File::open(&self.folder)
-            .and_then(|folder| folder.sync_all())
-            .map_err(at("sync", &self.folder))
+        fs::rename(&temporary, path).map_err(at("rename a result to", path))
     }
 
+    /// Makes the new names outlast a power cut.
+    fn sync_folder(&self) -> Result<(), StoreError> {
+        self.locked.sync_all().map_err(at("sync", &self.folder))
+    }
+
+    /// Removes every result beyond the number to keep that can be removed.
     fn prune(&self) -> Result<(), StoreError> {
         let indices = self.indices()?;
         let surplus = indices.len().saturating_sub(self.keep);
+        let mut removed = Ok(());
         for index in indices.into_iter().take(surplus) {
             let path = self.folder.join(name(index));
-            fs::remove_file(&path).map_err(at("remove", &path))?;
+            removed = removed.and(fs::remove_file(&path).map_err(at("remove", &path)));
         }
-        Ok(())
+        removed
     }
 
     /// The numbers of the results in the folder, in order.
@@ -128,7 +157,9 @@ fn name(index: u64) -> String {
 }
 
 fn index(name: &str) -> Option<u64> {
-    name.strip_prefix("result-")?.strip_suffix(".json")?.parse().ok()
+    let index = name.strip_prefix("result-")?.strip_suffix(".json")?.parse().ok()?;
+    // `result-42.json` and `result-+5.json` are not ours; after the last number comes none.
+    (self::name(index) == name && index < u64::MAX).then_some(index)
 }
 
 fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {

@@ -127,3 +127,46 @@ fn a_failed_write_leaves_the_old_result_and_the_number() {
     let after = write(&mut store, 2.0);
     assert!(after.path.ends_with("result-00000001.json"));
 }
+
+#[test]
+fn names_that_are_not_ours_neither_count_nor_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let foreign = ["result-+5.json", "result-42.json", "result-18446744073709551615.json"];
+    for name in foreign {
+        fs::write(folder.path().join(name), "not ours").unwrap();
+    }
+    let mut store = Store::open(folder.path(), 1).unwrap();
+    for value in 0..3 {
+        let stored = write(&mut store, f64::from(value));
+        assert!(stored.path.ends_with(format!("result-0000000{value}.json")));
+    }
+    let mut expected = vec!["latest.json", "result-00000002.json"];
+    expected.extend(foreign);
+    expected.sort_unstable();
+    assert_eq!(names(folder.path()), expected);
+}
+
+#[test]
+fn a_result_is_stored_even_if_its_copy_and_the_oldest_are_in_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    // Folders where files should be: neither replaced nor removed, for root as well.
+    fs::create_dir(folder.path().join(LATEST)).unwrap();
+    fs::create_dir(folder.path().join("result-00000000.json")).unwrap();
+    let mut store = Store::open(folder.path(), 1).unwrap();
+    for index in 1..3 {
+        let stored = write(&mut store, 1.0);
+        assert!(stored.path.ends_with(format!("result-0000000{index}.json")), "{stored:?}");
+        assert_eq!(fs::read(&stored.path).unwrap(), stored.json);
+    }
+}
+
+#[test]
+fn a_folder_has_one_writer() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = Store::open(folder.path(), 3).unwrap();
+    let second = Store::open(folder.path(), 3).unwrap_err();
+    assert!(matches!(second, StoreError::InUse { .. }), "{second}");
+    assert!(second.to_string().contains("another process"), "{second}");
+    drop(first);
+    Store::open(folder.path(), 3).unwrap();
+}
