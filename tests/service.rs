@@ -228,6 +228,54 @@ fn a_second_service_of_the_cell_is_refused_and_stops_what_it_had_started() {
 
 #[test]
 #[ignore = "the other process of a test"]
+fn child_is_stopped_while_it_identifies() {
+    let Some(network) = Network::inherited() else { return };
+    let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
+    let (sender, acquisition) = acquisition(&network, Pace::Live);
+    std::thread::spawn(move || {
+        for some in frames(60_000, |_| true).chunks(64) {
+            if !some.iter().all(|frame| sender.send(*frame).is_ok()) {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    });
+    // Longer than a stop may take.
+    let identify: Identify = Box::new(|window| {
+        if window.number == 2 {
+            let pid = rustix::process::getpid();
+            kill_process(pid, Signal::TERM).unwrap();
+            std::thread::sleep(Duration::from_secs(20));
+        }
+        Ok(digest(window))
+    });
+    let estimation = estimation(&network, Trigger::Interval { length_s: 0.3 }, &folder, identify);
+    let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();
+    assert_eq!(report.end, ServiceEnd::Signal);
+    let status = report.snapshot.estimation.unwrap();
+    assert!(status.windows_rejected.get("stopped") >= Some(&1), "{status:?}");
+    let rejected: u64 = status.windows_rejected.values().sum();
+    assert_eq!(status.windows_pending, 0, "{status:?}");
+    assert_eq!(status.windows_opened, status.windows_identified + rejected, "{status:?}");
+    assert_eq!(results(&folder).len() as u64, status.windows_identified + 1, "{status:?}");
+}
+
+#[test]
+fn windows_of_a_stopped_service_are_counted() {
+    let (network, folder) = (Network::new(), tempfile::tempdir().unwrap());
+    let mut child = network
+        .child("child_is_stopped_while_it_identifies")
+        .env("DIDIM_TEST_FOLDER", folder.path())
+        .spawn()
+        .map(Process)
+        .unwrap();
+    let start = Instant::now();
+    assert!(child.0.wait().unwrap().success());
+    assert!(start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
+}
+
+#[test]
+#[ignore = "the other process of a test"]
 fn child_estimates() {
     let Some(network) = Network::inherited() else { return };
     let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
@@ -281,7 +329,7 @@ fn child_serves() {
             }
         }
     });
-    let estimation = estimation(&network, Trigger::Command, &folder.join("results"), identify());
+    let estimation = estimation(&network, Trigger::Command {}, &folder.join("results"), identify());
     let report = run(&live_options(&folder), Parts::Both(acquisition, estimation)).unwrap();
     assert_eq!(report.end, ServiceEnd::Signal);
 }

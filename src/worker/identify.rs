@@ -1,9 +1,9 @@
 //! The thread that identifies: windows in, results stored and published.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use didim_core::identification::Estimate;
 
@@ -21,6 +21,9 @@ pub type Identify = Box<dyn FnMut(&Window) -> Result<Estimate, IdentifyError> + 
 
 /// How often a wait for the identification looks whether it is over.
 const POLL: Duration = Duration::from_millis(2);
+
+/// How long a stop waits for a result that is being stored.
+const STORE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// How soon a late reader of the estimates gets the last one.
 const WELCOME_EVERY: Duration = Duration::from_millis(500);
@@ -53,7 +56,7 @@ impl Identification {
             Some(folder) => Some(Store::open(folder, options.keep)?),
             None => None,
         };
-        let (queue, windows) = std::sync::mpsc::sync_channel(options.queue.max(1));
+        let (queue, windows) = sync_channel(options.queue.max(1));
         let (options, job_shared) = (options.clone(), shared.clone());
         let thread = std::thread::Builder::new()
             .name("identify".into())
@@ -69,14 +72,15 @@ impl Identification {
         Ok(Self { queue, shared: shared.clone(), thread })
     }
 
-    /// Queues a window; false when `stop` was set while it waited for a place.
+    /// Queues a window; false when `stop` was set while it waited for a place. It is pending still,
+    /// for [`Self::give_up`] to reject.
     pub(super) fn submit(
         &self,
         mut window: Window,
         when_busy: WhenBusy,
         stop: &AtomicBool,
     ) -> Result<bool, WorkerError> {
-        self.shared.update().windows_pending += 1;
+        self.shared.pend(&window);
         loop {
             window = match self.queue.try_send(window) {
                 Ok(()) => return Ok(true),
@@ -84,8 +88,8 @@ impl Identification {
                 Err(TrySendError::Full(window)) => window,
             };
             if when_busy == WhenBusy::Reject {
-                self.shared.update().windows_pending -= 1;
-                self.shared.reject(rejected(&window, Rejection::Busy));
+                self.shared.settle(window.number);
+                self.shared.reject(RejectedWindow::new(&window, Rejection::Busy));
                 return Ok(true);
             }
             if stop.load(Ordering::Relaxed) {
@@ -101,11 +105,13 @@ impl Identification {
         self.thread.is_finished()
     }
 
-    /// Lets every queued window be identified; false when `stop` was set before that was done.
-    pub(super) fn finish(self, stop: &AtomicBool) -> Result<bool, WorkerError> {
-        drop(self.queue);
+    /// Lets every queued window be identified; at a `stop` gives up what is left and says false.
+    pub(super) fn finish(mut self, stop: &AtomicBool) -> Result<bool, WorkerError> {
+        // Without a sender the thread ends with the last window.
+        self.queue = sync_channel(1).0;
         while !self.thread.is_finished() {
             if stop.load(Ordering::Relaxed) {
+                self.give_up();
                 return Ok(false);
             }
             self.shared.turn();
@@ -113,6 +119,21 @@ impl Identification {
         }
         self.thread.join().map_err(|_| WorkerError::IdentificationEnded)??;
         Ok(true)
+    }
+
+    /// Rejects every window that waits or is being identified. One whose result is on its way to
+    /// the disk is waited for, so that what is stored is counted as identified.
+    pub(super) fn give_up(self) {
+        self.shared.give_up();
+        drop(self.queue);
+        let since = Instant::now();
+        while self.shared.is_pending() && !self.thread.is_finished() {
+            if since.elapsed() > STORE_TIMEOUT {
+                tracing::warn!("a result is not stored within {STORE_TIMEOUT:?} and is abandoned");
+                return;
+            }
+            std::thread::sleep(POLL);
+        }
     }
 }
 
@@ -137,17 +158,26 @@ impl Job {
                     continue;
                 }
             };
-            let outcome = self.one(&window);
-            self.shared.update().windows_pending -= 1;
-            if let Err(rejection) = outcome {
-                self.shared.reject(rejected(&window, rejection));
+            // At a stop, what still waits is rejected already.
+            if !self.shared.is_wanted(window.number) {
+                continue;
             }
+            match self.one(&window) {
+                Ok(()) => {}
+                // Given up while it was identified, and counted by whoever did so.
+                Err(Rejection::Stopped) => continue,
+                Err(rejection) => self.shared.reject(RejectedWindow::new(&window, rejection)),
+            }
+            self.shared.settle(window.number);
         }
     }
 
     fn one(&mut self, window: &Window) -> Result<(), Rejection> {
         let estimate =
             (self.identify)(window).map_err(|why| Rejection::Refused { why: why.to_string() })?;
+        if !self.shared.claim(window.number) {
+            return Err(Rejection::Stopped);
+        }
         let record = ResultRecord::new(
             &self.options.stream.cell,
             &self.options.configuration,
@@ -174,14 +204,5 @@ impl Job {
         status.windows_identified += 1;
         status.last_estimate = Some(EstimateSummary::new(window, &estimate));
         Ok(())
-    }
-}
-
-fn rejected(window: &Window, rejection: Rejection) -> RejectedWindow {
-    RejectedWindow {
-        number: window.number,
-        first_sequence: window.first_sequence(),
-        last_sequence: window.last_sequence(),
-        rejection,
     }
 }

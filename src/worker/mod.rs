@@ -5,6 +5,7 @@
 //! only, never on when something arrived.
 
 mod identify;
+mod log_rate;
 mod options;
 mod run;
 mod state;

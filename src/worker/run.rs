@@ -141,8 +141,8 @@ impl Worker {
 
     /// Follows the stream until it ends or `stop` is set.
     ///
-    /// At the end of a stream every window is identified first. At a stop what is queued is
-    /// abandoned: an identification may take longer than a service manager waits.
+    /// At the end of a stream every window is identified first. At a stop what is open or queued is
+    /// rejected: an identification may take longer than a service manager waits.
     ///
     /// # Errors
     /// [`WorkerError`].
@@ -171,6 +171,11 @@ impl Worker {
                 }
             }
         }
+        // After the last batch, every window opened is counted as identified or rejected.
+        let event = self.windower.stop();
+        self.handle(event, WhenBusy::Reject, stop)?;
+        self.shared.update().window = WindowState::Idle;
+        self.identification.give_up();
         Ok(WorkerEnd::Stopped)
     }
 

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use didim_core::identification::Estimate;
 use serde::{Deserialize, Serialize};
 
-use super::window::{RejectedWindow, Window};
+use super::log_rate::LogRate;
+use super::window::{RejectedWindow, Rejection, Window};
 
 /// Where the current window is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -87,6 +89,8 @@ pub struct EstimationStatus {
     pub windows_rejected: BTreeMap<String, u64>,
     /// Windows waiting for the identification or in it.
     pub windows_pending: u64,
+    /// The first rejection.
+    pub first_rejection: Option<RejectedWindow>,
     /// The last rejection.
     pub last_rejection: Option<RejectedWindow>,
     /// The last estimate.
@@ -101,13 +105,31 @@ pub struct SharedEstimation(Arc<Shared>);
 #[derive(Debug, Default)]
 struct Shared {
     status: Mutex<EstimationStatus>,
+    /// Windows between being closed and being counted.
+    pending: Mutex<Vec<Pending>>,
+    log_rate: Mutex<LogRate>,
     turns: AtomicU64,
+}
+
+#[derive(Debug)]
+struct Pending {
+    /// What is counted at a stop.
+    given_up: RejectedWindow,
+    /// Its result is being stored: it can no longer be given up.
+    claimed: bool,
+}
+
+/// Whoever panicked left counts, not a broken structure.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl SharedEstimation {
     /// A copy of the counts.
     pub fn snapshot(&self) -> EstimationStatus {
-        self.update().clone()
+        let mut status = self.update().clone();
+        status.windows_pending = lock(&self.0.pending).len() as u64;
+        status
     }
 
     /// Turns of the worker's loop: they go on as long as it is well, samples or not.
@@ -120,21 +142,70 @@ impl SharedEstimation {
     }
 
     pub(super) fn update(&self) -> MutexGuard<'_, EstimationStatus> {
-        // Whoever panicked left counts, not a broken structure.
-        self.0.status.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0.status)
+    }
+
+    /// A window waits from now on.
+    pub(super) fn pend(&self, window: &Window) {
+        let given_up = RejectedWindow::new(window, Rejection::Stopped);
+        lock(&self.0.pending).push(Pending { given_up, claimed: false });
+    }
+
+    /// Whether a window is still to be identified.
+    pub(super) fn is_wanted(&self, number: u64) -> bool {
+        lock(&self.0.pending).iter().any(|pending| pending.given_up.number == number)
+    }
+
+    /// Before the result of a window is stored; false when the window was given up meanwhile.
+    pub(super) fn claim(&self, number: u64) -> bool {
+        let mut pending = lock(&self.0.pending);
+        let found = pending.iter_mut().find(|pending| pending.given_up.number == number);
+        found.map(|pending| pending.claimed = true).is_some()
+    }
+
+    /// A window is counted.
+    pub(super) fn settle(&self, number: u64) {
+        lock(&self.0.pending).retain(|pending| pending.given_up.number != number);
+    }
+
+    /// Rejects every window that can still be given up.
+    pub(super) fn give_up(&self) {
+        let mut given_up = Vec::new();
+        lock(&self.0.pending).retain(|pending| {
+            if !pending.claimed {
+                given_up.push(pending.given_up.clone());
+            }
+            pending.claimed
+        });
+        given_up.into_iter().for_each(|window| self.reject(window));
+    }
+
+    /// Whether a window is not counted yet.
+    pub(super) fn is_pending(&self) -> bool {
+        !lock(&self.0.pending).is_empty()
     }
 
     pub(super) fn reject(&self, rejected: RejectedWindow) {
-        tracing::warn!(
-            window = rejected.number,
-            first = rejected.first_sequence,
-            last = rejected.last_sequence,
-            "window rejected: {}",
-            rejected.rejection
-        );
+        let cause = rejected.rejection.cause();
+        if let Some(unlogged) = lock(&self.0.log_rate).admit(cause, Instant::now()) {
+            let (window, first, last) =
+                (rejected.number, rejected.first_sequence, rejected.last_sequence);
+            let why = &rejected.rejection;
+            match unlogged {
+                0 => tracing::warn!(window, first, last, "window rejected: {why}"),
+                _ => tracing::warn!(
+                    window,
+                    first,
+                    last,
+                    "window rejected: {why}; so were {unlogged} more since the last such line"
+                ),
+            }
+        }
         let mut status = self.update();
-        let cause = rejected.rejection.cause().to_owned();
-        *status.windows_rejected.entry(cause).or_default() += 1;
+        *status.windows_rejected.entry(cause.to_owned()).or_default() += 1;
+        if status.first_rejection.is_none() {
+            status.first_rejection = Some(rejected.clone());
+        }
         status.last_rejection = Some(rejected);
     }
 }

@@ -96,6 +96,8 @@ pub enum Rejection {
     },
     /// The identification is still busy with the windows before.
     Busy,
+    /// The service was stopped before it was identified.
+    Stopped,
     /// The identification refused it.
     Refused {
         /// In words.
@@ -119,6 +121,7 @@ impl Rejection {
             Self::Loss(Loss::Restarted) => "restarted",
             Self::TooShort { .. } => "too-short",
             Self::Busy => "busy",
+            Self::Stopped => "stopped",
             Self::Refused { .. } => "refused",
             Self::NotStored { .. } => "not-stored",
         }
@@ -145,6 +148,7 @@ impl fmt::Display for Rejection {
                 write!(f, "{counted} samples count, {minimum} are needed")
             }
             Self::Busy => write!(f, "the identification is busy with earlier windows"),
+            Self::Stopped => write!(f, "the service was stopped before it was identified"),
             Self::Refused { why } => write!(f, "refused: {why}"),
             Self::NotStored { why } => write!(f, "the result could not be stored: {why}"),
         }
@@ -162,6 +166,18 @@ pub struct RejectedWindow {
     pub last_sequence: u64,
     /// The reason.
     pub rejection: Rejection,
+}
+
+impl RejectedWindow {
+    /// A whole window, rejected.
+    pub(super) fn new(window: &Window, rejection: Rejection) -> Self {
+        Self {
+            number: window.number,
+            first_sequence: window.first_sequence(),
+            last_sequence: window.last_sequence(),
+            rejection,
+        }
+    }
 }
 
 /// What came of a sample.

@@ -146,6 +146,12 @@ impl Windower {
         Some(self.close(open, WindowEnd::EndOfStream))
     }
 
+    /// The service is stopped: what is open is given up.
+    pub fn stop(&mut self) -> Option<WindowEvent> {
+        let open = self.open.take()?;
+        Some(rejected(open.number, &open.samples, Rejection::Stopped))
+    }
+
     /// Samples of the open window.
     pub fn open_samples(&self) -> Option<usize> {
         self.open.as_ref().map(|open| open.samples.len())

@@ -190,7 +190,7 @@ fn intervals_count_the_same_number_of_samples_each() {
 
 #[test]
 fn commands_open_and_close_with_margins() {
-    let options = WindowOptions { trigger: Trigger::Command, ..motion() };
+    let options = WindowOptions { trigger: Trigger::Command {}, ..motion() };
     let mut windower = windower(&options);
     let stream = samples(2000, &[0..2000]);
     assert_eq!(windower.handle_end(), Err(CommandError::NotOpen));
