@@ -43,8 +43,9 @@ pub enum Trigger {
         /// What counts of each window \[s\].
         length_s: f64,
     },
-    /// `window begin` opens it, `window end` closes it.
-    Command,
+    /// `window begin` opens it, `window end` closes it. With braces, for a unit variant would let
+    /// unknown keys pass.
+    Command {},
 }
 
 fn default_margin_s() -> f64 {
@@ -178,7 +179,7 @@ impl WindowOptions {
                 }
                 PlannedTrigger::Interval { length }
             }
-            Trigger::Command => PlannedTrigger::Command,
+            Trigger::Command {} => PlannedTrigger::Command,
         };
         Ok(WindowPlan { trigger, margin_before, margin_after, min, max, sample_rate_hz })
     }
@@ -186,4 +187,22 @@ impl WindowOptions {
 
 fn refuse<T>(key: &'static str, problem: String) -> Result<T, WindowOptionError> {
     Err(WindowOptionError { key, problem })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_trigger_refuses_keys_that_it_does_not_know() {
+        for (trigger, key) in [
+            ("by = \"motion\"\nvelocity_threshold_rad_s = 0.1", "length_s = 1.0"),
+            ("by = \"interval\"\nlength_s = 1.0", "idle_s = 1.0"),
+            ("by = \"command\"", "idle_s = 1.0"),
+        ] {
+            toml::from_str::<Trigger>(trigger).unwrap();
+            let error = toml::from_str::<Trigger>(&format!("{trigger}\n{key}")).unwrap_err();
+            assert!(error.message().contains("unknown field"), "{error}");
+        }
+    }
 }
