@@ -159,16 +159,18 @@ impl OneRun {
 
 /// The last identification of a worker, for whoever wants to draw it.
 #[derive(Clone, Debug, Default)]
-pub struct LastIdentification(Arc<Mutex<Option<Identification>>>);
+pub struct LastIdentification(Arc<Mutex<Option<(u64, Identification)>>>);
 
 impl LastIdentification {
-    /// Takes it out.
-    pub fn take(&self) -> Option<Identification> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    /// Takes it out, if it is that of this window: one that was identified and not stored does not
+    /// count.
+    pub fn take(&self, window: u64) -> Option<Identification> {
+        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
+        last.and_then(|(number, identification)| (number == window).then_some(identification))
     }
 
-    fn set(&self, identification: Identification) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(identification);
+    fn set(&self, window: u64, identification: Identification) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((window, identification));
     }
 }
 
@@ -208,7 +210,7 @@ pub fn estimation(
     let identify = move |window: &Window| {
         let identification = identify_window(&cell_of_worker, window)?;
         let estimate = identification.estimate.clone();
-        last.set(identification);
+        last.set(window.number, identification);
         Ok(estimate)
     };
     Ok(EstimationPart {

@@ -16,8 +16,8 @@ use didim_sim::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
+use super::outcome::identified;
 use super::output::{panels, print, write_figure};
-use super::replay::nothing_identified;
 use crate::cell::{Cell, Library};
 use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
 use crate::report;
@@ -93,9 +93,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(PlayError::Sink(SinkError::Closed(_))) | Ok(_) => {}
         Err(error) => return Err(CliError::failed(error)),
     }
-    let identification = last.take().ok_or_else(|| nothing_identified(&report.snapshot))?;
-    write_figure(&arguments.figure, &identification)?;
+    let identification = identified(&report, &last)?;
     print(&text(&identification, &scenario, &report.snapshot))?;
+    // After the result, which a figure that cannot be written must not cost.
+    write_figure(&arguments.figure, &identification)?;
     print(&format!("figure of all joints: {}\n", arguments.figure.display()))
 }
 

@@ -63,16 +63,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let identification = identify_recording(&cell, method, &recording, counted)
         .map_err(|error| CliError::in_file(&arguments.input, error))?;
     let elapsed = start.elapsed();
-    if let Some(path) = &arguments.figure {
-        write_figure(path, &identification)?;
-    }
     if arguments.json {
         let output =
             Output { estimate: &identification.estimate, elapsed_ms: elapsed.as_secs_f64() * 1e3 };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
-        return print(&format!("{json}\n"));
+        print(&format!("{json}\n"))?;
+    } else {
+        print(&text(&cell, &identification, arguments.regrouping))?;
     }
-    print(&text(&cell, &identification, arguments.regrouping))
+    // After the result, which a figure that cannot be written must not cost.
+    arguments.figure.as_ref().map_or(Ok(()), |path| write_figure(path, &identification))
 }
 
 /// A number above 0, as an argument.

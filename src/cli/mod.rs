@@ -8,6 +8,7 @@ mod convert;
 mod demo;
 mod error;
 mod identify;
+mod outcome;
 mod output;
 mod replay;
 mod run;

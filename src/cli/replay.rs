@@ -7,6 +7,7 @@ use didim_core::identification::Identification;
 use didim_drivers::source::{CandumpSource, SourceError};
 
 use super::CliError;
+use super::outcome::identified;
 use super::output::{print, write_figure};
 use crate::cell::Cell;
 use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
@@ -45,30 +46,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         estimation(&cell, places, &last).map_err(CliError::failed)?,
     );
     let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
-    let identification = last.take().ok_or_else(|| nothing_identified(&report.snapshot))?;
-    if let Some(path) = &arguments.figure {
-        write_figure(path, &identification)?;
-    }
+    let identification = identified(&report, &last)?;
     if arguments.json {
         let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
-        return print(&format!("{json}\n"));
+        print(&format!("{json}\n"))?;
+    } else {
+        print(&text(&identification, &report.snapshot))?;
     }
-    print(&text(&identification, &report.snapshot))
-}
-
-/// Why a stream that has ended gave no result.
-pub(super) fn nothing_identified(snapshot: &Snapshot) -> CliError {
-    let samples = snapshot.acquisition.as_ref().map_or(0, |bus| bus.samples);
-    let rejection = snapshot.estimation.as_ref().and_then(|e| e.last_rejection.as_ref());
-    CliError::failed(match rejection {
-        Some(rejected) => {
-            format!("window {} was not identified: {}", rejected.number, rejected.rejection)
-        }
-        None if samples == 0 => {
-            "no complete sample: are these the frames that the cell's layout describes?".to_owned()
-        }
-        None => format!("no window in {samples} samples: see [window] in the cell file"),
-    })
+    // After the result, which a figure that cannot be written must not cost.
+    arguments.figure.as_ref().map_or(Ok(()), |path| write_figure(path, &identification))
 }
 
 fn text(identification: &Identification, snapshot: &Snapshot) -> String {

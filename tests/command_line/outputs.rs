@@ -28,7 +28,13 @@ fn writers(path: &str) -> [Vec<String>; 4] {
 fn all_refused(path: &str, says: &[&str]) {
     for writer in writers(path) {
         let words: Vec<&str> = writer.iter().map(String::as_str).collect();
-        let stderr = didim(&words).refused(1, says);
+        let mut outcome = didim(&words);
+        if words[0] == "identify" {
+            // A figure that cannot be written does not cost the result.
+            let result = std::mem::take(&mut outcome.stdout);
+            serde_json::from_str::<serde_json::Value>(&result).unwrap();
+        }
+        let stderr = outcome.refused(1, says);
         assert!(!stderr.contains(".tmp"), "the name of a temporary file helps nobody: {stderr}");
     }
 }

@@ -56,3 +56,51 @@ fn arguments_of_the_service_are_checked() {
     didim(&["demo", "--seconds", "0"]).refused(2, &["--seconds 0", "1 to 86400"]);
     didim(&["demo", "--method", "x"]).refused(2, &["--method", "known: idim-ls"]);
 }
+
+#[test]
+fn a_result_that_is_not_stored_is_a_failure() {
+    let folder = Folder::new();
+    let state = folder.path("state");
+    std::fs::create_dir(&state).unwrap();
+    // The last number but one is taken, and the last one's name by a folder, which no result
+    // replaces, not even for root.
+    std::fs::write(format!("{state}/result-18446744073709551614.json"), "{}").unwrap();
+    std::fs::create_dir(format!("{state}/result-18446744073709551615.json")).unwrap();
+    let command = ["replay", "--cell", &packed_cell(), &data().packed_log, "--state", &state];
+    didim(&command).refused(1, &["1 of 1 results were not stored", "window 0", "rename"]);
+}
+
+#[test]
+fn rejected_windows_are_told_beside_the_result() {
+    let log = std::fs::read_to_string(&data().packed_log).unwrap();
+    let mut lines: Vec<&str> = log.split_inclusive('\n').collect();
+    lines.drain(8_000..8_003);
+    let folder = Folder::new();
+    let log = folder.file("gap.log", &lines.concat());
+    let outcome = didim(&["replay", "--cell", &packed_cell(), &log, "--json"]);
+    assert_eq!(outcome.code, Some(0), "{outcome:#?}");
+    serde_json::from_str::<serde_json::Value>(&outcome.stdout).unwrap();
+    for part in ["1 of 2 windows rejected", "window 0", "3 samples are missing"] {
+        assert!(outcome.stderr.contains(part), "{}", outcome.stderr);
+    }
+}
+
+#[test]
+fn an_interrupted_demonstration_is_a_failure() {
+    let folder = Folder::new();
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_didim"))
+        .args(["demo", "--seconds", "600", "--figure", &folder.path("out.svg")])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    assert_eq!(child.try_wait().unwrap(), None, "it ended by itself");
+    let pid = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("interrupted"), "{stderr}");
+    assert_eq!(folder.names(), [""; 0]);
+}
