@@ -15,15 +15,13 @@ use crate::acquire::AcquireOptions;
 use crate::cell::{BusAddress, Cell};
 use crate::identify::identify_window;
 use crate::service::{AcquisitionPart, EstimationPart};
-use crate::stream::{Pace, PrivateNetwork, StreamError, StreamOptions};
+use crate::stream::{FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions};
 use crate::worker::{Window, WindowOptionError, WorkerOptions};
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
 /// A live bus is called silent after this many of its periods, or half a second if that is longer.
 const SILENT_PERIODS: f64 = 100.0;
-/// Beginning of a service's names in shared memory.
-const PREFIX: &str = "didim_";
 /// The longest folder for temporary files that leaves room for the stream's own paths.
 const MAX_TEMPORARY: usize = 20;
 /// Name of the status socket in the runtime folder.
@@ -75,13 +73,13 @@ impl Places {
         Self {
             runtime: cell.service.runtime_directory.clone(),
             state: Some(cell.service.state_directory.clone()),
-            prefix: PREFIX.to_owned(),
+            prefix: SERVICE_PREFIX.to_owned(),
         }
     }
 
     /// Those of a service whose sockets are in `runtime`.
     pub fn with_sockets_in(runtime: &Path) -> Self {
-        Self { runtime: runtime.to_path_buf(), state: None, prefix: PREFIX.to_owned() }
+        Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
     }
 
     /// Makes the folders.
@@ -112,17 +110,17 @@ impl Places {
     }
 
     fn stream_root(&self) -> PathBuf {
-        self.runtime.join("ipc")
+        self.runtime.join(FOLDER)
     }
 
     fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
-        let mut options =
-            StreamOptions::new(&cell.name, cell.robot.joints(), cell.sample_rate_hz())?;
-        options.root = self.stream_root();
-        options.prefix = self.prefix.clone();
-        options.buffer_s = cell.service.buffer_s;
-        options.validate()?;
-        Ok(options)
+        StreamOptions::new(
+            &cell.name,
+            (&self.stream_root(), &self.prefix),
+            cell.robot.joints(),
+            cell.sample_rate_hz(),
+            cell.service.buffer_s,
+        )
     }
 }
 

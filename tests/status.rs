@@ -21,7 +21,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn document() -> Arc<[u8]> {
-    let options = StreamOptions::new("cell", 6, 500.0).unwrap();
+    let options = StreamOptions::new("cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 20.0).unwrap();
     let mut collector = Collector::new(
         &options,
         Some(SharedAcquisition::default()),

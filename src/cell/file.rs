@@ -98,7 +98,7 @@ impl Default for ServiceSection {
             state_directory: PathBuf::from("/var/lib/didim"),
             runtime_directory: PathBuf::from("/run/didim"),
             keep_results: crate::store::DEFAULT_KEEP,
-            buffer_s: 20.0,
+            buffer_s: crate::stream::DEFAULT_BUFFER_S,
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
         }

@@ -22,7 +22,7 @@ pub use document::{DocumentReader, DocumentWriter, MAX_DOCUMENT_BYTES, Topic};
 pub use error::StreamError;
 pub use message::{BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
 pub use node::StreamNode;
-pub use options::StreamOptions;
+pub use options::{DEFAULT_BUFFER_S, FOLDER, SERVICE_PREFIX, StreamOptions};
 pub use private::PrivateNetwork;
 pub use reader::{Batch, SampleReader};
 pub use writer::{Pace, SampleWriter};

@@ -1,13 +1,23 @@
 //! Names, places and quality of service of the stream: all of them, here only.
 
 use core::time::Duration;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use didim_core::sample::MAX_JOINTS;
 
 use super::StreamError;
 use super::document::DOCUMENT_WRITER_BYTES;
 use super::message::{BATCH_SAMPLES, SampleBatch};
+
+/// Folder of the library's files in a service's runtime folder.
+pub const FOLDER: &str = "ipc";
+/// Beginning of a service's names in /dev/shm.
+pub const SERVICE_PREFIX: &str = "didim_";
+/// How long a reader may do something else before samples are lost, unless the cell says otherwise
+/// \[s\].
+pub const DEFAULT_BUFFER_S: f64 = 20.0;
+/// A batch that is not full is sent at this age.
+const MAX_BATCH_AGE: Duration = Duration::from_millis(50);
 
 /// Version of the services: processes of different versions do not meet.
 const VERSION: &str = "v1";
@@ -43,7 +53,7 @@ pub const DEAD_NODE_DEADLINE: Duration = Duration::from_secs(1);
 pub struct StreamOptions {
     /// Name of the cell: 1 to 48 of `a-z 0-9 - _ .`.
     pub cell: String,
-    /// Folder for the library's files, at most 40 bytes; see [`default_root`].
+    /// Folder for the library's files, absolute and at most 40 bytes.
     pub root: PathBuf,
     /// Beginning of the names in /dev/shm.
     pub prefix: String,
@@ -58,19 +68,25 @@ pub struct StreamOptions {
 }
 
 impl StreamOptions {
-    /// The options for a cell with every default: 20 s of buffer, batches no older than 50 ms.
+    /// The options of a cell, with batches no older than 50 ms.
     ///
     /// # Errors
     /// As [`Self::validate`].
-    pub fn new(cell: &str, joints: usize, sample_rate_hz: f64) -> Result<Self, StreamError> {
+    pub fn new(
+        cell: &str,
+        (root, prefix): (&Path, &str),
+        joints: usize,
+        sample_rate_hz: f64,
+        buffer_s: f64,
+    ) -> Result<Self, StreamError> {
         let options = Self {
             cell: cell.to_owned(),
-            root: default_root(),
-            prefix: "didim_".to_owned(),
+            root: root.to_owned(),
+            prefix: prefix.to_owned(),
             joints,
             sample_rate_hz,
-            buffer_s: 20.0,
-            max_batch_age: Duration::from_millis(50),
+            buffer_s,
+            max_batch_age: MAX_BATCH_AGE,
         };
         options.validate()?;
         Ok(options)
@@ -164,14 +180,5 @@ impl StreamOptions {
     /// Name of one of the cell's services.
     pub(super) fn service_name(&self, topic: &str) -> String {
         format!("didim/{VERSION}/{}/{topic}", self.cell)
-    }
-}
-
-/// The service manager's runtime folder when there is one, else one of the user in /tmp: the
-/// library's own default would lock out every second user.
-pub fn default_root() -> PathBuf {
-    match std::env::var_os("RUNTIME_DIRECTORY") {
-        Some(folder) if !folder.is_empty() => PathBuf::from(folder).join("ipc"),
-        _ => PathBuf::from(format!("/tmp/didim-{}", rustix::process::getuid().as_raw())),
     }
 }

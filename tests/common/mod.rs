@@ -48,11 +48,7 @@ impl Network {
 
     /// Six joints at 1 kHz with one second of buffer.
     pub(crate) fn options(&self) -> StreamOptions {
-        let mut options = StreamOptions::new("cell", 6, 1000.0).unwrap();
-        options.root.clone_from(&self.root);
-        options.prefix.clone_from(&self.prefix);
-        options.buffer_s = 1.0;
-        options
+        StreamOptions::new("cell", (&self.root, &self.prefix), 6, 1000.0, 1.0).unwrap()
     }
 
     /// Bytes of /dev/shm that files of this network occupy.
