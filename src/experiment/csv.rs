@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use didim_core::identification::Signals;
 
-use super::{Recording, Side};
+use super::{MAX_SAMPLES, Recording, Side};
 
 /// The largest part of a sample period by which a time stamp may leave the uniform grid.
 const GRID_TOLERANCE: f64 = 0.25;
@@ -99,6 +99,12 @@ pub enum CsvError {
         /// The rate that was given \[Hz\].
         given_hz: f64,
     },
+    /// More samples than are held in memory: cut the record.
+    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the record", file.display())]
+    TooLong {
+        /// The file.
+        file: PathBuf,
+    },
     /// Fewer than two rows.
     #[error("{}: fewer than two samples", file.display())]
     TooShort {
@@ -167,6 +173,9 @@ fn parse_csv(
         .read_record(&mut record)
         .map_err(|source| CsvError::Table { file: file(), source })?
     {
+        if signals[0].first().map_or(0, Vec::len) == MAX_SAMPLES {
+            return Err(CsvError::TooLong { file: file() });
+        }
         for ((column, name), text) in header.columns.iter().zip(&names).zip(record.iter()) {
             let value = text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
                 CsvError::NotANumber {

@@ -8,15 +8,13 @@ use didim_drivers::assemble::{Assembler, Losses};
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::{CandumpSource, Received, Source, SourceError};
 
-use super::Recording;
+use super::{MAX_SAMPLES, Recording};
 use crate::cell::Cell;
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
 /// Identifiers that an error lists.
 const LISTED: usize = 16;
-/// The longest record that is held in memory: an hour at 5 kHz.
-const MAX_SAMPLES: usize = 18_000_000;
 
 /// Why a log is no recording. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +55,7 @@ pub enum LogError {
         losses: Box<Losses>,
     },
     /// More samples than are held in memory: cut the log.
-    #[error("{}: more than {MAX_SAMPLES} samples; cut the log", file.display())]
+    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the log", file.display())]
     TooLong {
         /// The log.
         file: PathBuf,

@@ -12,6 +12,10 @@ pub use log::{LogError, read_log};
 use didim_core::identification::Signals;
 use didim_core::{JointSample, MAX_JOINTS};
 
+/// The longest record that is held in memory, from whatever file: 12 minutes at 5 kHz. With six
+/// axes and a reference it takes half a gigabyte, and some of it twice while it is filtered.
+pub const MAX_SAMPLES: usize = 3_600_000;
+
 /// Which side of the transmission a recording describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
