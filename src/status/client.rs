@@ -18,7 +18,10 @@ const MAX_ANSWER: u64 = 1 << 20;
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// Nobody listens there. Start the service, or give the path that its cell file names.
-    #[error("no service at {}: {cause}", path.display())]
+    #[error(
+        "no service at {}: {cause}; start `didim run`, or give the folder of its sockets with --runtime",
+        path.display()
+    )]
     NoService {
         /// The path.
         path: PathBuf,

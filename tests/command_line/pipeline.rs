@@ -39,7 +39,7 @@ fn without_a_service_nothing_is_known() {
     let runtime = folder.path("runtime");
     for command in [&["status", "--json"][..], &["status"], &["window", "begin"]] {
         didim(&[command, &["--runtime", &runtime]].concat())
-            .refused(1, &["no service at", &runtime, "No such file"]);
+            .refused(1, &["no service at", &runtime, "No such file", "didim run", "--runtime"]);
     }
     didim(&["window", "open", "--runtime", &runtime]).refused(2, &["'open'", "begin", "end"]);
     assert_eq!(folder.names(), [""; 0]);
