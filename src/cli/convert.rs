@@ -10,7 +10,7 @@ use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 
 use super::CliError;
-use super::identify::{positive, read_input};
+use super::identify::{check_rate, positive, read_input};
 use super::output::{print, write_whole};
 use crate::cell::Cell;
 use crate::experiment::{Recording, Side, write_csv};
@@ -50,13 +50,7 @@ fn write_log(
     output: &Path,
 ) -> Result<(), CliError> {
     let refused = |message: String| CliError::in_file(input, message);
-    let rate = cell.sample_rate_hz();
-    let found = recording.signals.sample_rate_hz;
-    if (found / rate - 1.0).abs() > 1e-3 {
-        return Err(refused(format!(
-            "the recording has {found} samples/s, the cell's bus {rate}; resample one of them"
-        )));
-    }
+    check_rate(&recording, cell, input)?;
     if recording.axes() != cell.layout.axes() {
         return Err(refused(format!(
             "the recording has {} axes, the cell's bus {}; choose the cell that was recorded",

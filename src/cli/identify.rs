@@ -57,6 +57,7 @@ struct Output<'a> {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
+    check_rate(&recording, &cell, &arguments.input)?;
     let counted = counted(arguments, &cell, &recording)?;
     let start = Instant::now();
     let method = arguments.method.unwrap_or(cell.method);
@@ -98,6 +99,22 @@ pub(super) fn read_input(
         ));
     }
     read_log(path, cell).map_err(CliError::failed)
+}
+
+/// The layout tells by how much of a sample the torque is late: that holds at the rate of the bus
+/// only.
+pub(super) fn check_rate(recording: &Recording, cell: &Cell, file: &Path) -> Result<(), CliError> {
+    let (found, rate) = (recording.signals.sample_rate_hz, cell.sample_rate_hz());
+    if (found / rate - 1.0).abs() <= 1e-3 {
+        return Ok(());
+    }
+    Err(CliError::in_file(
+        file,
+        format!(
+            "the recording has {found} samples/s, the cell's bus {rate}; choose a cell of the \
+             recording's rate, or resample the recording"
+        ),
+    ))
 }
 
 /// What counts: from `--from` to `--to`, or all but the margins of the cell's windows.
