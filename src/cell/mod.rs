@@ -7,6 +7,7 @@ mod address;
 mod error;
 mod file;
 mod library;
+mod values;
 
 use std::path::Path;
 
@@ -30,6 +31,9 @@ pub struct Cell {
     pub name: String,
     /// The arm, with the sign model that the cell chose.
     pub robot: Robot,
+    /// The arm as its own file describes it: what is simulated must not follow from how the cell
+    /// identifies.
+    pub robot_as_described: Robot,
     /// Its dynamics.
     pub model: Model,
     /// Its base parameters.
@@ -82,8 +86,9 @@ impl Cell {
             move |source| CellError::Named { cell: path.into(), key, source: Box::new(source) }
         };
         let robot_text = library.read(&robot_path).map_err(named("robot"))?;
-        let mut robot = Robot::from_toml(&robot_text)
+        let robot_as_described = Robot::from_toml(&robot_text)
             .map_err(|source| CellError::Robot { file: robot_path.clone(), source })?;
+        let mut robot = robot_as_described.clone();
         if let Some(sign) = file.identification.sign {
             robot = robot.with_sign_model(sign);
         }
@@ -111,17 +116,15 @@ impl Cell {
         let scales = Scales::new(&file.bus.drives, &layout)
             .map_err(|source| CellError::Drives { file: path.to_path_buf(), source })?;
 
-        let sources = file.bus.source;
-        if sources.is_empty() {
-            return Err(wrong("bus.source", "names no bus; write can:INTERFACE".to_owned()));
-        }
+        let sample_rate_hz = 1e9 / layout.period_ns();
+        values::check(&file, robot.joints(), sample_rate_hz)
+            .map_err(|(key, problem)| wrong(key, problem))?;
         let options = IdimLsOptions {
             position_filter: file.identification.position_filter,
             decimation_filter: file.identification.decimation_filter,
             parameters: file.identification.parameters.clone(),
             limits: file.identification.limits,
         };
-        let sample_rate_hz = 1e9 / layout.period_ns();
         file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
         options.position_filter.design(sample_rate_hz).map_err(|source| {
             let cutoff_hz = options.position_filter.cutoff_hz;
@@ -159,17 +162,14 @@ impl Cell {
                 ));
             }
         }
-        if !(1..=99).contains(&file.service.real_time.priority.unwrap_or(1)) {
-            return Err(wrong("service.real_time.priority", "has to be 1 to 99".to_owned()));
-        }
-
         Ok(Self {
             name: file.name,
             configuration_sha256: sha256(&[&text, &robot_text, &dbc_text]),
             robot,
+            robot_as_described,
             model,
             base,
-            sources: sources.into_iter().map(|s| resolve(s, folder)).collect(),
+            sources: file.bus.source.into_iter().map(|s| resolve(s, folder)).collect(),
             receive_buffer_bytes: file.bus.receive_buffer_bytes,
             layout,
             drives: file.bus.drives,

@@ -50,7 +50,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             BusAddress::Log(file) => {
                 (!file.is_file()).then(|| format!("{source}: there is no such file"))
             }
-            BusAddress::InProcess => None,
+            BusAddress::InProcess => Some(format!(
+                "{source}: `didim run` has no such bus; write can:INTERFACE or log:FILE"
+            )),
         })
         .collect();
     if missing.is_empty() {

@@ -104,7 +104,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
 /// A shipped scenario by its name, or a file for the cell's robot.
 pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliError> {
-    match name {
+    let scenario = match name {
         "tx40-paper" => didim_sim::tx40_paper(),
         "tx40-physical" => didim_sim::tx40_physical(),
         file => {
@@ -114,8 +114,16 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
                          tx40-physical"
                 ))
             })?;
-            Scenario::from_toml(&text, cell.robot.clone())
+            Scenario::from_toml(&text, cell.robot_as_described.clone())
         }
     }
-    .map_err(|error| CliError::configuration(format!("{name}: {error}")))
+    .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
+    let (simulated, described) = (scenario.robot().name(), cell.robot.name());
+    if simulated != described {
+        return Err(CliError::configuration(format!(
+            "{name}: the scenario is for the robot `{simulated}`, the cell is one with \
+             `{described}`; choose a cell or a scenario of the same robot"
+        )));
+    }
+    Ok(scenario)
 }

@@ -179,6 +179,77 @@ const DAMAGES: &[Damage] = &[
         names_line: false,
         says: &["tx40.toml", "joint 1", "velocity_max_rad_s", "add it"],
     },
+    // Values with which the service could not run.
+    Damage {
+        file: CELL,
+        from: "name = \"tx40-packed-fd\"",
+        to: "name = \"TX 40\"",
+        names_line: false,
+        says: &["tx40-packed-fd.toml", "`name`", "a-z 0-9"],
+    },
+    Damage {
+        file: CELL,
+        from: "runtime_directory = \"/run/didim\"",
+        to: "buffer_s = 0.0",
+        names_line: false,
+        says: &["tx40-packed-fd.toml", "`service.buffer_s`", "0.1..=600"],
+    },
+    Damage {
+        file: CELL,
+        from: "runtime_directory = \"/run/didim\"",
+        to: "buffer_s = 600.0",
+        names_line: false,
+        says: &["`service.buffer_s`", "bytes, more than the limit"],
+    },
+    Damage {
+        file: CELL,
+        from: "runtime_directory = \"/run/didim\"",
+        to: "runtime_directory = \"run/didim\"",
+        names_line: false,
+        says: &["`service.runtime_directory`", "absolute"],
+    },
+    Damage {
+        file: CELL,
+        from: "runtime_directory = \"/run/didim\"",
+        to: "runtime_directory = \"/run/a-folder-whose-name-is-too-long-for-it\"",
+        names_line: false,
+        says: &["`service.runtime_directory`", "40 bytes", "shorter"],
+    },
+    Damage {
+        file: CELL,
+        from: "runtime_directory = \"/run/didim\"",
+        to: "keep_results = 0",
+        names_line: false,
+        says: &["`service.keep_results`", "at least 1"],
+    },
+    Damage {
+        file: CELL,
+        from: "source = \"can:vcan0\"",
+        to: "source = [\"can:vcan0\", \"inproc:\"]",
+        names_line: false,
+        says: &["`bus.source`", "`inproc:` goes with no other bus"],
+    },
+    Damage {
+        file: CELL,
+        from: "source = \"can:vcan0\"",
+        to: "source = [\"log:x.log\", \"log:y.log\"]",
+        names_line: false,
+        says: &["`bus.source`", "x.log", "goes with no other bus"],
+    },
+    Damage {
+        file: CELL,
+        from: "source = \"can:vcan0\"",
+        to: "source = [\"can:vcan0\", \"can:vcan0\"]",
+        names_line: false,
+        says: &["`bus.source`", "more than once"],
+    },
+    Damage {
+        file: CELL,
+        from: "[service]",
+        to: "[identification.limits]\nrelative_error = nan\n\n[service]",
+        names_line: false,
+        says: &["`identification.limits.relative_error`", "positive and finite"],
+    },
     // The DBC file.
     Damage {
         file: DBC,
@@ -240,6 +311,35 @@ fn damage_is_named_with_its_place() {
         println!("{}", outcome.stderr);
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn a_scenario_of_another_robot_is_refused() {
+    let folder = Folder::new();
+    let bus = format!("log:{}", folder.path("out.log"));
+    let cell = shipped("cells/tx40-packed-fd.toml");
+    didim(&["sim", "--cell", &cell, "--bus", &bus, "--scenario", "tx40-physical"])
+        .refused(78, &["tx40-physical", "`tx40`", "same robot"]);
+    assert_eq!(folder.names(), [""; 0]);
+}
+
+#[test]
+fn the_sign_model_of_the_identification_does_not_change_what_is_simulated() {
+    let scenario = include_str!("../../sim-fixtures/scenarios/tx40-paper.toml");
+    let folder = Folder::new();
+    let scenario = folder.file("scenario.toml", scenario);
+    let other = Configuration::with(
+        CELL,
+        "[identification]",
+        "[identification]\nsign = { model = \"tanh\", width_rad_s = 0.5 }",
+    );
+    let logs = [shipped(CELL), other.packed_cell()].map(|cell| {
+        let log = folder.path("out.log");
+        didim(&["sim", "--cell", &cell, "--scenario", &scenario, "--bus", &format!("log:{log}")])
+            .done();
+        std::fs::read(log).unwrap()
+    });
+    assert!(logs[0] == logs[1], "the simulated friction follows from the cell's sign model");
 }
 
 #[test]

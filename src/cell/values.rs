@@ -1,0 +1,69 @@
+//! Values of a cell file that the types let pass and the service could not run with.
+
+use super::{BusAddress, CellFile};
+use crate::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
+
+/// The key of a value that cannot be meant, and what is wrong with it.
+type Wrong = (&'static str, String);
+
+pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
+    check_sources(&file.bus.source)?;
+    check_stream(file, joints, sample_rate_hz)?;
+    check_limits(file)?;
+    if file.service.keep_results == 0 {
+        return Err(("service.keep_results", "has to be at least 1".to_owned()));
+    }
+    if !(1..=99).contains(&file.service.real_time.priority.unwrap_or(1)) {
+        return Err(("service.real_time.priority", "has to be 1 to 99".to_owned()));
+    }
+    Ok(())
+}
+
+fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
+    let wrong = |problem: String| Err(("bus.source", problem));
+    if sources.is_empty() {
+        return wrong("names no bus; write can:INTERFACE".to_owned());
+    }
+    for (k, source) in sources.iter().enumerate() {
+        if sources.len() > 1 && !matches!(source, BusAddress::Can(_)) {
+            return wrong(format!("`{source}` goes with no other bus; only can: buses do"));
+        }
+        if sources[..k].contains(source) {
+            return wrong(format!("`{source}` is listed more than once; list it once"));
+        }
+    }
+    Ok(())
+}
+
+/// Name, buffer and runtime folder: those of the stream that the service would open.
+fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
+    let service = &file.service;
+    let root = service.runtime_directory.join(FOLDER);
+    let place = (root.as_path(), SERVICE_PREFIX);
+    let options = StreamOptions::new(&file.name, place, joints, sample_rate_hz, service.buffer_s);
+    match options {
+        Err(StreamError::Option { key: "cell", problem }) => Err(("name", problem)),
+        Err(StreamError::Option { key: "buffer_s", problem }) => Err(("service.buffer_s", problem)),
+        Err(StreamError::Option { key: "root", problem }) => Err((
+            "service.runtime_directory",
+            format!("the stream's folder in it, {problem}; choose a shorter one, as /run/didim"),
+        )),
+        Err(other) => Err(("bus.layout", other.to_string())),
+        Ok(_) => Ok(()),
+    }
+}
+
+fn check_limits(file: &CellFile) -> Result<(), Wrong> {
+    let limits = &file.identification.limits;
+    for (key, value) in [
+        ("identification.limits.condition_number", limits.condition_number),
+        ("identification.limits.relative_error", limits.relative_error),
+        ("identification.limits.relative_error_per_joint", limits.relative_error_per_joint),
+        ("identification.limits.negative_deviations", limits.negative_deviations),
+    ] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err((key, format!("{value} has to be positive and finite")));
+        }
+    }
+    Ok(())
+}
