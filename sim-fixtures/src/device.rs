@@ -4,10 +4,10 @@ use didim_core::MAX_JOINTS;
 use didim_core::simulation::{ClosedLoop, SetupError, SimulationError, StepOutput};
 use didim_core::trajectory::Reference;
 use didim_drivers::frame::{Frame, FrameError};
-use didim_drivers::layout::{CompiledLayout, EncodeError, Quantity};
+use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::units::Scales;
 
-use crate::{BusCycle, CycleEncoder, Fault, FaultAction, Playback, Scenario};
+use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
 
 /// Room that one cycle's frames need: SYNC, a sample and a target per axis, each sent twice, and
 /// an error report.
@@ -62,9 +62,9 @@ pub enum DeviceError {
     /// The simulation broke down.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// A value does not fit its signal: the gains do not fit the arm.
+    /// Gains and layout do not fit the arm or the rate.
     #[error(transparent)]
-    Encode(#[from] EncodeError),
+    Encode(#[from] CycleError),
     /// An error report has impossible class bits.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -174,7 +174,7 @@ impl VirtualDevice {
         sample: &StepOutput,
         stamp_ns: u64,
         frames: &mut Vec<Frame>,
-    ) -> Result<(), EncodeError> {
+    ) -> Result<(), CycleError> {
         let motor_reference_rad = if self.layout().reference_at_next_sync() {
             // What is sent in this cycle takes effect at the next SYNC. Controller and drives
             // interpolate the same motion, so the target is where the reference will be then.

@@ -14,6 +14,25 @@ fn wire_time_ns(frame: &Frame) -> u64 {
     (47 + 8 * u64::from(frame.length)) * 1_200
 }
 
+/// Why a cycle has no frames.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CycleError {
+    /// A value does not fit its signal: the gains do not fit the arm.
+    #[error("{0}; the cell's gains do not fit")]
+    Value(#[from] EncodeError),
+    /// The bus is too slow: no real one could carry this layout at this rate.
+    #[error(
+        "the frames of a cycle take {needed_us} µs on the bus, the cycle has {period_us} µs; \
+         lower the rate or send fewer frames"
+    )]
+    Overrun {
+        /// What the frames take at 1 Mbit/s \[µs\].
+        needed_us: f64,
+        /// The cycle's period \[µs\].
+        period_us: f64,
+    },
+}
+
 /// What the drives and their controller say in one bus cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BusCycle {
@@ -50,13 +69,13 @@ impl CycleEncoder {
     /// Every value is rounded to the unit of its signal.
     ///
     /// # Errors
-    /// [`EncodeError`] where a value does not fit its signal.
+    /// [`CycleError`] where a value does not fit its signal, or the frames not into the cycle.
     pub fn encode(
         &self,
         cycle: &BusCycle,
         stamp_ns: u64,
         frames: &mut Vec<Frame>,
-    ) -> Result<(), EncodeError> {
+    ) -> Result<(), CycleError> {
         let values = self.values(cycle);
         let before = frames.len();
         for role in [Role::Sync, Role::Sample, Role::Target] {
@@ -68,6 +87,12 @@ impl CycleEncoder {
             for frame in frames.iter_mut().skip(before + 1) {
                 arrival_ns += wire_time_ns(frame);
                 frame.stamp_ns = arrival_ns;
+            }
+            #[expect(clippy::cast_precision_loss, reason = "a cycle is far shorter than 2^52 ns")]
+            let needed_us = (arrival_ns - stamp_ns) as f64 * 1e-3;
+            let period_us = self.layout.period_ns() * 1e-3;
+            if needed_us >= period_us {
+                return Err(CycleError::Overrun { needed_us, period_us });
             }
         }
         Ok(())

@@ -14,7 +14,7 @@ mod shipped;
 mod sink;
 
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
-pub use encoder::{BusCycle, CycleEncoder};
+pub use encoder::{BusCycle, CycleEncoder, CycleError};
 pub use fault::{Fault, FaultAction};
 pub use play::{Pace, PlayError, Played, play};
 pub use playback::{Playback, PlaybackConfig};

@@ -17,8 +17,8 @@ use didim_drivers::source::{
 };
 use didim_drivers::units::Scales;
 use didim_sim::{
-    CYCLE_FRAMES, CandumpSink, DeviceError, Fault, FaultAction, InProcessSink, Pace, PlayError,
-    Scenario, SinkError, VirtualDevice, play,
+    CYCLE_FRAMES, CandumpSink, CycleError, DeviceError, Fault, FaultAction, InProcessSink, Pace,
+    PlayError, Scenario, SinkError, VirtualDevice, play,
 };
 
 const COUNTS: [f64; 6] = [196_608.0, 196_608.0, 65_536.0, 65_536.0, 65_536.0, 65_536.0];
@@ -276,4 +276,21 @@ fn real_time_does_not_drift() {
         let late = elapsed.saturating_sub(Duration::from_millis(250));
         assert!(late <= played.latest + Duration::from_millis(50), "{late:?} {:?}", played.latest);
     });
+}
+
+#[test]
+fn frames_that_take_longer_than_their_cycle_are_refused() {
+    let cell = include_str!("../../config/cells/tx40-cia402.toml");
+    let faster = cell.replace("rate_hz = 500.0", "rate_hz = 1000.0");
+    assert_ne!(cell, faster);
+    let bus = common::bus(&faster, include_str!("../../config/dbc/cia402_six_axes.dbc"));
+    let mut device = new_device(&scenario(), bus, EPOCH_NS).unwrap();
+    let mut frames = Vec::new();
+    let refused = device.poll_cycle(&mut frames).unwrap_err();
+    assert!(
+        matches!(refused, DeviceError::Encode(CycleError::Overrun { needed_us, period_us })
+            if period_us == 1000.0 && needed_us > 1500.0),
+        "{refused}"
+    );
+    assert_eq!(frames.len(), 0);
 }

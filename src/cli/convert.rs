@@ -80,9 +80,9 @@ fn write_log(
                 reason = "nanoseconds of a recording are far fewer than 2^52"
             )]
             let stamp_ns = (k as f64 * cell.layout.period_ns()).round() as u64;
-            encoder.encode(&cycle(cell, &recording, k), stamp_ns, &mut frames).map_err(
-                |error| refused(format!("sample {k}: {error}; the cell's gains do not fit")),
-            )?;
+            encoder
+                .encode(&cycle(cell, &recording, k), stamp_ns, &mut frames)
+                .map_err(|error| refused(format!("sample {k}: {error}")))?;
             for frame in &frames {
                 writer.write(frame).map_err(CliError::failed)?;
             }

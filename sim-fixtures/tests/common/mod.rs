@@ -18,7 +18,7 @@ struct Bus {
     drives: Vec<DriveSpec>,
 }
 
-fn bus(cell: &str, dbc: &str) -> (CompiledLayout, Scales) {
+pub(crate) fn bus(cell: &str, dbc: &str) -> (CompiledLayout, Scales) {
     let Cell { bus } = toml::from_str(cell).unwrap();
     let layout = CompiledLayout::compile(dbc, &bus.layout).unwrap();
     let scales = Scales::new(&bus.drives, &layout).unwrap();
