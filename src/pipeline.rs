@@ -11,7 +11,7 @@ use didim_drivers::source::{
     CandumpSource, InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
 };
 
-use crate::acquire::AcquireOptions;
+use crate::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::cell::{BusAddress, Cell};
 use crate::identify::identify_window;
 use crate::service::{AcquisitionPart, EstimationPart};
@@ -230,8 +230,8 @@ pub struct OpenedSource {
     pub source: Box<dyn Source>,
     /// A living bus does not wait for its reader; a log does.
     pub pace: Pace,
-    /// The smallest receive buffer that a socket was granted \[bytes\].
-    pub receive_buffer_bytes: Option<u64>,
+    /// The receive buffer of its sockets.
+    pub receive_buffer: Option<ReceiveBuffer>,
 }
 
 /// Opens the buses of a cell.
@@ -248,7 +248,7 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
                 return Ok(OpenedSource {
                     source: Box::new(log),
                     pace: Pace::Replay,
-                    receive_buffer_bytes: None,
+                    receive_buffer: None,
                 });
             }
             BusAddress::Log(_) => {
@@ -268,5 +268,9 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
     };
     let source = SocketCanSource::open(&interfaces, &options).map_err(SourceError::from)?;
     let granted = source.links().map(|link| u64::from(link.receive_buffer_bytes)).min();
-    Ok(OpenedSource { source: Box::new(source), pace: Pace::Live, receive_buffer_bytes: granted })
+    let receive_buffer = granted.map(|granted_bytes| ReceiveBuffer {
+        asked_bytes: u64::from(cell.receive_buffer_bytes),
+        granted_bytes,
+    });
+    Ok(OpenedSource { source: Box::new(source), pace: Pace::Live, receive_buffer })
 }

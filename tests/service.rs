@@ -308,7 +308,7 @@ fn live_options(folder: &Path) -> ServiceOptions {
     ServiceOptions {
         status: Some(SocketOptions { path: folder.join("status"), mode: 0o660 }),
         control: Some(SocketOptions { path: folder.join("control"), mode: 0o600 }),
-        receive_buffer_bytes: None,
+        receive_buffer: None,
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use didim::acquire::SharedAcquisition;
+use didim::acquire::{ReceiveBuffer, SharedAcquisition};
 use didim::status::{
     ClientError, Collector, ListenError, Socket, fetch_status, parse_command, send_command,
     serve_status,
@@ -26,7 +26,7 @@ fn document() -> Arc<[u8]> {
         &options,
         Some(SharedAcquisition::default()),
         Some(SharedEstimation::default()),
-        Some(4096),
+        Some(ReceiveBuffer { asked_bytes: 8192, granted_bytes: 4096 }),
         Instant::now(),
     );
     serde_json::to_vec(&collector.snapshot(Instant::now())).unwrap().into()
@@ -61,7 +61,11 @@ fn whoever_connects_gets_one_object() {
     let snapshot = fetch_status(&path).unwrap();
     assert_eq!(snapshot.cell, "cell");
     assert_eq!(snapshot.acquisition.unwrap().receive_buffer_bytes, Some(4096));
-    assert_eq!(snapshot.health.reasons, ["no frame has come yet"]);
+    let [waiting, smaller] = snapshot.health.reasons.as_slice() else {
+        panic!("{:?}", snapshot.health);
+    };
+    assert_eq!(waiting, "no frame has come yet");
+    assert!(smaller.contains("4096 bytes instead of 8192"), "{smaller}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use didim_drivers::assemble::Assembler;
-use didim_drivers::clock::{ClockChange, ClockMap};
+use didim_drivers::clock::ClockMap;
 use didim_drivers::frame::Frame;
 use didim_drivers::socket::clock_pair;
 use didim_drivers::source::{Received, Source, SourceError, StampClock};
@@ -176,9 +176,7 @@ impl Acquisition {
         self.last_frame = now;
         self.counts.bus = BusState::Ok;
         if let Some(clock) = &mut self.clock {
-            if let ClockChange::Step { .. } = clock.handle_pair(clock_pair()) {
-                self.counts.clock_steps += 1;
-            }
+            clock.handle_pair(clock_pair());
             for frame in &mut self.batch {
                 frame.stamp_ns = clock.map(frame.stamp_ns);
             }
@@ -238,6 +236,9 @@ impl Acquisition {
     fn count(&mut self) {
         self.counts.source = self.source.counters();
         self.counts.losses = *self.assembler.losses();
+        if let Some(clock) = &self.clock {
+            self.counts.clock = clock.counters();
+        }
         self.counts.batches = self.writer.batches_sent();
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError};
 
 use didim_drivers::assemble::Losses;
+use didim_drivers::clock::ClockCounters;
 use didim_drivers::source::SourceCounters;
 use serde::{Deserialize, Serialize};
 
@@ -39,8 +40,8 @@ pub struct AcquisitionCounts {
     pub batches: u64,
     /// Times the source failed.
     pub source_failures: u64,
-    /// Times CLOCK_REALTIME was set while its stamps were mapped.
-    pub clock_steps: u64,
+    /// What mapping the stamps of CLOCK_REALTIME counted.
+    pub clock: ClockCounters,
     /// Turns of the thread's loop: they go on as long as the thread is well, frames or not.
     pub turns: u64,
 }
@@ -113,30 +114,44 @@ pub struct AcquisitionStatus {
     pub reopened: u64,
     /// Times the source failed.
     pub source_failures: u64,
+    /// Frames passed over: of an interface that was not asked for, or of an unknown kind.
+    pub frames_passed_over: u64,
+    /// Frames without a stamp of the kernel, stamped when they were read.
+    pub frames_stamped_late: u64,
+    /// Samples without a reference although the layout has one.
+    pub samples_without_reference: u64,
     /// Times the computer's clock was set.
     pub clock_steps: u64,
+    /// Stamps that would have gone backwards and were held at the last one.
+    pub stamps_held_back: u64,
+    /// Stamps that lay in the future and were put to the present.
+    pub stamps_in_future: u64,
     /// Frames not used, by cause; causes that did not occur are left out.
     pub frames_unused: BTreeMap<String, u64>,
     /// Bus cycles without a sample, by cause; likewise.
     pub cycles_lost: BTreeMap<String, u64>,
     /// What the thread was given.
     pub real_time: Option<RealTimeGrants>,
-    /// Receive buffer that the kernel granted, all interfaces together \[bytes\].
+    /// Receive buffer that the kernel granted, the smallest of all interfaces \[bytes\].
     pub receive_buffer_bytes: Option<u64>,
+    /// Receive buffer that the cell asks for \[bytes\].
+    pub receive_buffer_asked_bytes: Option<u64>,
+}
+
+/// The kernel's buffer of received frames, as the kernel accounts it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReceiveBuffer {
+    /// What the cell asks for \[bytes\].
+    pub asked_bytes: u64,
+    /// What was granted, at the interface that got least \[bytes\].
+    pub granted_bytes: u64,
 }
 
 impl AcquisitionStatus {
     /// The counts in the form of the snapshot; rates are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
-        let AcquisitionCounts {
-            bus,
-            source,
-            losses,
-            batches,
-            source_failures,
-            clock_steps,
-            turns: _,
-        } = counts;
+        let AcquisitionCounts { bus, source, losses, batches, source_failures, clock, turns: _ } =
+            counts;
         Self {
             bus: *bus,
             frames: source.frames,
@@ -147,7 +162,12 @@ impl AcquisitionStatus {
             link_down: source.link_down,
             reopened: source.reopened,
             source_failures: *source_failures,
-            clock_steps: *clock_steps,
+            frames_passed_over: source.passed_over,
+            frames_stamped_late: source.stamped_late,
+            samples_without_reference: losses.samples_without_reference,
+            clock_steps: clock.steps,
+            stamps_held_back: clock.held_back,
+            stamps_in_future: clock.future,
             frames_unused: by_cause(&losses.frames),
             cycles_lost: by_cause(&losses.cycles),
             real_time,

@@ -51,7 +51,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let estimate = || estimation(&cell, &places, &LastIdentification::default());
     let mut acquire = || -> Result<_, PipelineError> {
         let opened = open_source(&cell)?;
-        options.receive_buffer_bytes = opened.receive_buffer_bytes;
+        options.receive_buffer = opened.receive_buffer;
         acquisition(&cell, &places, opened.source, opened.pace)
     };
     let parts = match part {

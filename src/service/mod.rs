@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::source::Source;
 
-use crate::acquire::{AcquireError, AcquireOptions};
+use crate::acquire::{AcquireError, AcquireOptions, ReceiveBuffer};
 use crate::status::{ListenError, Snapshot};
 use crate::stream::{StreamError, StreamOptions};
 use crate::worker::{Identify, WorkerError, WorkerOptions};
@@ -36,7 +36,7 @@ pub struct ServiceOptions {
     /// Where to command windows; needs an estimation. 0o600 unless a group shall command.
     pub control: Option<SocketOptions>,
     /// Receive buffer that the kernel granted, for the status \[bytes\].
-    pub receive_buffer_bytes: Option<u64>,
+    pub receive_buffer: Option<ReceiveBuffer>,
 }
 
 /// What the bus thread is made of.

@@ -131,7 +131,7 @@ impl Service {
                 parts.stream(),
                 acquisition.clone(),
                 estimation.clone(),
-                options.receive_buffer_bytes,
+                options.receive_buffer,
                 Instant::now(),
             ),
             publisher,

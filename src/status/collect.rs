@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::snapshot::{Health, SCHEMA, Snapshot, StreamStatus};
-use crate::acquire::{AcquisitionStatus, SharedAcquisition};
+use crate::acquire::{AcquisitionStatus, ReceiveBuffer, SharedAcquisition};
 use crate::stream::StreamOptions;
 use crate::worker::SharedEstimation;
 
@@ -15,18 +15,18 @@ pub struct Collector {
     started: Instant,
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
-    receive_buffer_bytes: Option<u64>,
+    receive_buffer: Option<ReceiveBuffer>,
     /// When frames and samples were last counted, and how many there were.
     before: Option<(Instant, u64, u64)>,
 }
 
 impl Collector {
-    /// For the threads that this process runs. `receive_buffer_bytes` is what the kernel granted.
+    /// For the threads that this process runs. `receive_buffer` is that of its sockets.
     pub fn new(
         options: &StreamOptions,
         acquisition: Option<SharedAcquisition>,
         estimation: Option<SharedEstimation>,
-        receive_buffer_bytes: Option<u64>,
+        receive_buffer: Option<ReceiveBuffer>,
         now: Instant,
     ) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl Collector {
             started: now,
             acquisition,
             estimation,
-            receive_buffer_bytes,
+            receive_buffer,
             before: None,
         }
     }
@@ -48,7 +48,8 @@ impl Collector {
     pub fn snapshot(&mut self, now: Instant) -> Snapshot {
         let acquisition = self.acquisition.as_ref().map(|shared| {
             let mut status = AcquisitionStatus::new(&shared.counts(), shared.grants());
-            status.receive_buffer_bytes = self.receive_buffer_bytes;
+            status.receive_buffer_bytes = self.receive_buffer.map(|is| is.granted_bytes);
+            status.receive_buffer_asked_bytes = self.receive_buffer.map(|is| is.asked_bytes);
             if let Some((then, frames, samples)) = self.before {
                 let elapsed_s = (now - then).as_secs_f64();
                 status.frames_per_second = rate(status.frames, frames, elapsed_s);

@@ -60,7 +60,12 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     rows.counted("times down", status.link_down);
     rows.counted("times opened again", status.reopened);
     rows.counted("source failures", status.source_failures);
+    rows.counted("frames passed over", status.frames_passed_over);
+    rows.counted("frames stamped late", status.frames_stamped_late);
+    rows.counted("samples without reference", status.samples_without_reference);
     rows.counted("clock steps", status.clock_steps);
+    rows.counted("stamps held back", status.stamps_held_back);
+    rows.counted("stamps in the future", status.stamps_in_future);
     rows.causes("frames unused", &status.frames_unused);
     rows.causes("cycles lost", &status.cycles_lost);
     if let Some(bytes) = status.receive_buffer_bytes {

@@ -73,6 +73,15 @@ impl Health {
                     reasons.push(format!("not granted: {why}"));
                 }
             }
+            let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
+            if let (Some(granted), Some(asked)) = buffer
+                && granted < asked
+            {
+                reasons.push(format!(
+                    "the receive buffer has {granted} bytes instead of {asked}: raise \
+                     net.core.rmem_max, or give the service CAP_NET_ADMIN"
+                ));
+            }
         }
         if let Some(estimation) = estimation {
             if let Some(rejected) = &estimation.last_rejection {
@@ -94,5 +103,11 @@ impl Health {
             }
         }
         Self { ok: reasons.is_empty(), reasons }
+    }
+
+    /// Adds a reason why all is not well.
+    pub fn add(&mut self, reason: String) {
+        self.ok = false;
+        self.reasons.push(reason);
     }
 }

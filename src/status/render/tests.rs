@@ -11,6 +11,9 @@ fn snapshot() -> Snapshot {
         samples: 1_234_000,
         samples_per_second: 4998.2,
         queue_drops: 3,
+        frames_stamped_late: 5,
+        samples_without_reference: 7,
+        stamps_in_future: 9,
         cycles_lost: BTreeMap::from([("missing_axis".into(), 2), ("restart".into(), 1)]),
         real_time: Some(RealTimeGrants {
             priority: Grant::Refused { why: "SCHED_FIFO 20: EPERM".into() },
@@ -61,25 +64,28 @@ fn snapshot() -> Snapshot {
 #[test]
 fn names_and_values_are_aligned() {
     let expected = "\
-cell                   left (didim 1.2.3)
-up for                 1 d 2 h 3 min
-health                 the bus is silent
-                       not granted: SCHED_FIFO 20: EPERM
-                       the last window, 4, was rejected: 2 samples are missing after sample 900
-buffer                 20 s at 5000 Hz, 56.0 MB of shared memory
-bus                    silent
-frames                 1234567 (5000/s)
-samples                1234000 (4998/s)
-frames dropped unread  3
-cycles lost            2 missing axis
-                       1 restart
-real-time priority     SCHED_FIFO 20: EPERM
-window                 open, 812 samples
-windows                5 opened, 3 identified, 0 pending
-windows rejected       2 sample-gap
-last rejection         window 4: 2 samples are missing after sample 900
-last estimate          window 3, idim-ls, 28 parameters, relative error 5.64 %
-verdict                applicable
+cell                       left (didim 1.2.3)
+up for                     1 d 2 h 3 min
+health                     the bus is silent
+                           not granted: SCHED_FIFO 20: EPERM
+                           the last window, 4, was rejected: 2 samples are missing after sample 900
+buffer                     20 s at 5000 Hz, 56.0 MB of shared memory
+bus                        silent
+frames                     1234567 (5000/s)
+samples                    1234000 (4998/s)
+frames dropped unread      3
+frames stamped late        5
+samples without reference  7
+stamps in the future       9
+cycles lost                2 missing axis
+                           1 restart
+real-time priority         SCHED_FIFO 20: EPERM
+window                     open, 812 samples
+windows                    5 opened, 3 identified, 0 pending
+windows rejected           2 sample-gap
+last rejection             window 4: 2 samples are missing after sample 900
+last estimate              window 3, idim-ls, 28 parameters, relative error 5.64 %
+verdict                    applicable
 ";
     assert_eq!(render(&snapshot(), Colour::Never), expected);
 }
