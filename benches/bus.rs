@@ -18,7 +18,7 @@ const CELLS: [&str; 2] = ["tx40-packed-fd", "tx40-cia402"];
 
 fn cell(name: &str) -> Cell {
     let path = format!("config/cells/{name}.toml");
-    Cell::from_library(&Library::Shipped, Path::new(&path)).unwrap()
+    Cell::from_library(Library::Shipped, Path::new(&path)).unwrap()
 }
 
 /// What the simulated arm sends while it plays its motion once.

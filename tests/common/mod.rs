@@ -6,6 +6,8 @@
 )]
 
 pub(crate) mod bus;
+pub(crate) mod program;
+pub(crate) mod recording;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
