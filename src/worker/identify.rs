@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use didim_core::identification::Estimate;
 
@@ -21,6 +21,9 @@ pub type Identify = Box<dyn FnMut(&Window) -> Result<Estimate, IdentifyError> + 
 
 /// How often a wait for the identification looks whether it is over.
 const POLL: Duration = Duration::from_millis(2);
+
+/// How long a stop waits for the thread.
+const ABANDON_AFTER: Duration = Duration::from_millis(300);
 
 /// How soon a late reader of the estimates gets the last one.
 const WELCOME_EVERY: Duration = Duration::from_millis(500);
@@ -99,6 +102,16 @@ impl Identification {
     /// Whether the thread has ended, which it does by itself only when it failed.
     pub(super) fn has_ended(&self) -> bool {
         self.thread.is_finished()
+    }
+
+    /// Gives up what is queued. A thread that is idle is waited for, so that its ports are gone when
+    /// the process ends; one that identifies may take longer than that.
+    pub(super) fn abandon(self) {
+        drop(self.queue);
+        let start = Instant::now();
+        while !self.thread.is_finished() && start.elapsed() < ABANDON_AFTER {
+            std::thread::sleep(POLL);
+        }
     }
 
     /// Lets every queued window be identified; false when `stop` was set before that was done.

@@ -171,6 +171,7 @@ impl Worker {
                 }
             }
         }
+        self.identification.abandon();
         Ok(WorkerEnd::Stopped)
     }
 
