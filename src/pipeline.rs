@@ -224,18 +224,32 @@ pub fn estimation(
     })
 }
 
-/// Opens the buses of a cell, with the receive buffer that each socket was granted \[bytes\].
+/// The opened buses of a cell.
+pub struct OpenedSource {
+    /// Where frames come from.
+    pub source: Box<dyn Source>,
+    /// A living bus does not wait for its reader; a log does.
+    pub pace: Pace,
+    /// The smallest receive buffer that a socket was granted \[bytes\].
+    pub receive_buffer_bytes: Option<u64>,
+}
+
+/// Opens the buses of a cell.
 ///
 /// # Errors
 /// [`PipelineError::Source`] and [`PipelineError::Sources`].
-pub fn open_source(cell: &Cell) -> Result<(Box<dyn Source>, Option<u64>), PipelineError> {
+pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
     let mut interfaces: Vec<InterfaceName> = Vec::new();
     for address in &cell.sources {
         match address {
             BusAddress::Can(name) => interfaces.push(*name),
             BusAddress::Log(file) if cell.sources.len() == 1 => {
                 let log = CandumpSource::open(file, &[]).map_err(SourceError::from)?;
-                return Ok((Box::new(log), None));
+                return Ok(OpenedSource {
+                    source: Box::new(log),
+                    pace: Pace::Replay,
+                    receive_buffer_bytes: None,
+                });
             }
             BusAddress::Log(_) => {
                 return Err(PipelineError::Sources("a log goes with no other bus"));
@@ -254,5 +268,5 @@ pub fn open_source(cell: &Cell) -> Result<(Box<dyn Source>, Option<u64>), Pipeli
     };
     let source = SocketCanSource::open(&interfaces, &options).map_err(SourceError::from)?;
     let granted = source.links().map(|link| u64::from(link.receive_buffer_bytes)).min();
-    Ok((Box::new(source), granted))
+    Ok(OpenedSource { source: Box::new(source), pace: Pace::Live, receive_buffer_bytes: granted })
 }

@@ -53,7 +53,8 @@ fn a_unit_that_the_gain_does_not_expect_is_refused() {
     assert_eq!(
         error.to_string(),
         "drive 1: the gain expects \"Nm\" or \"N·m\" or \"N.m\" or \"N*m\", and \
-         `TPDO1_1.TorqueDemand` of the DBC file is in \"per mille\""
+         `TPDO1_1.TorqueDemand` of the DBC file is in \"per mille\"; choose the scale for \
+         that unit, or correct the unit in the DBC file"
     );
     let rad = DRIVES.replace("{ counts_per_revolution = 8192 }", "\"rad\"");
     assert!(matches!(scales(&rad), Err(UnitsError::WrongUnit { axis: 1, .. })));

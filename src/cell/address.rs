@@ -6,6 +6,8 @@ use std::str::FromStr;
 
 use didim_drivers::source::{InterfaceName, InterfaceNameError};
 use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 
 /// One bus, as it is written in cell files and on the command line.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
@@ -70,6 +72,31 @@ impl TryFrom<String> for BusAddress {
     fn try_from(address: String) -> Result<Self, Self::Error> {
         address.parse()
     }
+}
+
+/// One bus or a list of them. An untagged enum would lose what is wrong with an address.
+pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<BusAddress>, D::Error> {
+    struct OneOrMore;
+
+    impl<'de> Visitor<'de> for OneOrMore {
+        type Value = Vec<BusAddress>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a bus, can:INTERFACE, log:FILE or inproc:, or a list of them")
+        }
+
+        fn visit_str<E: Error>(self, address: &str) -> Result<Self::Value, E> {
+            address.parse().map(|bus| vec![bus]).map_err(E::custom)
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(list))
+        }
+    }
+
+    deserializer.deserialize_any(OneOrMore)
 }
 
 impl fmt::Display for BusAddress {

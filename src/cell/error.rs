@@ -19,6 +19,17 @@ pub enum CellError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file that the cell names cannot be read: correct the path, which is relative to the cell
+    /// file.
+    #[error("{}: `{key}` names {source}; the path is relative to the cell file", cell.display())]
+    Named {
+        /// The cell file.
+        cell: PathBuf,
+        /// The key.
+        key: &'static str,
+        /// The file and what the system said.
+        source: Box<CellError>,
+    },
     /// Not TOML, a key that is missing, unknown, or of the wrong type.
     #[error("{}: {source}", file.display())]
     Cell {

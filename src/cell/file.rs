@@ -36,7 +36,8 @@ pub struct CellFile {
 #[serde(deny_unknown_fields)]
 pub struct BusSection {
     /// One bus, or several that carry parts of the same layout.
-    pub source: OneOrMore<BusAddress>,
+    #[serde(deserialize_with = "super::address::one_or_more")]
+    pub source: Vec<BusAddress>,
     /// Receive buffer of each socket \[bytes\]. 4 MiB hold about two seconds at 5 kHz.
     #[serde(default = "BusSection::default_receive_buffer_bytes")]
     pub receive_buffer_bytes: u32,
@@ -49,26 +50,6 @@ pub struct BusSection {
 impl BusSection {
     fn default_receive_buffer_bytes() -> u32 {
         4 << 20
-    }
-}
-
-/// A value, or a list of them.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
-pub enum OneOrMore<T> {
-    /// One.
-    One(T),
-    /// Several.
-    More(Vec<T>),
-}
-
-impl<T> OneOrMore<T> {
-    /// As a list.
-    pub fn into_vec(self) -> Vec<T> {
-        match self {
-            Self::One(one) => vec![one],
-            Self::More(more) => more,
-        }
     }
 }
 

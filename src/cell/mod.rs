@@ -18,7 +18,7 @@ use didim_drivers::units::{DriveSpec, Scales};
 
 pub use address::{BusAddress, BusAddressError};
 pub use error::CellError;
-pub use file::{BusSection, CellFile, IdentificationSection, OneOrMore, Processes, ServiceSection};
+pub use file::{BusSection, CellFile, IdentificationSection, Processes, ServiceSection};
 pub use library::{Library, SHIPPED};
 
 use crate::worker::WindowOptions;
@@ -78,7 +78,10 @@ impl Cell {
         let folder = path.parent().unwrap_or(Path::new(""));
 
         let robot_path = folder.join(&file.robot);
-        let robot_text = library.read(&robot_path)?;
+        let named = |key| {
+            move |source| CellError::Named { cell: path.into(), key, source: Box::new(source) }
+        };
+        let robot_text = library.read(&robot_path).map_err(named("robot"))?;
         let mut robot = Robot::from_toml(&robot_text)
             .map_err(|source| CellError::Robot { file: robot_path.clone(), source })?;
         if let Some(sign) = file.identification.sign {
@@ -89,7 +92,7 @@ impl Cell {
             .map_err(|source| CellError::BaseParameters { file: robot_path, source })?;
 
         let dbc_path = folder.join(&file.bus.layout.dbc);
-        let dbc_text = library.read(&dbc_path)?;
+        let dbc_text = library.read(&dbc_path).map_err(named("bus.layout.dbc"))?;
         let wrong = |key: &'static str, problem: String| CellError::Value {
             file: path.to_path_buf(),
             key,
@@ -108,7 +111,7 @@ impl Cell {
         let scales = Scales::new(&file.bus.drives, &layout)
             .map_err(|source| CellError::Drives { file: path.to_path_buf(), source })?;
 
-        let sources = file.bus.source.into_vec();
+        let sources = file.bus.source;
         if sources.is_empty() {
             return Err(wrong("bus.source", "names no bus; write can:INTERFACE".to_owned()));
         }
@@ -120,15 +123,31 @@ impl Cell {
         };
         let sample_rate_hz = 1e9 / layout.period_ns();
         file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
-        options
-            .position_filter
-            .design(sample_rate_hz)
-            .map_err(|source| wrong("identification.position_filter", source.to_string()))?;
+        options.position_filter.design(sample_rate_hz).map_err(|source| {
+            let cutoff_hz = options.position_filter.cutoff_hz;
+            wrong(
+                "identification.position_filter",
+                format!("{cutoff_hz} Hz at {sample_rate_hz} samples/s: {source}"),
+            )
+        })?;
         options
             .decimation_filter
             .design()
             .map_err(|source| wrong("identification.decimation_filter", source.to_string()))?;
-        for name in options.parameters.iter().flatten() {
+        let listed = options.parameters.as_deref();
+        if listed.is_some_and(<[String]>::is_empty) {
+            return Err(wrong(
+                "identification.parameters",
+                "is empty; leave it out to identify every base parameter".to_owned(),
+            ));
+        }
+        for (k, name) in listed.into_iter().flatten().enumerate() {
+            if listed.is_some_and(|names| names[..k].contains(name)) {
+                return Err(wrong(
+                    "identification.parameters",
+                    format!("`{name}` is listed more than once; list it once"),
+                ));
+            }
             if !base.names().contains(name) {
                 return Err(wrong(
                     "identification.parameters",

@@ -10,7 +10,7 @@ use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 
 use super::CliError;
-use super::identify::read_input;
+use super::identify::{positive, read_input};
 use super::output::{print, write_whole};
 use crate::cell::Cell;
 use crate::experiment::{Recording, Side, write_csv};
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// What is written: a CSV experiment (*.csv) or a candump log
     output: PathBuf,
     /// Samples per second of a CSV file without a time_s column
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
 }
 
@@ -36,38 +36,45 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
         write_whole(output, |out| write_csv(&recording, out, output).map_err(CliError::failed))?;
     } else {
-        write_log(&cell, recording, output)?;
+        write_log(&cell, recording, &arguments.input, output)?;
     }
     print(&format!("{} written\n", output.display()))
 }
 
 /// Writes the frames that the cell's drives would have sent, as candump logs them. Every value is
 /// rounded to the unit of its signal.
-fn write_log(cell: &Cell, recording: Recording, path: &Path) -> Result<(), CliError> {
+fn write_log(
+    cell: &Cell,
+    recording: Recording,
+    input: &Path,
+    output: &Path,
+) -> Result<(), CliError> {
+    let refused = |message: String| CliError::in_file(input, message);
     let rate = cell.sample_rate_hz();
     let found = recording.signals.sample_rate_hz;
     if (found / rate - 1.0).abs() > 1e-3 {
-        return Err(CliError::failed(format!(
+        return Err(refused(format!(
             "the recording has {found} samples/s, the cell's bus {rate}; resample one of them"
         )));
     }
     if recording.axes() != cell.layout.axes() {
-        return Err(CliError::failed(format!(
-            "the recording has {} axes, the cell's bus {}",
+        return Err(refused(format!(
+            "the recording has {} axes, the cell's bus {}; choose the cell that was recorded",
             recording.axes(),
             cell.layout.axes()
         )));
     }
     if cell.layout.has_reference() && recording.signals.reference_rad.is_none() {
-        return Err(CliError::failed(
+        return Err(refused(
             "the cell's frames carry a reference and the recording has none; leave `reference` \
-             out of the cell's layout, or add the columns",
+             out of the cell's layout, or add the columns"
+                .to_owned(),
         ));
     }
     let recording = to_motor_side(recording, cell.robot.transmission());
     let encoder = CycleEncoder::new(cell.layout.clone(), cell.scales.clone());
     let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
-    write_whole(path, |out| {
+    write_whole(output, |out| {
         let mut writer = CandumpWriter::new(out, &name, StampDigits::Nanoseconds);
         let mut frames: Vec<Frame> = Vec::with_capacity(CYCLE_FRAMES);
         for k in 0..recording.samples() {
@@ -80,9 +87,7 @@ fn write_log(cell: &Cell, recording: Recording, path: &Path) -> Result<(), CliEr
             )]
             let stamp_ns = (k as f64 * cell.layout.period_ns()).round() as u64;
             encoder.encode(&cycle(cell, &recording, k), stamp_ns, &mut frames).map_err(
-                |error| {
-                    CliError::failed(format!("sample {k}: {error}; the cell's gains do not fit"))
-                },
+                |error| refused(format!("sample {k}: {error}; the cell's gains do not fit")),
             )?;
             for frame in &frames {
                 writer.write(frame).map_err(CliError::failed)?;

@@ -1,6 +1,8 @@
 //! How a command fails, and what the shell sees of it.
 
 use std::error::Error;
+use std::fmt;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Why a command did not do its work; each kind has its exit code.
@@ -20,6 +22,11 @@ impl CliError {
         Self::Failed(error.into())
     }
 
+    /// A failure because of what is in a file.
+    pub fn in_file(file: &Path, error: impl fmt::Display) -> Self {
+        Self::failed(format!("{}: {error}", file.display()))
+    }
+
     /// A mistake in the configuration.
     pub fn configuration(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Configuration(error.into())
@@ -28,7 +35,7 @@ impl CliError {
     /// Writes the error with its causes to stderr, a line each, and gives the exit code.
     #[expect(clippy::print_stderr, reason = "the one place that tells people of a failure")]
     pub fn report(&self) -> ExitCode {
-        let (code, error): (u8, &dyn std::fmt::Display) = match self {
+        let (code, error): (u8, &dyn fmt::Display) = match self {
             Self::Usage(text) => (2, text),
             Self::Configuration(error) => (78, error),
             Self::Failed(error) => (1, error),

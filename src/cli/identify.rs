@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "METHOD")]
     method: Option<Method>,
     /// Samples per second of a CSV file without a time_s column
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
     /// What counts begins here [s after the first sample]; before it is margin for the filters
     #[arg(long, value_name = "S")]
@@ -55,16 +55,13 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    if let Some(rate) = arguments.sample_rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
-        return Err(CliError::Usage(format!("--sample-rate {rate}: has to be positive")));
-    }
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
     let counted = counted(arguments, &cell, &recording)?;
     let start = Instant::now();
     let method = arguments.method.unwrap_or(cell.method);
-    let identification =
-        identify_recording(&cell, method, &recording, counted).map_err(CliError::failed)?;
+    let identification = identify_recording(&cell, method, &recording, counted)
+        .map_err(|error| CliError::in_file(&arguments.input, error))?;
     let elapsed = start.elapsed();
     if let Some(path) = &arguments.figure {
         write_figure(path, &identification)?;
@@ -76,6 +73,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return print(&format!("{json}\n"));
     }
     print(&text(&cell, &identification, arguments.regrouping))
+}
+
+/// A number above 0, as an argument.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let fits = number.is_finite() && number > 0.0;
+    fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
 /// A file whose name ends in `.csv` is a CSV experiment, anything else a candump log.
@@ -125,11 +129,16 @@ fn counted(
         None => samples.saturating_sub(margins.margin_after),
     };
     if from >= to {
-        return Err(CliError::Usage(format!(
-            "nothing counts: the record has {samples} samples, of which {from} at the beginning \
-             and {} at the end are margin; choose --from and --to",
+        if let (Some(from), Some(to)) = (arguments.from, arguments.to) {
+            let message = format!("--from {from} --to {to}: nothing lies between them");
+            return Err(CliError::Usage(message));
+        }
+        let message = format!(
+            "nothing counts: of {samples} samples, {from} at the beginning and {} at the end are \
+             margin for the filters; record longer, or choose --from and --to",
             samples.saturating_sub(to)
-        )));
+        );
+        return Err(CliError::in_file(&arguments.input, message));
     }
     Ok(from..to)
 }

@@ -26,13 +26,23 @@ pub(super) fn write_whole(
     write: impl FnOnce(&mut dyn Write) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
     let failed = |error: std::io::Error| {
-        CliError::failed(std::io::Error::new(error.kind(), format!("{}: {error}", path.display())))
+        CliError::in_file(path, format!("{error}; name a file in a folder that can be written"))
     };
+    // The file of before goes when the new one is whole; a device, pipe or socket must not go.
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(CliError::in_file(
+            path,
+            "is there and not a regular file; choose another name",
+        ));
+    }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    std::fs::read_dir(folder).map_err(failed)?;
+    // The error's own text has the name of the temporary file, which helps nobody.
+    let mut file =
+        tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
     let mut buffered = std::io::BufWriter::new(&mut file);
     write(&mut buffered)?;
     buffered.flush().map_err(failed)?;

@@ -10,7 +10,6 @@ use crate::pipeline::{
     LastIdentification, PipelineError, Places, acquisition, estimation, open_source,
 };
 use crate::service::{Parts, ServiceOptions, SocketOptions, run};
-use crate::stream::Pace;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -51,9 +50,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut options = ServiceOptions::default();
     let estimate = || estimation(&cell, &places, &LastIdentification::default());
     let mut acquire = || -> Result<_, PipelineError> {
-        let (source, granted) = open_source(&cell)?;
-        options.receive_buffer_bytes = granted;
-        acquisition(&cell, &places, source, Pace::Live)
+        let opened = open_source(&cell)?;
+        options.receive_buffer_bytes = opened.receive_buffer_bytes;
+        acquisition(&cell, &places, opened.source, opened.pace)
     };
     let parts = match part {
         None => {

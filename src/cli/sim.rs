@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
@@ -69,6 +69,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                     play(&mut device, &mut sink, Pace::Unpaced, &stop).map_err(CliError::failed)?,
                 );
                 sink.finish().map_err(CliError::failed)?;
+                if stop.load(Ordering::Relaxed) {
+                    return Err(CliError::failed(format!(
+                        "interrupted; {} was not written",
+                        path.display()
+                    )));
+                }
                 Ok(())
             })?;
             played.unwrap_or_default()
@@ -102,8 +108,12 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
         "tx40-paper" => didim_sim::tx40_paper(),
         "tx40-physical" => didim_sim::tx40_physical(),
         file => {
-            let text = std::fs::read_to_string(file)
-                .map_err(|error| CliError::Usage(format!("--scenario {file}: {error}")))?;
+            let text = std::fs::read_to_string(file).map_err(|error| {
+                CliError::Usage(format!(
+                    "--scenario {file}: {error}; name a file, or the shipped tx40-paper or \
+                         tx40-physical"
+                ))
+            })?;
             Scenario::from_toml(&text, cell.robot.clone())
         }
     }

@@ -18,7 +18,7 @@ const GRID_TOLERANCE: f64 = 0.25;
 #[derive(Debug, thiserror::Error)]
 pub enum CsvError {
     /// The file cannot be opened, read or written: check path and permissions.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: {source}; check the path and the permissions", file.display())]
     Io {
         /// The file.
         file: PathBuf,

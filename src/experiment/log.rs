@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use didim_core::JointSample;
 use didim_drivers::assemble::{Assembler, Losses};
-use didim_drivers::frame::Frame;
+use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::{CandumpSource, Received, Source, SourceError};
 
 use super::Recording;
@@ -13,6 +13,8 @@ use crate::cell::Cell;
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
+/// Identifiers that an error lists.
+const LISTED: usize = 16;
 /// The longest record that is held in memory: an hour at 5 kHz.
 const MAX_SAMPLES: usize = 18_000_000;
 
@@ -24,12 +26,16 @@ pub enum LogError {
     Source(#[from] SourceError),
     /// No complete sample came of the frames: the layout or the interface is another one.
     #[error(
-        "{}: no complete sample in {} frames; is this log from the bus that the cell's layout describes? Not used, by cause: {}",
-        file.display(), losses.frames_received, causes(losses)
+        "{}: no complete sample in {} frames; is this log from the bus that the cell's layout describes? The layout has the identifiers {}, the log {}. Not used, by cause: {}",
+        file.display(), losses.frames_received, list(expected), list(found), causes(losses)
     )]
     NoSample {
         /// The log.
         file: PathBuf,
+        /// Identifiers of the layout.
+        expected: Vec<FrameId>,
+        /// The first identifiers of the log.
+        found: Vec<FrameId>,
         /// What was counted.
         losses: Box<Losses>,
     },
@@ -60,17 +66,36 @@ pub enum LogError {
 
 /// Reads a whole candump log as one record without gaps, motor side.
 ///
-/// Where targets take effect at the next SYNC, no target is known before the log's first one: the
-/// record begins with the first sample that has its reference, if any has.
+/// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
+/// record begins with the second one.
 ///
 /// # Errors
 /// See [`LogError`].
 pub fn read_log(path: &Path, cell: &Cell) -> Result<Recording, LogError> {
     let mut samples = read_samples(path, cell)?;
-    if let Some(first) = samples.iter().position(|sample| sample.has_reference) {
-        samples.drain(..first);
+    if cell.layout.has_reference() {
+        drop_before_reference(path, &mut samples);
     }
     Ok(Recording::from_samples(&samples, cell.layout.axes(), cell.sample_rate_hz()))
+}
+
+/// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none.
+/// Without this, one sample would cost the whole record its reference. More than one is no matter of
+/// the log's beginning: then nothing is left out, and the record is without a reference.
+fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
+    if let [first, second, ..] = samples.as_slice()
+        && !first.has_reference
+        && second.has_reference
+    {
+        samples.remove(0);
+    }
+    let without = samples.iter().filter(|sample| !sample.has_reference).count();
+    if without > 0 {
+        let (file, all) = (path.display(), samples.len());
+        tracing::warn!(
+            "{file}: {without} of {all} samples have no reference, so the record has none"
+        );
+    }
 }
 
 fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> {
@@ -79,10 +104,14 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
     let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
     let mut samples: Vec<JointSample> = Vec::new();
     let file = || path.to_path_buf();
+    let mut found: Vec<FrameId> = Vec::new();
     loop {
         batch.clear();
         let received = source.receive(&mut batch, Duration::ZERO)?;
         for frame in &batch {
+            if found.len() < LISTED && !frame.is_error() && !found.contains(&frame.id) {
+                found.push(frame.id);
+            }
             assembler.handle_frame(frame);
             samples.extend(assembler.poll_sample());
         }
@@ -97,7 +126,8 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
     samples.extend(assembler.poll_sample());
     let losses = || Box::new(*assembler.losses());
     let Some(first) = samples.first().map(|s| s.sequence) else {
-        return Err(LogError::NoSample { file: file(), losses: losses() });
+        let expected = cell.layout.messages().iter().map(|message| message.format.id).collect();
+        return Err(LogError::NoSample { file: file(), expected, found, losses: losses() });
     };
     let gap = samples.windows(2).find(|pair| pair[1].sequence != pair[0].sequence + 1);
     if let Some([before, after]) = gap {
@@ -113,6 +143,16 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
         });
     }
     Ok(samples)
+}
+
+/// The first identifiers, as candump writes them.
+fn list(ids: &[FrameId]) -> String {
+    let names: Vec<String> = ids.iter().take(LISTED).map(ToString::to_string).collect();
+    match names.len() {
+        0 => "none".to_owned(),
+        listed if listed < ids.len() => format!("{} …", names.join(" ")),
+        _ => names.join(" "),
+    }
 }
 
 /// Every cause with a count, as `name 12, name 3`.

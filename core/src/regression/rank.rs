@@ -13,16 +13,21 @@ const SHARE: f64 = 1e-6;
 /// the others.
 const ZERO_COLUMN: f64 = 1e-12;
 
+/// Columns that depend on each other to this fraction of their norms differ by rounding alone:
+/// the filters leave so much of it in the columns of an arm at rest.
+const DEPENDENT: f64 = 1e-12;
+
 /// Iterations allowed to a singular value decomposition: far more than it ever needs, but bounded.
 const MAX_SVD_ITERATIONS: usize = 10_000;
 
 /// Refuses a triangular factor R whose columns are not independent relative to their own norms.
 ///
 /// Columns have different units, so R is judged after scaling each to norm 1: deficient when the
-/// smallest singular value is below `rows · ε` of the largest (the convention of LAPACK and NumPy).
+/// smallest singular value is below `rows · ε` of the largest (the convention of LAPACK and NumPy)
+/// or below what the filters' rounding makes of 0.
 /// R has the column norms and the singular values of the tall matrix of `rows` rows it came from.
 pub(super) fn check(r: &DMatrix<f64>, rows: usize) -> Result<(), RegressionError> {
-    let tolerance = rows.max(r.ncols()) as f64 * f64::EPSILON;
+    let tolerance = (rows.max(r.ncols()) as f64 * f64::EPSILON).max(DEPENDENT);
     let norms: Vec<f64> = r.column_iter().map(|column| column.norm()).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
     if !largest.is_finite() {

@@ -4,9 +4,9 @@
 //! is late on a busy machine is not a loss. Where the counter is far ahead of the time, or behind the
 //! frame before, the device has started again.
 
-/// How far the counter and the time may disagree \[ns\]: a sender or a kernel that is busy for longer
-/// than this is no longer the one that started the count.
-const SLACK_NS: f64 = 1e8;
+/// How far the counter and the time may disagree \[ns\], as long as the shortest silence that is a
+/// restart: a sender or a kernel that is busy for longer is no longer the one that started the count.
+const SLACK_NS: f64 = 1e9;
 
 /// The narrowest counter that does not start again within a silence, at the rates of drives \[bits\].
 /// A narrower one is trusted for a quarter of its range.
@@ -69,9 +69,9 @@ mod tests {
         assert_eq!(step(u64::from(u32::MAX), 0, 32, 1.1), Step::Forward(1));
         assert_eq!(step(7, 12, 32, 5.0), Step::Forward(5));
         // A sender or a kernel that was busy for a while has lost nothing, and catches up.
-        assert_eq!(step(7, 8, 32, 400.0), Step::Forward(1));
+        assert_eq!(step(7, 8, 32, 4000.0), Step::Forward(1));
         assert_eq!(step(7, 8, 32, -20.0), Step::Forward(1));
-        assert_eq!(step(7, 8, 32, 502.0), Step::Restart);
+        assert_eq!(step(7, 8, 32, 5002.0), Step::Restart);
         assert_eq!(step(7, 7, 32, 1.0), Step::Repeated);
         assert_eq!(step(7, 7, 32, 900.0), Step::Repeated);
         assert_eq!(step(7, 6, 32, -1.0), Step::Older);

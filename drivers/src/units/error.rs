@@ -25,7 +25,8 @@ pub enum UnitsError {
     },
     /// The DBC file has the signal in another unit than the gain expects.
     #[error(
-        "drive {axis}: the gain expects {expected}, and `{signal}` of the DBC file is in \"{unit}\""
+        "drive {axis}: the gain expects {expected}, and `{signal}` of the DBC file is in \"{unit}\"; \
+         choose the scale for that unit, or correct the unit in the DBC file"
     )]
     WrongUnit {
         /// The axis.

@@ -1,0 +1,88 @@
+//! The kernels of the dynamics, on the TX40 with physical links: one evaluation each.
+//!
+//! 1,024 random states, taken one after the other, so that no branch is learnt. Friction's sign is
+//! a comparison here; `…_tanh` is the law of the shipped file, whose seven hyperbolic tangents are
+//! a good part of the time.
+//!
+//! Each of the ten samples is a tenth of the measuring time, about 0.1 s: on a machine that others
+//! use as well, short samples would fall between its interruptions, and whoever is compared with
+//! would look slower for measuring longer.
+#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
+
+use std::hint::black_box;
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main};
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::robot::{Robot, SignModel};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Uniform};
+
+const STATES: usize = 1024;
+const N: usize = 6;
+
+/// Position \[rad\], velocity \[rad/s\], acceleration \[rad/s²\], torque \[N·m\].
+type State = [[f64; N]; 4];
+
+fn states() -> Vec<State> {
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let unit = Uniform::new(-1.0, 1.0).unwrap();
+    let mut vector = |size: f64| [(); N].map(|()| size * unit.sample(&mut random));
+    (0..STATES).map(|_| [vector(3.0), vector(5.0), vector(20.0), vector(20.0)]).collect()
+}
+
+/// Times `kernel` on one state after the other.
+fn over_states(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    states: &[State],
+    mut kernel: impl FnMut(&State),
+) {
+    let mut next = 0;
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            kernel(black_box(&states[next]));
+            next = (next + 1) % STATES;
+        });
+    });
+}
+
+fn kernels(criterion: &mut Criterion) {
+    let robot = Robot::from_toml(include_str!("../../config/robots/tx40-physical.toml")).unwrap();
+    let parameters = robot.nominal().unwrap().standard();
+    let tanh = Model::new(&robot);
+    let sign = tanh.clone().with_sign_model(SignModel::Sign);
+    let states = states();
+    let mut ws = Workspace::new();
+
+    let mut group = criterion.benchmark_group("dynamics");
+    group.sampling_mode(SamplingMode::Flat).sample_size(10);
+    let mut out = [0.0; N];
+    for (name, model) in [("inverse_dynamics", &sign), ("inverse_dynamics_tanh", &tanh)] {
+        over_states(&mut group, name, &states, |[q, dq, ddq, _]| {
+            model.inverse_dynamics(&mut ws, parameters, q, dq, ddq, &mut out);
+            black_box(&out);
+        });
+    }
+    for (name, model) in [("direct_dynamics", &sign), ("direct_dynamics_tanh", &tanh)] {
+        over_states(&mut group, name, &states, |[q, dq, _, tau]| {
+            model.direct_dynamics(&mut ws, parameters, q, dq, tau, &mut out).unwrap();
+            black_box(&out);
+        });
+    }
+    let mut mass = [0.0; N * N];
+    over_states(&mut group, "mass_matrix", &states, |[q, ..]| {
+        sign.mass_matrix(&mut ws, parameters, q, &mut mass);
+        black_box(&mass);
+    });
+    let mut regressor = vec![0.0; N * sign.parameter_names().len()];
+    over_states(&mut group, "regressor", &states, |[q, dq, ddq, _]| {
+        sign.regressor(&mut ws, q, dq, ddq, &mut regressor);
+        black_box(&regressor);
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernels);
+criterion_main!(benches);

@@ -1,0 +1,84 @@
+//! Arguments that make no sense: exit code 2, and what would.
+
+use crate::support::{Folder, data, didim, head, packed_cell};
+
+#[test]
+fn nonsense_is_a_usage_error() {
+    let cell = packed_cell();
+    let log = &data().packed_log;
+    let cases: &[(&[&str], &[&str])] = &[
+        (&[], &["Usage: didim"]),
+        (&["identfy"], &["unrecognized subcommand 'identfy'", "identify"]),
+        (&["identify", "--cell", &cell], &["--input <FILE>", "required"]),
+        (&["identify", "--cell", &cell, "--input", log, "--jsno"], &["--jsno", "--json"]),
+        (
+            &["identify", "--cell", &cell, "--input", log, "--method", "idim-xx"],
+            &["--method", "idim-xx", "known: idim-ls"],
+        ),
+        (
+            &["identify", "--cell", &cell, "--input", log, "--json", "--regrouping"],
+            &["--json", "--regrouping", "cannot be used with"],
+        ),
+        (
+            &["identify", "--cell", &cell, "--input", log, "--sample-rate", "5000"],
+            &["--sample-rate", "CSV", "layout"],
+        ),
+        (
+            &["convert", "--cell", &cell, log, "out.csv", "--sample-rate", "5000"],
+            &["--sample-rate", "CSV", "layout"],
+        ),
+        (&["identify", "--cell", &cell, "--input", log, "--from", "x"], &["--from", "'x'"]),
+        (
+            &["identify", "--cell", &cell, "--input", log, "--from", "60"],
+            &["--from 60", "0 to 7.9398 s"],
+        ),
+        (
+            &["identify", "--cell", &cell, "--input", log, "--to", "60"],
+            &["--to 60", "0 to 7.9398 s"],
+        ),
+        (&["identify", "--cell", &cell, "--input", log, "--from=-1"], &["--from -1", "0 to"]),
+        (&["identify", "--cell", &cell, "--input", log, "--from", "nan"], &["--from NaN", "0 to"]),
+        (
+            &["identify", "--cell", &cell, "--input", log, "--from", "5", "--to", "4"],
+            &["--from 5 --to 4", "nothing lies between"],
+        ),
+        (&["sim", "--cell", &cell, "--bus", "vcan0"], &["--bus", "`vcan0`", "can:INTERFACE"]),
+        (&["sim", "--cell", &cell, "--bus", "inproc:"], &["inproc:", "can:INTERFACE"]),
+        (&["sim", "--cell", &cell, "--bus", "log:x.log", "--seed=-1"], &["--seed", "-1"]),
+        (
+            &["sim", "--cell", &cell, "--bus", "log:x.log", "--scenario", "tx41"],
+            &["--scenario tx41", "tx40-paper", "tx40-physical"],
+        ),
+    ];
+    for (arguments, says) in cases {
+        println!("--- {arguments:?}");
+        didim(arguments).refused(2, says);
+    }
+    for stray in ["out.csv", "x.log"] {
+        assert!(!std::path::Path::new(stray).exists(), "{stray} was written");
+    }
+}
+
+#[test]
+fn a_sample_rate_is_a_positive_number_everywhere() {
+    let folder = Folder::new();
+    let input = folder.file("short.csv", &head(&data().packed_csv, 100));
+    let (cell, output) = (packed_cell(), folder.path("out.csv"));
+    for rate in ["0", "-5", "nan", "inf"] {
+        let option = format!("--sample-rate={rate}");
+        let says = ["--sample-rate", "positive"];
+        didim(&["identify", "--cell", &cell, "--input", &input, &option]).refused(2, &says);
+        didim(&["convert", "--cell", &cell, &input, &output, &option]).refused(2, &says);
+    }
+    assert_eq!(folder.names(), ["short.csv"]);
+}
+
+#[test]
+fn help_and_version_go_to_stdout() {
+    let help = didim(&["--help"]).done();
+    for command in ["sim", "identify", "convert", "check"] {
+        assert!(help.contains(command), "{help}");
+        didim(&[command, "--help"]).done();
+    }
+    assert_eq!(didim(&["--version"]).done(), format!("didim {}\n", env!("CARGO_PKG_VERSION")));
+}

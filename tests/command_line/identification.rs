@@ -1,0 +1,212 @@
+//! `didim identify` on the simulated arm: the truth is found, and found again to the byte.
+
+use serde_json::Value;
+
+use crate::support::{Configuration, Folder, data, didim, head, packed_cell};
+
+#[track_caller]
+fn identify(cell: &str, input: &str, options: &[&str]) -> Value {
+    let command = ["identify", "--cell", cell, "--input", input, "--json"];
+    let text = didim(&[&command, options].concat()).done();
+    assert_eq!((text.matches('\n').count(), text.ends_with('\n')), (1, true), "{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} is no number in {value}"))
+}
+
+/// Deviation of every parameter from the scenario's truth, in standard deviations.
+fn deviations(output: &Value) -> Vec<(String, f64)> {
+    let scenario = didim_sim::tx40_paper().unwrap();
+    let parameters = output["parameters"].as_array().unwrap();
+    let deviation = |parameter: &Value| {
+        let name = parameter["name"].as_str().unwrap().to_owned();
+        let truth = scenario.truth_of(&name).unwrap();
+        let z = (number(parameter, "value") - truth) / number(parameter, "standard_deviation");
+        (name, z)
+    };
+    parameters.iter().map(deviation).collect()
+}
+
+fn rms(deviations: &[(String, f64)]) -> f64 {
+    let sum: f64 = deviations.iter().map(|(_, z)| z * z).sum();
+    (sum / deviations.len() as f64).sqrt()
+}
+
+#[test]
+fn one_object_with_the_promised_keys() {
+    let output = identify(&packed_cell(), &data().packed_log, &[]);
+    for key in [
+        "schema",
+        "method",
+        "robot",
+        "samples",
+        "rows",
+        "parameters",
+        "condition_number",
+        "singular_values",
+        "relative_error",
+        "relative_error_per_joint",
+        "rms_error_per_joint_nm",
+        "durbin_watson_per_joint",
+        "iterations",
+        "simulations",
+        "elapsed_ms",
+        "verdict",
+    ] {
+        assert!(output.get(key).is_some(), "no {key} in {output}");
+    }
+    assert_eq!(output["schema"], 1);
+    assert_eq!((&output["method"], &output["robot"]), (&"idim-ls".into(), &"tx40".into()));
+    assert_eq!((&output["samples"], &output["iterations"]), (&39_700.into(), &1.into()));
+    assert_eq!(output["simulations"], 0);
+    assert_eq!(output["verdict"]["applicable"], true, "{}", output["verdict"]);
+    assert_eq!(output["verdict"]["reasons"], Value::Array(vec![]));
+    let names: Vec<&str> = output["parameters"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|parameter| parameter["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names.len(), 28);
+    assert_eq!((names[0], names[27]), ("zz1r", "fc_m6"));
+    for parameter in output["parameters"].as_array().unwrap() {
+        let relative = number(parameter, "standard_deviation") / number(parameter, "value").abs();
+        assert!((number(parameter, "relative_standard_deviation") / relative - 1.0).abs() < 1e-9);
+    }
+    for key in ["relative_error_per_joint", "rms_error_per_joint_nm", "durbin_watson_per_joint"] {
+        assert_eq!(output[key].as_array().unwrap().len(), 6, "{key}");
+    }
+    assert!(number(&output["singular_values"], "max") > number(&output["singular_values"], "min"));
+    assert!(number(&output, "elapsed_ms") > 0.0);
+}
+
+/// The 50 Hz filter of the positions smooths the jumps of the acceleration: a known bias, of more
+/// standard deviations the less noise there is.
+#[test]
+fn the_truth_is_found() {
+    let deviations = deviations(&identify(&packed_cell(), &data().packed_log, &[]));
+    println!("rms of the deviations {:.2}: {deviations:.2?}", rms(&deviations));
+    for (name, z) in &deviations {
+        assert!(z.abs() <= 6.0, "{name} is {z:.1} standard deviations off");
+    }
+    assert!(rms(&deviations) <= 2.5, "{}", rms(&deviations));
+}
+
+#[test]
+fn a_wider_filter_has_less_bias() {
+    let configuration =
+        Configuration::with("cells/tx40-packed-fd.toml", "cutoff_hz = 50.0", "cutoff_hz = 200.0");
+    let output = identify(&configuration.packed_cell(), &data().packed_log, &[]);
+    let deviations = deviations(&output);
+    println!("rms of the deviations {:.2}: {deviations:.2?}", rms(&deviations));
+    assert!(rms(&deviations) <= 1.3, "{}", rms(&deviations));
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let folder = Folder::new();
+    let cell = packed_cell();
+    let [one, two, other] = ["1.log", "2.log", "3.log"].map(|name| folder.path(name));
+    for (log, seed) in [(&one, "7"), (&two, "7"), (&other, "8")] {
+        didim(&["sim", "--cell", &cell, "--bus", &format!("log:{log}"), "--seed", seed]).done();
+    }
+    let [one_bytes, two_bytes, other_bytes] =
+        [&one, &two, &other].map(|log| std::fs::read(log).unwrap());
+    assert!(one_bytes == two_bytes);
+    assert!(one_bytes != other_bytes && one_bytes.len() == other_bytes.len());
+
+    let figures = [folder.path("1.svg"), folder.path("2.svg")];
+    let command = ["identify", "--cell", &cell, "--json", "--figure"];
+    let outputs = [(&one, &figures[0]), (&two, &figures[1])].map(|(log, figure)| {
+        let text = didim(&[&command[..], &[figure, "--input", log]].concat()).done();
+        // The run time is the last key, and the only one that may differ.
+        let (result, elapsed) = text.split_once(",\"elapsed_ms\":").unwrap();
+        assert!(elapsed.trim_end().strip_suffix('}').unwrap().parse::<f64>().unwrap() > 0.0);
+        result.to_owned()
+    });
+    assert_eq!(outputs[0], outputs[1]);
+    let [first, second] = figures.map(|figure| std::fs::read(figure).unwrap());
+    assert!(first == second && first.starts_with(b"<svg"));
+}
+
+/// What a table says is what its log says: values, to the bit.
+#[test]
+fn log_and_table_give_the_same_result() {
+    let [mut log, mut table] =
+        [&data().packed_log, &data().packed_csv].map(|input| identify(&packed_cell(), input, &[]));
+    for output in [&mut log, &mut table] {
+        output.as_object_mut().unwrap().remove("elapsed_ms");
+    }
+    assert_eq!(log, table);
+}
+
+#[test]
+fn methods_have_names() {
+    let cell = packed_cell();
+    for method in didim_core::identification::Method::ALL {
+        let output = identify(&cell, &data().packed_log, &["--method", method.name()]);
+        assert_eq!(output["method"], method.name());
+    }
+    let known = didim_core::identification::Method::ALL.map(|method| method.name()).join(", ");
+    for unknown in ["IDIM-LS", "idim_ls", ""] {
+        didim(&["identify", "--cell", &cell, "--input", "x", &format!("--method={unknown}")])
+            .refused(2, &["--method", &format!("known: {known}")]);
+    }
+}
+
+#[test]
+fn only_what_was_asked_for_counts() {
+    let cell = packed_cell();
+    let whole = identify(&cell, &data().packed_log, &[]);
+    let part = identify(&cell, &data().packed_log, &["--from", "1", "--to", "5"]);
+    assert_eq!(whole["samples"], part["samples"]);
+    // A row in 125 samples, six joints, 20001 samples.
+    let rows = number(&part, "rows");
+    assert!((rows - 6.0 * 20_001.0 / 125.0).abs() <= 6.0, "{rows}");
+    assert!(rows < number(&whole, "rows"));
+}
+
+#[test]
+fn the_table_for_people_names_every_parameter_and_its_regrouping() {
+    let text = didim(&[
+        "identify",
+        "--cell",
+        &packed_cell(),
+        "--input",
+        &data().packed_log,
+        "--regrouping",
+    ])
+    .done();
+    for part in ["zz1r", "fc_m6", "verdict: applicable", "Durbin", "zz1r = zz1 + ia1 + yy2 + yy3"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+/// A result that must not be used is a result: code 0, and the verdict says why.
+#[test]
+fn a_poor_result_says_so_in_its_verdict() {
+    let configuration = Configuration::with(
+        "cells/tx40-packed-fd.toml",
+        "sign = 1, provenance = \"drive of",
+        "sign = -1, provenance = \"drive of",
+    );
+    let output = identify(&configuration.packed_cell(), &data().packed_log, &[]);
+    assert_eq!(output["verdict"]["applicable"], false);
+    let reasons = output["verdict"]["reasons"].to_string();
+    assert!(reasons.contains("fv1") && reasons.contains("check the signs"), "{reasons}");
+}
+
+/// A table without times is as good as one with, when the rate is given.
+#[test]
+fn a_sample_rate_replaces_the_times() {
+    let folder = Folder::new();
+    let text = head(&data().packed_csv, usize::MAX);
+    let timeless: String =
+        text.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n").collect();
+    let input = folder.file("timeless.csv", &timeless);
+    let output = identify(&packed_cell(), &input, &["--sample-rate", "5000"]);
+    let expected = identify(&packed_cell(), &data().packed_csv, &[]);
+    assert_eq!(output["parameters"], expected["parameters"]);
+}

@@ -1,0 +1,97 @@
+//! Candump logs that are damaged, incomplete or of another bus: exit code 1.
+
+use crate::support::{Folder, cia402_cell, data, didim, packed_cell};
+
+/// Lines of the recording, and the refusal of the log that `damage` makes of them.
+#[track_caller]
+fn refused(damage: impl FnOnce(&mut Vec<String>), says: &[&str]) {
+    let text = std::fs::read_to_string(&data().packed_log).unwrap();
+    let mut lines: Vec<String> = text.split_inclusive('\n').map(str::to_owned).collect();
+    damage(&mut lines);
+    let folder = Folder::new();
+    let log = folder.file("damaged.log", &lines.concat());
+    let (csv, figure) = (folder.path("out.csv"), folder.path("out.svg"));
+    let cell = packed_cell();
+    let says = [&["damaged.log"], says].concat();
+    let identify = ["identify", "--cell", &cell, "--input", &log, "--json", "--figure", &figure];
+    didim(&identify).refused(1, &says);
+    didim(&["convert", "--cell", &cell, &log, &csv]).refused(1, &says);
+    assert_eq!(folder.names(), ["damaged.log"]);
+}
+
+#[test]
+fn a_log_cut_off_in_a_line() {
+    let cut = |lines: &mut Vec<String>| {
+        lines.truncate(30_000);
+        lines[29_999].truncate(100);
+    };
+    refused(cut, &[":30000:", "cut off", "delete that line"]);
+    // A line that looks whole may lack its last bytes.
+    let unfinished = |lines: &mut Vec<String>| {
+        let last = lines.last_mut().unwrap();
+        last.truncate(last.len() - 1);
+    };
+    refused(unfinished, &[":39700:", "no newline"]);
+}
+
+#[test]
+fn a_malformed_line() {
+    let damage = |to: &'static str| move |lines: &mut Vec<String>| lines[1233] = to.to_owned();
+    refused(damage("hello\n"), &[":1234:", "no time stamp", "candump -l"]);
+    refused(damage("\n"), &[":1234:", "empty", "delete it"]);
+    refused(damage("(0.2466) can0 1000##1\n"), &[":1234:", "identifier", "three hexadecimal"]);
+    refused(damage("(0.2466) can0 100##10\n"), &[":1234:", "pairs of hexadecimal digits"]);
+    refused(damage("(0.2466) can0 100 [8] 00 11\n"), &[":1234:", "123#1122"]);
+}
+
+#[test]
+fn a_log_with_a_gap() {
+    let gap = |lines: &mut Vec<String>| drop(lines.drain(10_000..10_005));
+    refused(gap, &["5 bus cycles are missing after sample 9999", "2.000 s", "cut the log there"]);
+}
+
+#[test]
+fn a_log_of_another_bus() {
+    let cell = cia402_cell();
+    let log = &data().packed_log;
+    let says = [
+        log,
+        "no complete sample in 39700 frames",
+        "layout",
+        "080 181 182",
+        "the log 100",
+        "unknown-id 39700",
+    ];
+    didim(&["identify", "--cell", &cell, "--input", log, "--json"]).refused(1, &says);
+    // The same identifier, but shorter frames than the layout says.
+    let shorter = |lines: &mut Vec<String>| {
+        for line in lines {
+            line.truncate(line.find("##").unwrap() + 3 + 64);
+            line.push('\n');
+        }
+    };
+    refused(shorter, &["no complete sample", "wrong-length 39700"]);
+}
+
+#[test]
+fn logs_without_frames() {
+    refused(Vec::clear, &["no complete sample in 0 frames"]);
+}
+
+#[test]
+fn a_log_too_short_to_identify() {
+    let folder = Folder::new();
+    let text = crate::support::head(&data().packed_log, 2_500);
+    let log = folder.file("short.log", &text);
+    let cell = packed_cell();
+    didim(&["identify", "--cell", &cell, "--input", &log])
+        .refused(1, &["short.log", "2500 samples", "margin", "record longer", "--from"]);
+    // Not all margin, but too few rows.
+    let log = folder.file("few.log", &crate::support::head(&data().packed_log, 2_600));
+    didim(&["identify", "--cell", &cell, "--input", &log])
+        .refused(1, &["few.log", "rows", "28 parameters", "record longer"]);
+    // Shorter than the filters.
+    let log = folder.file("tiny.log", &crate::support::head(&data().packed_log, 20));
+    didim(&["identify", "--cell", &cell, "--input", &log, "--from", "0", "--to", "0.0038"])
+        .refused(1, &["tiny.log", "rows", "record longer"]);
+}

@@ -1,0 +1,22 @@
+//! The command line as scripts and people meet it: exit codes, messages, files, `--json`.
+//!
+//! Exit codes: 0 done; 1 refused or failed; 2 usage; 78 configuration. A refusal says what, where
+//! and what to do, prints nothing on stdout, and leaves no file half written.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and prints what it saw"
+)]
+
+mod support;
+
+mod arguments;
+mod configuration;
+mod conversion;
+mod identification;
+mod logs;
+mod outputs;
+mod pipeline;
+mod tables;

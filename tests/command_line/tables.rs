@@ -1,0 +1,199 @@
+//! CSV experiments that are damaged or of another robot: exit code 1.
+
+use crate::support::{Configuration, Folder, cia402_cell, data, didim, head, packed_cell};
+
+/// A second of the recording with its motion, as CSV rows of fields; the header first.
+fn table() -> Vec<Vec<String>> {
+    let text = head(&data().packed_csv, 1 + 8_000);
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+fn text(table: &[Vec<String>]) -> String {
+    table.iter().map(|row| row.join(",") + "\n").collect()
+}
+
+fn column(table: &[Vec<String>], name: &str) -> usize {
+    table[0].iter().position(|found| found == name).unwrap()
+}
+
+#[track_caller]
+fn refused_with(options: &[&str], damage: impl FnOnce(&mut Vec<Vec<String>>), says: &[&str]) {
+    let mut table = table();
+    damage(&mut table);
+    let folder = Folder::new();
+    let input = folder.file("damaged.csv", &text(&table));
+    let figure = folder.path("out.svg");
+    let cell = packed_cell();
+    let says = [&["damaged.csv"], says].concat();
+    let identify = ["identify", "--cell", &cell, "--input", &input, "--json", "--figure", &figure];
+    didim(&[&identify, options].concat()).refused(1, &says);
+    assert_eq!(folder.names(), ["damaged.csv"]);
+}
+
+#[track_caller]
+fn refused(damage: impl FnOnce(&mut Vec<Vec<String>>), says: &[&str]) {
+    refused_with(&[], damage, says);
+}
+
+#[test]
+fn values_that_are_no_numbers() {
+    for value in ["NaN", "inf", "", "1,5"] {
+        let says: &[&str] = match value {
+            "1,5" => &["line: 701", "20 fields", "19 fields"],
+            _ => &["line 701", "`motor_torque_nm_3`", "not a finite number"],
+        };
+        let damage = |table: &mut Vec<Vec<String>>| {
+            let column = column(table, "motor_torque_nm_3");
+            table[700][column] = value.to_owned();
+        };
+        refused(damage, says);
+    }
+}
+
+#[test]
+fn columns_that_are_missing_or_not_known() {
+    let remove = |name: &'static str| {
+        move |table: &mut Vec<Vec<String>>| {
+            let column = column(table, name);
+            table.iter_mut().for_each(|row| drop(row.remove(column)));
+        }
+    };
+    refused(remove("motor_torque_nm_3"), &["`motor_torque_nm_3` is missing", "1 to 6"]);
+    refused(remove("motor_position_rad_6"), &["`motor_position_rad_6` is missing"]);
+    refused(remove("time_s"), &["no time_s column", "--sample-rate HZ"]);
+    let rename = |from: &'static str, to: &'static str| {
+        move |table: &mut Vec<Vec<String>>| {
+            let column = column(table, from);
+            table[0][column] = to.to_owned();
+        }
+    };
+    refused(rename("motor_torque_nm_3", "motor_torque_3"), &["`motor_torque_3` is not known"]);
+    refused(
+        rename("motor_position_rad_1", "motor_position_deg_1"),
+        &["`motor_position_deg_1` is not known", "motor_position_rad_1"],
+    );
+    refused(rename("motor_torque_nm_3", "joint_torque_nm_3"), &["mixes motor_ and joint_"]);
+    refused(|table| table.truncate(1), &["fewer than two samples"]);
+    refused(Vec::clear, &["damaged.csv"]);
+}
+
+#[test]
+fn time_that_does_not_advance_evenly() {
+    refused(
+        |table| drop(table.drain(3_000..3_004)),
+        &["line 3001", "leaves the uniform grid of 5000.0", "missing or repeated", "cut it"],
+    );
+    refused(|table| table.swap(3_000, 3_001), &["line 3001", "leaves the uniform grid"]);
+    refused_with(&["--sample-rate", "4000"], |_| (), &["5000.0", "4000", "leave the option out"]);
+}
+
+#[test]
+fn a_robot_that_was_not_recorded() {
+    let three = |table: &mut Vec<Vec<String>>| {
+        let keep: Vec<bool> =
+            table[0].iter().map(|name| !name.ends_with(['4', '5', '6'])).collect();
+        for row in table {
+            let mut keep = keep.iter();
+            row.retain(|_| *keep.next().unwrap());
+        }
+    };
+    refused(three, &["position", "3 axes", "6"]);
+    let joint_side = |table: &mut Vec<Vec<String>>| {
+        three(table);
+        for name in &mut table[0] {
+            *name = name.replace("motor_", "joint_");
+        }
+    };
+    refused(joint_side, &["3 joints", "\"tx40\" has 6", "choose the robot"]);
+
+    let folder = Folder::new();
+    let mut table = table();
+    three(&mut table);
+    let input = folder.file("three.csv", &text(&table));
+    let output = folder.path("out.log");
+    didim(&["convert", "--cell", &packed_cell(), &input, &output])
+        .refused(1, &["three.csv", "3 axes", "6"]);
+    assert_eq!(folder.names(), ["three.csv"]);
+}
+
+#[test]
+fn motion_that_tells_nothing() {
+    let still = |table: &mut Vec<Vec<String>>| {
+        for axis in 1..=6 {
+            let column = column(table, &format!("motor_position_rad_{axis}"));
+            table[1..].iter_mut().for_each(|row| row[column] = "0.25".to_owned());
+        }
+    };
+    refused(still, &["does not excite", "zz1r", "fv1", "fc6", "move the joints"]);
+
+    // One joint at rest: only its own parameters are named.
+    let one_rests = |table: &mut Vec<Vec<String>>| {
+        let column = column(table, "motor_position_rad_4");
+        table[1..].iter_mut().for_each(|row| row[column] = "0.25".to_owned());
+    };
+    let mut found = String::new();
+    let mut table = table();
+    one_rests(&mut table);
+    let folder = Folder::new();
+    let input = folder.file("rests.csv", &text(&table));
+    found += &didim(&["identify", "--cell", &packed_cell(), "--input", &input])
+        .refused(1, &["rests.csv", "does not excite", "fv4", "fc4"]);
+    assert!(!found.contains("zz1r") && !found.contains("fv5"), "{found}");
+}
+
+#[test]
+fn parameters_that_the_motion_does_not_tell_apart() {
+    // At rest, gravity is as constant as an offset.
+    let configuration = Configuration::new();
+    let cell = configuration.packed_cell();
+    let whole = std::fs::read_to_string(&cell).unwrap();
+    let start = whole.find("parameters = [").unwrap();
+    let end = start + whole[start..].find("\n]\n").unwrap() + 3;
+    let listed = "parameters = [\"mx2r\", \"my2\", \"off2\"]\n";
+    std::fs::write(&cell, format!("{}{listed}{}", &whole[..start], &whole[end..])).unwrap();
+    let mut table = table();
+    for axis in 1..=6 {
+        let column = column(&table, &format!("motor_position_rad_{axis}"));
+        table[1..].iter_mut().for_each(|row| row[column] = "20".to_owned());
+    }
+    let folder = Folder::new();
+    let input = folder.file("rest.csv", &text(&table));
+    didim(&["identify", "--cell", &cell, "--input", &input, "--json"])
+        .refused(1, &["rest.csv", "does not tell mx2r, my2, off2 apart", "leave some out"]);
+}
+
+#[test]
+fn a_cutoff_above_the_nyquist_frequency_of_the_record() {
+    // 50 Hz is below the cell's 2500 Hz but not below the 40 Hz of this record.
+    let mut table = table();
+    let column = column(&table, "time_s");
+    table.iter_mut().for_each(|row| drop(row.remove(column)));
+    let folder = Folder::new();
+    let input = folder.file("slow.csv", &text(&table));
+    let cell = packed_cell();
+    didim(&["identify", "--cell", &cell, "--input", &input, "--sample-rate", "80"])
+        .refused(1, &["slow.csv", "position filter", "Nyquist"]);
+}
+
+#[test]
+fn a_recording_at_another_rate_than_the_bus() {
+    let folder = Folder::new();
+    let input = folder.file("fast.csv", &text(&table()));
+    let output = folder.path("out.log");
+    didim(&["convert", "--cell", &cia402_cell(), &input, &output])
+        .refused(1, &["fast.csv", "samples/s", "500", "resample"]);
+    assert_eq!(folder.names(), ["fast.csv"]);
+}
+
+#[test]
+fn values_that_no_frame_can_carry() {
+    let mut table = table();
+    let column = column(&table, "motor_torque_nm_2");
+    table[4_001][column] = "1e6".to_owned();
+    let folder = Folder::new();
+    let input = folder.file("huge.csv", &text(&table));
+    let output = folder.path("out.log");
+    didim(&["convert", "--cell", &packed_cell(), &input, &output])
+        .refused(1, &["huge.csv", "sample 4000", "Torque_2", "gains"]);
+    assert_eq!(folder.names(), ["huge.csv"]);
+}
