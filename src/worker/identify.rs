@@ -22,6 +22,9 @@ pub type Identify = Box<dyn FnMut(&Window) -> Result<Estimate, IdentifyError> + 
 /// How often a wait for the identification looks whether it is over.
 const POLL: Duration = Duration::from_millis(2);
 
+/// How long a stop waits for the thread.
+const ABANDON_AFTER: Duration = Duration::from_millis(300);
+
 /// How long a stop waits for a result that is being stored.
 const STORE_TIMEOUT: Duration = Duration::from_secs(2);
 
@@ -122,12 +125,16 @@ impl Identification {
     }
 
     /// Rejects every window that waits or is being identified. One whose result is on its way to
-    /// the disk is waited for, so that what is stored is counted as identified.
+    /// the disk is waited for, so that what is stored is counted as identified; so is a thread that
+    /// is idle, so that its ports are gone when the process ends.
     pub(super) fn give_up(self) {
         self.shared.give_up();
         drop(self.queue);
         let since = Instant::now();
-        while self.shared.is_pending() && !self.thread.is_finished() {
+        while !self.thread.is_finished() {
+            if !self.shared.is_pending() && since.elapsed() > ABANDON_AFTER {
+                return;
+            }
             if since.elapsed() > STORE_TIMEOUT {
                 tracing::warn!("a result is not stored within {STORE_TIMEOUT:?} and is abandoned");
                 return;

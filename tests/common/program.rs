@@ -179,7 +179,7 @@ impl Daemon {
     /// Waits until the status is so.
     ///
     /// # Panics
-    /// When it is not so within half a minute; with the last status and the log.
+    /// When it is not so within a minute; with the last status and the log.
     pub(crate) fn eventually(&self, what: &str, condition: impl Fn(&Snapshot) -> bool) -> Snapshot {
         let start = Instant::now();
         loop {
@@ -188,7 +188,7 @@ impl Daemon {
                 return status.clone();
             }
             let waited = start.elapsed();
-            assert!(waited.as_secs() < 30, "not {what}: {status:#?}, log:\n{}", self.log());
+            assert!(waited.as_secs() < 60, "not {what}: {status:#?}, log:\n{}", self.log());
             std::thread::sleep(Duration::from_millis(50));
         }
     }
