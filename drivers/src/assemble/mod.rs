@@ -19,20 +19,25 @@
 //!
 //! # With a packed frame
 //! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
+//!
+//! # Either way
+//! A bus whose period is not the nominal one gives no samples: see [`CycleCause::WrongPeriod`].
 
 mod counter;
 mod cycle;
 mod grid;
 mod losses;
 mod packed;
+mod period;
 mod sync;
 
 use didim_core::{JointSample, MAX_JOINTS};
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses};
 
-use self::cycle::{Cycle, References, Whole};
+use self::cycle::{Cycle, References, Whole, first};
 use self::grid::Grid;
+use self::period::PeriodWatch;
 use crate::frame::Frame;
 use crate::layout::{CompiledLayout, Instant, Role};
 use crate::units::Scales;
@@ -53,6 +58,7 @@ struct State {
     next_sync: bool,
     whole: Whole,
     grid: Option<Grid>,
+    period: PeriodWatch,
     /// The cycle that is being filled.
     open: Option<Cycle>,
     /// References that take effect at the next SYNC.
@@ -85,6 +91,7 @@ impl Assembler {
             next_sync: layout.reference_at_next_sync(),
             whole: Whole::of(&layout),
             grid: None,
+            period: PeriodWatch::new(layout.period_ns()),
             open: None,
             pending: References::default(),
             missing_before: 0,
@@ -152,7 +159,8 @@ impl Assembler {
     }
 
     /// The period of the bus cycle as the stamps show it \[ns\]; the nominal one before the first.
-    /// It stays within 1 % of the nominal period.
+    /// It stays within 1 % of the nominal period; a bus beyond it gives no samples
+    /// ([`CycleCause::WrongPeriod`]).
     pub fn measured_period_ns(&self) -> f64 {
         self.state.grid.map_or(self.state.period_ns, |grid| grid.period_ns())
     }
@@ -188,6 +196,9 @@ impl State {
         let Some(mut cycle) = self.open.take() else { return };
         if cycle.doubtful && !followed {
             cycle.fault = Some(CycleCause::MissingSync);
+        }
+        if self.period.is_wrong() {
+            cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
         }
         self.missing_before = self.whole.missing(&cycle);
         let sample =
