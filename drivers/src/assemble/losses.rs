@@ -52,7 +52,8 @@ pub enum CycleCause {
     /// `rate_hz` or `period_us` of the layout.
     WrongPeriod,
     /// The bus started again: silence, or a counter that does not go with the time. One cycle is
-    /// counted, how many it would have been means nothing.
+    /// counted, how many it would have been means nothing. Or the positions did: three in a row agree
+    /// with each other and not with the first.
     Restart,
     /// The stamps went back in time, or a SYNC came where none belongs. One cycle is counted.
     ClockStep,

@@ -23,6 +23,7 @@
 //! # Either way
 //! A bus whose period is not the nominal one gives no samples: see [`CycleCause::WrongPeriod`].
 
+mod continuity;
 mod counter;
 mod cycle;
 mod grid;
@@ -31,10 +32,11 @@ mod packed;
 mod period;
 mod sync;
 
-use didim_core::{JointSample, MAX_JOINTS};
+use didim_core::JointSample;
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses};
 
+use self::continuity::Continuity;
 use self::cycle::{Cycle, References, Whole, first};
 use self::grid::Grid;
 use self::period::PeriodWatch;
@@ -69,7 +71,7 @@ struct State {
     sequence: u64,
     /// Counter of the latest packed frame.
     counter: u64,
-    last_position_rad: Option<[f64; MAX_JOINTS]>,
+    continuity: Continuity,
     ready: Option<Ready>,
     losses: Losses,
 }
@@ -97,7 +99,7 @@ impl Assembler {
             missing_before: 0,
             sequence: 0,
             counter: 0,
-            last_position_rad: None,
+            continuity: Continuity::default(),
             ready: None,
             losses: Losses::default(),
         };
@@ -175,7 +177,7 @@ impl State {
     /// Starts a grid at `stamp_ns`: the first cycle, or the first after `cause` broke the train.
     fn start(&mut self, stamp_ns: u64, cause: Option<CycleCause>) {
         self.grid = Some(Grid::start(self.period_ns, stamp_ns));
-        self.last_position_rad = None;
+        self.continuity = Continuity::default();
         self.missing_before = 0;
         match cause {
             // The gap in the sequence is one cycle, so that nobody joins what lies on either side.
@@ -201,8 +203,10 @@ impl State {
             cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
         }
         self.missing_before = self.whole.missing(&cycle);
-        let sample =
-            cycle.sample(self.whole, self.axes, &self.scales, self.last_position_rad.as_ref());
+        let sample = cycle.sample(self.whole, self.axes, &self.scales).and_then(|sample| {
+            self.continuity.admit(&sample.motor_position_rad, self.axes, &self.scales)?;
+            Ok(sample)
+        });
         match sample {
             Err(cause) => {
                 self.losses.cycles.count(cause, 1);
@@ -210,7 +214,6 @@ impl State {
                 self.losses.frames.count(FrameCause::CycleLost, frames);
             }
             Ok(sample) => {
-                self.last_position_rad = Some(sample.motor_position_rad);
                 let mut frames = cycle.frames;
                 if sample.has_reference {
                     frames += cycle.references.frames;
