@@ -260,12 +260,14 @@ fn counted_samples_need_their_torque_in_the_record() {
 
 #[test]
 fn limits_that_nothing_can_be_held_against_are_refused_by_name() {
+    type Limit = fn(&mut VerdictLimits) -> &mut f64;
+
     let (arm, signals) = arm();
     let experiment = Experiment::joint_side(&signals).unwrap();
     let good = options(20.0, 0.8, 10);
     assert_eq!(good.limits.validate(), Ok(()));
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
-        let set: [(&str, fn(&mut VerdictLimits) -> &mut f64); 4] = [
+        let set: [(&str, Limit); 4] = [
             ("condition_number", |limits| &mut limits.condition_number),
             ("relative_error", |limits| &mut limits.relative_error),
             ("relative_error_per_joint", |limits| &mut limits.relative_error_per_joint),

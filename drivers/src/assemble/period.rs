@@ -120,6 +120,7 @@ impl PeriodWatch {
 }
 
 #[cfg(test)]
+#[allow(clippy::cast_possible_truncation, reason = "stamps of seconds fit")]
 mod tests {
     use super::*;
 
