@@ -88,6 +88,18 @@ impl Reference for Sine {
     }
 }
 
+/// Two joints that are told to stay at 0.
+struct Still2;
+
+impl Reference for Still2 {
+    fn joints(&self) -> usize {
+        2
+    }
+    fn at(&self, _: f64, q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
+        [q, dq, ddq].into_iter().for_each(|values| values[..2].fill(0.0));
+    }
+}
+
 const STILL: Sine = Sine { amplitude: 0.0, omega: 1.0 };
 
 /// A free pendulum released at 90° is back after 4 K(1/2) / ω₀, K the complete elliptic integral.
@@ -329,6 +341,54 @@ fn parameters_of_no_arm_are_an_error() {
     .unwrap();
     let error = closed_loop.step().unwrap_err();
     assert_eq!(error, SimulationError::NotPositiveDefinite { joint: 1, time_s: 0.0 });
+}
+
+/// Two parallel joints whose mass matrix loses its definiteness as the second one stretches.
+#[test]
+fn an_error_at_a_sample_ends_the_simulation_until_it_is_restarted() {
+    let joint = |d: f64| {
+        format!(
+            "[[joint]]\ntype = 'revolute'\nalpha_deg = 0.0\nd_m = {d:?}\ntheta_deg = 0.0\n\
+             r_m = 0.0\ndrive_inertia = true\nposition_min_deg = -360.0\n\
+             position_max_deg = 360.0\nvelocity_max_rad_s = 50.0\ntorque_max_nm = 100.0\n"
+        )
+    };
+    let text = format!(
+        "name = 'two'\ngravity_m_s2 = [0.0, 0.0, -9.81]\n{}{}[transmission]\n\
+         rows = [[1.0, 0.0], [0.0, 1.0]]\n[friction]\nviscous = true\ncoulomb = false\n\
+         offset = false\n",
+        joint(0.0),
+        joint(1.0)
+    );
+    let robot = Robot::from_toml(&text).unwrap();
+    let value = |name: &String| match name.as_str() {
+        "zz1" | "zz2" => 1.0,
+        "mx2" => 1.2,
+        _ => 0.0,
+    };
+    let parameters: Vec<f64> = robot.parameters().names().iter().map(value).collect();
+    let mut controller = controller(sampled(0.01, 0.0), pd(0.0, 0.0));
+    controller.joints.push(controller.joints[0].clone());
+    let mut at_samples = 0;
+    for k in 0..40 {
+        let initial = InitialState::At {
+            position_rad: vec![0.0, 2.0],
+            velocity_rad_s: vec![0.0, -1.0 - 0.1 * f64::from(k)],
+        };
+        let config = SimulationConfig::default();
+        let mut closed_loop =
+            ClosedLoop::new(&robot, &parameters, &controller, Still2, &config, initial).unwrap();
+        let first = closed_loop.run(1_000).unwrap_err();
+        assert_eq!(closed_loop.step().unwrap_err(), first);
+        assert_eq!(closed_loop.step().unwrap_err(), first);
+        closed_loop.restart(&parameters).unwrap();
+        assert_eq!(closed_loop.run(1_000).unwrap_err(), first);
+        if let SimulationError::NotPositiveDefinite { time_s, .. } = first {
+            let samples = time_s / 0.01;
+            at_samples += i32::from((samples - samples.round()).abs() < 1e-9);
+        }
+    }
+    assert!(at_samples > 0, "no run failed at a sample");
 }
 
 #[test]

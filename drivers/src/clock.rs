@@ -67,8 +67,9 @@ const STEP_NS: u64 = 1_000_000;
 /// Changes of the offset up to this are of no consequence \[ns\].
 const NOISE_NS: u128 = 1_000;
 
-/// How long after a step stamps taken before it may still arrive \[ns\].
-const STEP_MEMORY_NS: u64 = 1_000_000_000;
+/// How long after a step stamps of the clock before it may still arrive \[ns\]: a second on their way,
+/// and as long as a [`HardwareClock`] goes on with the offset of before.
+const STEP_MEMORY_NS: u64 = 1_000_000_000 + hardware::MEMORY_NS;
 
 /// Maps CLOCK_REALTIME stamps to CLOCK_MONOTONIC, never backwards.
 ///
@@ -213,6 +214,26 @@ mod tests {
         }
         across_a_step(20 * 1_000_000);
         across_a_step(-20 * 1_000_000);
+    }
+
+    /// A step too small for the hardware clock to see at once: it goes on by the clock of before.
+    #[test]
+    fn a_small_step_moves_no_hardware_stamp() {
+        for by_ns in [15_000_000, -15_000_000] {
+            let realtime =
+                |n: u64| (START + n * MS).strict_add_signed(if n >= 2_505 { by_ns } else { 0 });
+            let (mut hardware, mut map) = (HardwareClock::default(), ClockMap::new(pair(START, 0)));
+            for batch in 0..2_000 {
+                let end = (batch + 1) * 5;
+                map.handle_pair(pair(realtime(end), end * MS));
+                for n in batch * 5..end {
+                    let stamp = hardware.realtime_ns(77 + n * MS, realtime(n) + 10_000);
+                    let error = map.map(stamp).abs_diff(n * MS);
+                    assert!(error <= 10_000, "step {by_ns}, frame {n}: {error}");
+                }
+            }
+            assert_eq!((map.counters().steps, map.counters().last_step_ns), (1, by_ns));
+        }
     }
 
     #[test]

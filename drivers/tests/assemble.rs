@@ -565,3 +565,30 @@ fn a_position_that_wraps_goes_on_or_is_refused() {
     let expected = CycleLosses { out_of_range: 49, ..CycleLosses::default() };
     assert_eq!(refused.losses().cycles, expected);
 }
+
+/// A drive that says nonsense before it knows where it is.
+#[test]
+fn a_bad_first_position_does_not_lock_the_axis_out() {
+    let layout = packed();
+    let mut assembler = assembler(&layout);
+    let mut sequences = Vec::new();
+    for k in 0..20_u64 {
+        let mut cycle = values(k, 0);
+        if k == 0 {
+            cycle.axes[4].position = f64::from(i32::MIN);
+        }
+        let mut frames = Vec::new();
+        layout.encode(Role::Sample, &cycle, EPOCH_NS + k * 200_000, &mut frames).unwrap();
+        for sample in feed(&mut assembler, &frames) {
+            if k > 0 {
+                check(&sample, k, 6);
+            }
+            sequences.push(sample.sequence);
+        }
+    }
+    // Three that agree prove that the first one was wrong.
+    let expected = CycleLosses { out_of_range: 2, restart: 1, ..CycleLosses::default() };
+    assert_eq!(assembler.losses().cycles, expected);
+    assert_eq!(sequences[..3], [0, 4, 5]);
+    assert_eq!(sequences.len(), 17);
+}

@@ -135,6 +135,22 @@ proptest! {
     }
 }
 
+fn odd_spec() -> LayoutSpec {
+    let spec = r#"
+dbc = "odd.dbc"
+axes = 1
+rate_hz = 100
+position = { signal = "Intel.Twelve", valid = "instant" }
+torque = { signal = "Intel.Rest", valid = "instant" }
+"#;
+    toml::from_str(spec).unwrap()
+}
+
+#[test]
+fn the_file_that_is_damaged_below_is_good() {
+    assert!(CompiledLayout::compile(ODD, &odd_spec()).is_ok());
+}
+
 proptest! {
     /// Bytes of a DBC file cut out, doubled or replaced: it is read or refused.
     #[test]
@@ -147,15 +163,17 @@ proptest! {
             let end = (at + length).min(text.len());
             text.replace_range(at..end, &new);
         }
-        let spec = r#"
-dbc = "odd.dbc"
-axes = 2
-rate_hz = 100
-position = { signal = "Intel.Twelve", valid = "instant" }
-torque = { signal = "Wide.Single", valid = "instant" }
-"#;
-        let spec: LayoutSpec = toml::from_str(spec).unwrap();
-        prop_assert!(CompiledLayout::compile(&text, &spec).is_err());
+        if let Ok(layout) = CompiledLayout::compile(&text, &odd_spec()) {
+            // Whatever it has become, its bits lie in its message, and there are two of them.
+            let extractions: Vec<_> = layout.messages().iter().flat_map(|m| &m.extractions).collect();
+            prop_assert_eq!(extractions.len(), 2);
+            for extraction in extractions {
+                let width = extraction.signal.field.width();
+                let bits = extraction.signal.field.bits(&[0xFF; 8]);
+                prop_assert_eq!(bits, u64::MAX >> (64 - width));
+                let _ = extraction.value(&[0xFF; 64]);
+            }
+        }
         if let Ok(database) = Database::parse(&text) {
             for (message, signal) in [("Motorola", "Crossing"), ("Intel", "Rest"), ("Wide", "Last")] {
                 if let Ok(signal) = database.signal("test", message, signal) {
@@ -238,6 +256,36 @@ torque = { signal = "Arm.Torque", valid = "instant" }
     payload[4..12].copy_from_slice(&50.1_f64.to_le_bytes());
     assert_eq!(message.extractions[0].value(&payload), None);
     assert_eq!(message.extractions[1].value(&payload), None);
+}
+
+#[test]
+fn signals_of_no_message_are_passed_over() {
+    let independent = "BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX\n \
+                       SG_ Spare : 0|8@1+ (1,0) [0|0] \"\" Vector__XXX\n\n";
+    let dbc = cia402_dbc().replacen("BO_ ", &format!("{independent}BO_ "), 1);
+    assert_ne!(dbc, cia402_dbc());
+    assert_eq!(common::compile(&dbc, common::CIA402), cia402());
+    // The identifier alone is none.
+    let other = dbc.replace("VECTOR__INDEPENDENT_SIG_MSG", "Other");
+    assert!(matches!(refusal(&other, common::CIA402), LayoutError::IdOutOfRange { .. }));
+}
+
+#[test]
+fn the_limits_of_a_range_are_in_it() {
+    // 32767 × 0.1 is 3276.7000000000003.
+    let dbc = cia402_dbc().replace(
+        "SG_ TorqueDemand : 48|16@1- (1,0) [-32768|32767]",
+        "SG_ TorqueDemand : 48|16@1- (0.1,0) [-3000.1|3276.7]",
+    );
+    assert_ne!(dbc, cia402_dbc());
+    let layout = common::compile(&dbc, common::CIA402);
+    let message = layout.messages().iter().find(|message| message.role == Role::Sample).unwrap();
+    let torque = message.extractions.iter().find(|e| e.quantity == Quantity::Torque).unwrap();
+    for (raw, inside) in [(32_767, true), (-30_001, true), (-30_002, false), (0, true)] {
+        let mut payload = [0; 8];
+        torque.signal.field.insert(&mut payload, i64::from(raw).cast_unsigned());
+        assert_eq!(torque.value(&payload).is_some(), inside, "{raw}");
+    }
 }
 
 fn refusal(dbc: &str, layout: &str) -> LayoutError {

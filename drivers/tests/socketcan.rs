@@ -377,6 +377,26 @@ fn frames_of_before_the_link_went_down_are_not_lost_and_not_taken_for_its_recove
 }
 
 #[test]
+fn frames_of_before_the_interface_was_deleted_are_not_lost() {
+    let Some(names) = vcan() else { return };
+    let name = names[0];
+    let mut source = open(&names[..1]);
+    let device = Device::on(name);
+    for frame in numbered(3) {
+        device.send(&frame);
+    }
+    settle();
+    ip(&format!("link delete {name}"));
+    assert_eq!(take(&mut source, 3).iter().map(number).collect::<Vec<_>>(), [0, 1, 2]);
+    let error = receive(&mut source).unwrap_err();
+    assert!(matches!(error, SourceError::SocketCan(SocketCanError::Gone { .. })), "{error}");
+    assert_eq!(source.counters().link_down, 1);
+    ip(&format!("link add {name} type vcan"));
+    ip(&format!("link set {name} mtu 72"));
+    ip(&format!("link set {name} up"));
+}
+
+#[test]
 fn an_interface_replaced_by_another_of_its_name_is_opened_again() {
     let Some(names) = vcan() else { return };
     let name = names[0];

@@ -7,6 +7,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use common::bus::{DRIVES, drives, packed_drives};
 use common::{cia402, cia402_dbc, compile, packed};
+use didim_drivers::layout::{CycleValues, Role};
 use didim_drivers::units::{DriveSpec, Scales, UnitsError};
 use proptest::prelude::*;
 
@@ -112,6 +113,20 @@ fn nothing_physical_has_a_default() {
         let text = DRIVES.replace(from, to);
         assert_ne!(text, DRIVES);
         assert!(toml::from_str::<Drives>(&text).is_err(), "{to}");
+    }
+}
+
+#[test]
+fn half_a_range_from_the_middle_is_the_smallest_number() {
+    let text = packed_drives().replace("wraps = \"refuse\"", "wraps = \"modulo\"");
+    let layout = packed();
+    let scales = Scales::new(&drives(&text, 6), &layout).unwrap();
+    let half = f64::from(1_u32 << 31);
+    for counts in [half, -half, 3.0 * half] {
+        let mut values = CycleValues::default();
+        values.axes[1].position = scales.position_value(1, counts * TAU / 8192.0);
+        assert_eq!(values.axes[1].position.to_bits(), (-half).to_bits());
+        layout.encode(Role::Sample, &values, 0, &mut Vec::new()).unwrap();
     }
 }
 

@@ -1,8 +1,11 @@
 //! Why an identification is refused.
 
+use core::ops::Range;
+
 use thiserror::Error;
 
 use super::selection::Selection;
+use super::verdict::LimitError;
 use crate::regression::RegressionError;
 use crate::signal::SignalError;
 
@@ -63,6 +66,28 @@ pub enum IdentificationError {
         /// What is wrong.
         cause: SignalError,
     },
+    /// The columns of the regressor cannot be filtered. Remedy: as the cause says; usually a longer
+    /// record.
+    #[error("regressor: {0}")]
+    RegressorFilter(SignalError),
+    /// Counted samples need torques from before or after the record: the torque acts that much later
+    /// or earlier than it was logged. Remedy: count only samples that lie inside by the shift.
+    #[error(
+        "the torque acts {shift_samples} samples after it was logged, so samples {} to {} need \
+         torques outside of the record's {samples} samples; count fewer samples at its ends",
+        counted.start, counted.end
+    )]
+    TorqueOutside {
+        /// The shift \[samples\]; negative where the torque acted before.
+        shift_samples: f64,
+        /// The counted samples.
+        counted: Range<usize>,
+        /// Samples of the record.
+        samples: usize,
+    },
+    /// A limit of the verdict makes no sense. Remedy: correct the named limit.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
     /// The observation matrix holds a value that is not finite. Remedy: look for absurd positions
     /// near that sample.
     #[error("the regressor at sample {sample} is not finite; look for absurd positions there")]

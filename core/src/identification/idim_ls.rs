@@ -40,6 +40,7 @@ pub fn idim_ls(
             experiment: experiment.joints(),
         });
     }
+    options.limits.validate()?;
     let selection = Selection::new(robot, base, options.parameters.as_deref())?;
     let decimation =
         options.decimation_filter.design().map_err(IdentificationError::DecimationFilter)?;

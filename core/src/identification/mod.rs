@@ -33,4 +33,4 @@ pub use observation::observation_matrix;
 pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};
 pub use prefilter::{Motion, filtered_motion, filtered_torque};
 pub use selection::Selection;
-pub use verdict::VerdictLimits;
+pub use verdict::{LimitError, VerdictLimits};

@@ -24,7 +24,7 @@ const BLOCK_BYTES: usize = 64 << 20;
 /// Memory is bounded by 64 MiB or one group of columns, whichever is more, for any record.
 ///
 /// # Errors
-/// [`IdentificationError::Signal`] when the record is too short for the filter,
+/// [`IdentificationError::RegressorFilter`] when the record is too short for the filter,
 /// [`IdentificationError::Regressor`] when the regressor is not finite.
 ///
 /// # Panics
@@ -75,7 +75,7 @@ pub fn observation_matrix(
                 crate::signal::SignalError::NotFinite { index } => {
                     IdentificationError::Regressor { sample: index }
                 }
-                cause => IdentificationError::Signal { signal: "regressor", joint: 1, cause },
+                cause => IdentificationError::RegressorFilter(cause),
             })?;
             for (lane, &(parameter, joint)) in group.iter().enumerate() {
                 let mut column = matrix.column_mut(parameter);

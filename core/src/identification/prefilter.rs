@@ -55,13 +55,17 @@ pub fn filtered_motion(
 /// linear between samples: for a command held over one period, the mean of the command before and
 /// after the instant.
 ///
+/// At the very ends up to one sample may be missing, as the command before the first one; then the
+/// nearest is taken. More would be a torque that nobody measured.
+///
 /// # Errors
-/// [`IdentificationError::Signal`].
+/// [`IdentificationError::TorqueOutside`] and [`IdentificationError::Signal`].
 pub fn filtered_torque(
     experiment: &Experiment,
     decimation: &ParallelDecimation,
 ) -> Result<DVector<f64>, IdentificationError> {
     let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+    check_inside(experiment, delay)?;
     let kept = decimation.kept(experiment.counted());
     let mut rows = Vec::with_capacity(kept.clone().count() * experiment.joints());
     for (joint, logged) in (1..).zip(experiment.torque_nm().column_iter()) {
@@ -71,6 +75,17 @@ pub fn filtered_torque(
         rows.extend(kept.clone().filter_map(|k| torque.get(k)));
     }
     Ok(DVector::from_vec(rows))
+}
+
+/// Whether the record holds the torque of every counted sample, but for one at either end.
+fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), IdentificationError> {
+    let (counted, samples) = (experiment.counted(), experiment.samples());
+    let first = counted.start as f64 - shift_samples;
+    let last = counted.end as f64 - 1.0 - shift_samples;
+    if first >= -1.0 && last <= samples as f64 {
+        return Ok(());
+    }
+    Err(IdentificationError::TorqueOutside { shift_samples, counted, samples })
 }
 
 /// Times of the rows of one joint since the first sample \[s\].

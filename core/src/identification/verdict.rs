@@ -37,7 +37,35 @@ impl Default for VerdictLimits {
     }
 }
 
+/// A limit that no result can be held against.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("limit {name} = {value} must be finite and greater than 0")]
+pub struct LimitError {
+    /// Its key.
+    pub name: &'static str,
+    /// The value given.
+    pub value: f64,
+}
+
 impl VerdictLimits {
+    /// Whether every limit is finite and greater than 0: against NaN everything passes.
+    ///
+    /// # Errors
+    /// [`LimitError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), LimitError> {
+        for (name, value) in [
+            ("condition_number", self.condition_number),
+            ("relative_error", self.relative_error),
+            ("relative_error_per_joint", self.relative_error_per_joint),
+            ("negative_deviations", self.negative_deviations),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(LimitError { name, value });
+            }
+        }
+        Ok(())
+    }
+
     /// Judges an estimate; `kinds` are those of its parameters, in their order. A figure that is
     /// not a number fails.
     pub(super) fn judge(&self, estimate: &Estimate, kinds: &[ParameterKind]) -> Verdict {

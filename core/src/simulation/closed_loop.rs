@@ -35,6 +35,8 @@ pub struct ClosedLoop<R> {
     trial: Vec<f64>,
     output: StepOutput,
     started: bool,
+    /// What ended the simulation.
+    failed: Option<SimulationError>,
 }
 
 impl<R: Reference> ClosedLoop<R> {
@@ -104,6 +106,7 @@ impl<R: Reference> ClosedLoop<R> {
             trial: vec![0.0; states],
             output: StepOutput::default(),
             started: false,
+            failed: None,
         };
         closed_loop.restart(parameters)?;
         Ok(closed_loop)
@@ -147,6 +150,7 @@ impl<R: Reference> ClosedLoop<R> {
         integrals.fill(0.0);
         self.output = StepOutput::default();
         self.started = false;
+        self.failed = None;
         Ok(())
     }
 
@@ -168,9 +172,23 @@ impl<R: Reference> ClosedLoop<R> {
     /// The next sample: the first at time 0, each further one a period later. Allocates nothing.
     ///
     /// # Errors
-    /// [`SimulationError`] names the joint and the time. The loop stays at its last sample, and
-    /// the next call meets the same error.
+    /// [`SimulationError`] names the joint and the time. The simulation has ended then: every
+    /// further call meets the same error, until [`restart`](Self::restart).
     pub fn step(&mut self) -> Result<&StepOutput, SimulationError> {
+        if let Some(error) = self.failed {
+            return Err(error);
+        }
+        match self.try_step() {
+            Ok(()) => Ok(&self.output),
+            Err(error) => {
+                // Some of the state may be of the sample that failed, some of the one before.
+                self.failed = Some(error);
+                Err(error)
+            }
+        }
+    }
+
+    fn try_step(&mut self) -> Result<(), SimulationError> {
         let index = if self.started { self.output.index + 1 } else { 0 };
         if self.started {
             self.advance()?;
@@ -179,7 +197,7 @@ impl<R: Reference> ClosedLoop<R> {
         }
         self.sample(index)?;
         self.started = true;
-        Ok(&self.output)
+        Ok(())
     }
 
     /// Records the next `samples` samples.

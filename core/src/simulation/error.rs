@@ -32,7 +32,7 @@ pub enum SetupError {
     },
 }
 
-/// Why a simulation cannot go on. The loop stays at its last good sample.
+/// Why a simulation cannot go on. It has ended until it is restarted.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     /// A state is not finite or beyond the divergence limits: the loop is unstable with these

@@ -8,6 +8,7 @@ use didim_core::identification::{
     DecimationFilter, IdimLsOptions, Motion, PositionFilter, Signals, VerdictLimits,
 };
 use didim_core::robot::{ParameterKind, Robot};
+use nalgebra::DMatrix;
 
 /// SplitMix64.
 pub(crate) struct Random(pub(crate) u64);
@@ -99,6 +100,18 @@ impl Arm {
         sample_rate_hz: f64,
         band_hz: f64,
     ) -> Vec<Vec<f64>> {
+        let motion = self.motion(random, samples, sample_rate_hz, band_hz);
+        motion.position.column_iter().map(|q| q.iter().copied().collect()).collect()
+    }
+
+    /// [`positions`](Self::positions) with their derivatives, in closed form.
+    pub(crate) fn motion(
+        &self,
+        random: &mut Random,
+        samples: usize,
+        sample_rate_hz: f64,
+        band_hz: f64,
+    ) -> Motion {
         let waves: Vec<[(f64, f64, f64); 4]> = (0..self.robot.joints())
             .map(|_| {
                 [(); 4].map(|()| {
@@ -107,11 +120,19 @@ impl Arm {
                 })
             })
             .collect();
-        let at = |waves: &[(f64, f64, f64)], k: usize| {
-            let t = k as f64 / sample_rate_hz;
-            waves.iter().map(|(size, omega, phase)| size * (omega * t + phase).sin()).sum()
+        let matrix = |value: fn((f64, f64, f64), f64) -> f64| {
+            DMatrix::from_fn(samples, waves.len(), |k, joint| {
+                let t = k as f64 / sample_rate_hz;
+                waves[joint].iter().map(|&wave| value(wave, t)).sum()
+            })
         };
-        waves.iter().map(|waves| (0..samples).map(|k| at(waves, k)).collect()).collect()
+        Motion {
+            position: matrix(|(size, omega, phase), t| size * (omega * t + phase).sin()),
+            velocity: matrix(|(size, omega, phase), t| size * omega * (omega * t + phase).cos()),
+            acceleration: matrix(|(size, omega, phase), t| {
+                -size * omega * omega * (omega * t + phase).sin()
+            }),
+        }
     }
 
     /// The torques of a motion, one vector per joint.
@@ -121,7 +142,7 @@ impl Arm {
         let mut torques = vec![vec![0.0; samples]; joints];
         let mut tau = vec![0.0; joints];
         for k in 0..samples {
-            let row = |m: &nalgebra::DMatrix<f64>| m.row(k).iter().copied().collect::<Vec<f64>>();
+            let row = |m: &DMatrix<f64>| m.row(k).iter().copied().collect::<Vec<f64>>();
             let (q, dq, ddq) =
                 (row(&motion.position), row(&motion.velocity), row(&motion.acceleration));
             self.model.inverse_dynamics(&mut workspace, &self.truth, &q, &dq, &ddq, &mut tau);

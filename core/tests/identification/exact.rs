@@ -100,15 +100,9 @@ fn analytic_torques_give_parameters_back_within_the_error_of_differences() {
     let options = options(100.0, 0.8, 40);
     // Central differences at 4 kHz are off by (ωT)²/3, 1.3e-6 at 1.25 Hz. The ends, where the
     // position filter has no neighbours, do not count.
-    let position = arm.positions(&mut random, 40_000, 4000.0, 1.25);
-    let silent = signals(4000.0, position.clone(), position.clone());
-    let fine = filtered_motion(
-        &Experiment::joint_side(&silent).unwrap(),
-        // Without a filter, differences alone.
-        &didim_core::identification::PositionFilter { order: 1, cutoff_hz: 1999.0 },
-    )
-    .unwrap();
-    let experiment = Experiment::joint_side(&signals(4000.0, position, arm.torques(&fine)))
+    let motion = arm.motion(&mut random, 40_000, 4000.0, 1.25);
+    let position = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
+    let experiment = Experiment::joint_side(&signals(4000.0, position, arm.torques(&motion)))
         .unwrap()
         .with_counted(2000..38_000)
         .unwrap();

@@ -2,8 +2,8 @@
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    Experiment, ExperimentError, IdentificationError, IdimLsOptions, Method, SignalTiming, Signals,
-    idim_ls,
+    Experiment, ExperimentError, IdentificationError, IdimLsOptions, Method, Motion, Selection,
+    SignalTiming, Signals, VerdictLimits, idim_ls, observation_matrix,
 };
 use didim_core::robot::Robot;
 use didim_core::signal::SignalError;
@@ -143,11 +143,7 @@ fn filters_that_do_not_fit_the_record_are_refused() {
     assert!(
         matches!(
             refusal,
-            IdentificationError::Signal {
-                signal: "regressor",
-                cause: SignalError::TooShort { samples: 27, needed: 28 },
-                ..
-            }
+            IdentificationError::RegressorFilter(SignalError::TooShort { samples: 27, needed: 28 })
         ),
         "{refusal}"
     );
@@ -234,4 +230,65 @@ fn methods_are_known_by_name() {
     }
     let unknown = "idim".parse::<Method>().unwrap_err();
     assert_eq!(unknown.to_string(), "unknown method \"idim\"; known: idim-ls");
+}
+
+#[test]
+fn counted_samples_need_their_torque_in_the_record() {
+    let (arm, signals) = arm();
+    let options = options(20.0, 0.8, 10);
+    let period_s = 1.0 / signals.sample_rate_hz;
+    let identify = |periods: f64, counted: std::ops::Range<usize>| {
+        let timing = SignalTiming { hold_s: 0.0, delay_s: periods * period_s };
+        let experiment = Experiment::joint_side(&signals).unwrap();
+        let experiment = experiment.with_torque_timing(timing).unwrap();
+        idim_ls(&arm.robot, &arm.base, &experiment.with_counted(counted).unwrap(), &options)
+    };
+    for (periods, counted) in [(50.0, 49..SAMPLES), (50.0, 0..1000), (-50.0, 0..SAMPLES - 48)] {
+        let counted = counted.start.saturating_sub(1)..counted.end;
+        let error = identify(periods, counted.clone()).unwrap_err();
+        let IdentificationError::TorqueOutside { counted: named, samples, .. } = &error else {
+            panic!("{error}");
+        };
+        assert_eq!((named, *samples), (&counted, SAMPLES));
+        assert!(error.to_string().contains("count fewer samples"), "{error}");
+    }
+    for (periods, counted) in [(50.0, 50..SAMPLES), (-50.0, 0..SAMPLES - 50), (0.5, 0..SAMPLES)] {
+        let found = identify(periods, counted);
+        assert!(!matches!(found, Err(IdentificationError::TorqueOutside { .. })), "{found:?}");
+    }
+}
+
+#[test]
+fn limits_that_nothing_can_be_held_against_are_refused_by_name() {
+    type Limit = fn(&mut VerdictLimits) -> &mut f64;
+
+    let (arm, signals) = arm();
+    let experiment = Experiment::joint_side(&signals).unwrap();
+    let good = options(20.0, 0.8, 10);
+    assert_eq!(good.limits.validate(), Ok(()));
+    for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
+        let set: [(&str, Limit); 4] = [
+            ("condition_number", |limits| &mut limits.condition_number),
+            ("relative_error", |limits| &mut limits.relative_error),
+            ("relative_error_per_joint", |limits| &mut limits.relative_error_per_joint),
+            ("negative_deviations", |limits| &mut limits.negative_deviations),
+        ];
+        for (name, limit) in set {
+            let mut options = good.clone();
+            *limit(&mut options.limits) = bad;
+            let error = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap_err();
+            assert!(error.to_string().starts_with(&format!("limit {name} = ")), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_regressor_that_cannot_be_filtered_is_of_no_joint() {
+    let (arm, _) = arm();
+    let decimation = options(20.0, 0.8, 10).decimation_filter.design().unwrap();
+    let selection = Selection::new(&arm.robot, &arm.base, None).unwrap();
+    let few = nalgebra::DMatrix::zeros(5, arm.robot.joints());
+    let motion = Motion { position: few.clone(), velocity: few.clone(), acceleration: few };
+    let error = observation_matrix(&arm.model, &selection, &motion, &decimation, 0..5);
+    assert!(matches!(error, Err(IdentificationError::RegressorFilter(_))), "{error:?}");
 }

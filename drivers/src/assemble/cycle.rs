@@ -162,7 +162,7 @@ impl References {
 }
 
 impl Cycle {
-    /// The sample of this cycle in SI units.
+    /// The sample of this cycle in SI units, whatever came before it.
     ///
     /// # Errors
     /// The cause that costs it.
@@ -171,7 +171,6 @@ impl Cycle {
         whole: Whole,
         axes: usize,
         scales: &Scales,
-        last_position_rad: Option<&[f64; MAX_JOINTS]>,
     ) -> Result<JointSample, CycleCause> {
         if whole.missing(self) != 0 {
             return Err(CycleCause::MissingAxis);
@@ -183,11 +182,6 @@ impl Cycle {
         sample.has_reference = whole.axes != 0 && self.references.axes == whole.axes;
         for axis in 0..axes.min(MAX_JOINTS) {
             let position = scales.position_rad(axis, self.values.position[axis]);
-            if last_position_rad
-                .is_some_and(|last| !scales.is_continuous(axis, last[axis], position))
-            {
-                return Err(CycleCause::OutOfRange);
-            }
             sample.motor_position_rad[axis] = position;
             sample.motor_torque_nm[axis] = scales.torque_nm(axis, self.values.torque[axis]);
             if sample.has_reference {

@@ -6,6 +6,8 @@
 //! alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A stamp
 //! belongs to the nearest grid point.
 
+use super::period::PERIOD_TOLERANCE;
+
 /// Share of a stamp's deviation that the phase takes in the long run: jitter is averaged over about
 /// ten cycles.
 const PHASE_GAIN: f64 = 0.125;
@@ -14,11 +16,6 @@ const PHASE_GAIN: f64 = 0.125;
 /// period that bridges a gap: with jitter of a third of a period, 100 lost cycles are bridged to a
 /// few thousandths of a period.
 const PERIOD_GAIN: f64 = 1e-4;
-
-/// How far the period may move from the nominal one, as a share of it: a controller on an ordinary
-/// operating system is within it; a period beyond it is another configuration, and has to show as
-/// losses.
-const PERIOD_TOLERANCE: f64 = 0.01;
 
 /// A silence of this many nominal periods, and of at least this long \[ns\], is the end of the train:
 /// what comes after it is a new start, and how many cycles there would have been means nothing.

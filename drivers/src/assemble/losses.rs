@@ -48,8 +48,12 @@ pub enum CycleCause {
     /// A value was not finite, outside of the range in the DBC file, or half the integer's range
     /// from the one before.
     OutOfRange,
+    /// The bus has not the period that the layout says: by more than 1 %, over five seconds. Remedy:
+    /// `rate_hz` or `period_us` of the layout.
+    WrongPeriod,
     /// The bus started again: silence, or a counter that does not go with the time. One cycle is
-    /// counted, how many it would have been means nothing.
+    /// counted, how many it would have been means nothing. Or the positions did: three in a row agree
+    /// with each other and not with the first.
     Restart,
     /// The stamps went back in time, or a SYNC came where none belongs. One cycle is counted.
     ClockStep,
@@ -84,6 +88,7 @@ pub struct CycleLosses {
     pub contradiction: u64,
     pub not_enabled: u64,
     pub out_of_range: u64,
+    pub wrong_period: u64,
     pub restart: u64,
     pub clock_step: u64,
     pub not_taken: u64,
@@ -151,13 +156,14 @@ impl CycleLosses {
     /// Cycles lost, whatever the cause.
     pub fn total(&self) -> u64 {
         let Self { missing_sync, counter_gap, missing_axis, contradiction, not_enabled, .. } = self;
-        let Self { out_of_range, restart, clock_step, not_taken, .. } = self;
+        let Self { out_of_range, wrong_period, restart, clock_step, not_taken, .. } = self;
         missing_sync
             + counter_gap
             + missing_axis
             + contradiction
             + not_enabled
             + out_of_range
+            + wrong_period
             + restart
             + clock_step
             + not_taken
@@ -171,6 +177,7 @@ impl CycleLosses {
             CycleCause::Contradiction => &mut self.contradiction,
             CycleCause::NotEnabled => &mut self.not_enabled,
             CycleCause::OutOfRange => &mut self.out_of_range,
+            CycleCause::WrongPeriod => &mut self.wrong_period,
             CycleCause::Restart => &mut self.restart,
             CycleCause::ClockStep => &mut self.clock_step,
             CycleCause::NotTaken => &mut self.not_taken,

@@ -19,20 +19,27 @@
 //!
 //! # With a packed frame
 //! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
+//!
+//! # Either way
+//! A bus whose period is not the nominal one gives no samples: see [`CycleCause::WrongPeriod`].
 
+mod continuity;
 mod counter;
 mod cycle;
 mod grid;
 mod losses;
 mod packed;
+mod period;
 mod sync;
 
-use didim_core::{JointSample, MAX_JOINTS};
+use didim_core::JointSample;
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses};
 
-use self::cycle::{Cycle, References, Whole};
+use self::continuity::Continuity;
+use self::cycle::{Cycle, References, Whole, first};
 use self::grid::Grid;
+use self::period::PeriodWatch;
 use crate::frame::Frame;
 use crate::layout::{CompiledLayout, Instant, Role};
 use crate::units::Scales;
@@ -53,6 +60,7 @@ struct State {
     next_sync: bool,
     whole: Whole,
     grid: Option<Grid>,
+    period: PeriodWatch,
     /// The cycle that is being filled.
     open: Option<Cycle>,
     /// References that take effect at the next SYNC.
@@ -63,7 +71,7 @@ struct State {
     sequence: u64,
     /// Counter of the latest packed frame.
     counter: u64,
-    last_position_rad: Option<[f64; MAX_JOINTS]>,
+    continuity: Continuity,
     ready: Option<Ready>,
     losses: Losses,
 }
@@ -85,12 +93,13 @@ impl Assembler {
             next_sync: layout.reference_at_next_sync(),
             whole: Whole::of(&layout),
             grid: None,
+            period: PeriodWatch::new(layout.period_ns()),
             open: None,
             pending: References::default(),
             missing_before: 0,
             sequence: 0,
             counter: 0,
-            last_position_rad: None,
+            continuity: Continuity::default(),
             ready: None,
             losses: Losses::default(),
         };
@@ -152,7 +161,8 @@ impl Assembler {
     }
 
     /// The period of the bus cycle as the stamps show it \[ns\]; the nominal one before the first.
-    /// It stays within 1 % of the nominal period.
+    /// It stays within 1 % of the nominal period; a bus beyond it gives no samples
+    /// ([`CycleCause::WrongPeriod`]).
     pub fn measured_period_ns(&self) -> f64 {
         self.state.grid.map_or(self.state.period_ns, |grid| grid.period_ns())
     }
@@ -167,7 +177,7 @@ impl State {
     /// Starts a grid at `stamp_ns`: the first cycle, or the first after `cause` broke the train.
     fn start(&mut self, stamp_ns: u64, cause: Option<CycleCause>) {
         self.grid = Some(Grid::start(self.period_ns, stamp_ns));
-        self.last_position_rad = None;
+        self.continuity = Continuity::default();
         self.missing_before = 0;
         match cause {
             // The gap in the sequence is one cycle, so that nobody joins what lies on either side.
@@ -189,9 +199,14 @@ impl State {
         if cycle.doubtful && !followed {
             cycle.fault = Some(CycleCause::MissingSync);
         }
+        if self.period.is_wrong() {
+            cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
+        }
         self.missing_before = self.whole.missing(&cycle);
-        let sample =
-            cycle.sample(self.whole, self.axes, &self.scales, self.last_position_rad.as_ref());
+        let sample = cycle.sample(self.whole, self.axes, &self.scales).and_then(|sample| {
+            self.continuity.admit(&sample.motor_position_rad, self.axes, &self.scales)?;
+            Ok(sample)
+        });
         match sample {
             Err(cause) => {
                 self.losses.cycles.count(cause, 1);
@@ -199,7 +214,6 @@ impl State {
                 self.losses.frames.count(FrameCause::CycleLost, frames);
             }
             Ok(sample) => {
-                self.last_position_rad = Some(sample.motor_position_rad);
                 let mut frames = cycle.frames;
                 if sample.has_reference {
                     frames += cycle.references.frames;

@@ -5,7 +5,7 @@ use super::counter::{Step, step};
 use super::cycle::{Cycle, References, Values, bit, read_values};
 use super::losses::{CycleCause, FrameCause};
 use crate::frame::Frame;
-use crate::layout::{MessagePlan, Quantity};
+use crate::layout::{Extraction, MessagePlan, Quantity};
 
 /// What a packed frame is to the train.
 enum Place {
@@ -21,12 +21,24 @@ impl State {
         let mut values = Values::default();
         let fault = read_values(message, frame.data(), &mut values);
         let mut follows = false;
+        let counted = counter_of(message).is_some();
+        if !counted {
+            self.period.stamp(frame.stamp_ns);
+        }
         match self.place(message, &values, frame.stamp_ns) {
             Place::First => self.start(frame.stamp_ns, None),
-            Place::Broken(cause) => self.start(frame.stamp_ns, Some(cause)),
+            Place::Broken(cause) => {
+                if counted {
+                    self.period.start(frame.stamp_ns);
+                }
+                self.start(frame.stamp_ns, Some(cause));
+            }
             Place::Unused(cause) => return self.losses.frames.count(cause, 1),
             Place::After { cycles, lost } => {
                 follows = cycles == 1;
+                if counted {
+                    self.period.count(frame.stamp_ns, cycles);
+                }
                 if let Some(grid) = &mut self.grid {
                     grid.advance(frame.stamp_ns, cycles);
                 }
@@ -60,8 +72,7 @@ impl State {
             return Place::Broken(CycleCause::Restart);
         }
         let periods = grid.periods_to(stamp_ns);
-        let counter = message.extractions.iter().find(|e| e.quantity == Quantity::Counter);
-        let Some(counter) = counter else {
+        let Some(counter) = counter_of(message) else {
             #[allow(clippy::cast_possible_truncation, reason = "shorter than a silence")]
             return match periods.round() as i64 {
                 ..0 => Place::Broken(CycleCause::ClockStep),
@@ -83,4 +94,8 @@ impl State {
             Step::Restart => Place::Broken(CycleCause::Restart),
         }
     }
+}
+
+fn counter_of(message: &MessagePlan) -> Option<&Extraction> {
+    message.extractions.iter().find(|extraction| extraction.quantity == Quantity::Counter)
 }

@@ -20,6 +20,7 @@ const SYNC_MISSING: f64 = 1.5;
 impl State {
     /// A SYNC: the cycle before it ends, the next begins.
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
+        self.period.stamp(stamp_ns);
         let Some(grid) = &mut self.grid else {
             self.start(stamp_ns, None);
             return self.begin_cycle(stamp_ns, 0);

@@ -4,6 +4,10 @@
 /// of 100 ppm runs away by 0.1 ms meanwhile.
 const WINDOW_NS: u64 = 1_000_000_000;
 
+/// For how long the offset from before a small step of the computer's clock may still be used: the
+/// window in which the step fell, and the one after it \[ns\].
+pub(super) const MEMORY_NS: u64 = 2 * WINDOW_NS;
+
 /// A software stamp this much later than the offset says is not a late interrupt but a clock that
 /// was set \[ns\].
 const STEP_NS: i128 = 20_000_000;

@@ -259,6 +259,8 @@ impl<'a> Database<'a> {
 /// numbers are checked where they are written.
 fn check_ids(text: &str) -> Result<(), LayoutError> {
     const EXTENDED: u64 = 1 << 31;
+    // Where editors keep signals of no message; no frame has this identifier.
+    const INDEPENDENT: (u64, &str) = (0xC000_0000, "VECTOR__INDEPENDENT_SIG_MSG");
     for (k, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         if words.next() != Some("BO_") {
@@ -266,6 +268,10 @@ fn check_ids(text: &str) -> Result<(), LayoutError> {
         }
         // What is not a number is a matter for the parser.
         let Some(Ok(id)) = words.next().map(str::parse::<u64>) else { continue };
+        let name = words.next().map(|word| word.trim_end_matches(':'));
+        if (id, name) == (INDEPENDENT.0, Some(INDEPENDENT.1)) {
+            continue;
+        }
         if id > 0x7FF && !(EXTENDED..=EXTENDED + 0x1FFF_FFFF).contains(&id) {
             return Err(LayoutError::IdOutOfRange { line: k + 1, id });
         }

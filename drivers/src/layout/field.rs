@@ -181,6 +181,15 @@ impl Field {
         })
     }
 
+    /// What one count of an integer is worth, in the unit of the DBC file; 0 for a floating-point
+    /// signal.
+    pub fn step(&self) -> f64 {
+        match self.encoding {
+            Encoding::Unsigned | Encoding::Signed => self.factor.abs(),
+            Encoding::Float32 | Encoding::Float64 => 0.0,
+        }
+    }
+
     /// The number after which an integer starts again, in the unit of the DBC file; `None` for a
     /// floating-point signal.
     pub fn modulus(&self) -> Option<f64> {

@@ -91,11 +91,14 @@ pub struct Extraction {
 
 impl Extraction {
     /// The value in the unit of the DBC file, or `None` where it is not finite or outside of the
-    /// range that the file declares.
+    /// range that the file declares. An integer's limits are taken with half a step to spare: 32767
+    /// times 0.1 is not the number that 3276.7 is.
     pub fn value(&self, payload: &[u8]) -> Option<f64> {
-        let value = self.signal.field.value(payload);
+        let field = &self.signal.field;
+        let value = field.value(payload);
         let (minimum, maximum) = self.signal.range.unwrap_or((f64::MIN, f64::MAX));
-        (minimum..=maximum).contains(&value).then_some(value)
+        let spare = 0.5 * field.step();
+        (minimum - spare..=maximum + spare).contains(&value).then_some(value)
     }
 }
 

@@ -64,7 +64,8 @@ impl Range {
     /// `value` moved by whole ranges to within half a range of `middle`.
     fn around(self, middle: f64, value: f64) -> f64 {
         if self.length.is_finite() {
-            value - self.length * ((value - middle) / self.length).round()
+            // Half a range below the middle is in the range, half a range above is not.
+            value - self.length * ((value - middle) / self.length + 0.5).floor()
         } else {
             value
         }

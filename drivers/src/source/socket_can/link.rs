@@ -159,7 +159,13 @@ impl Link {
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    if matches!(self.state, State::Gone { .. }) {
+                        // All that was queued before the device went away has been taken.
+                        self.opened = None;
+                    }
+                    return;
+                }
                 // The queue may still hold frames of before: go round again.
                 Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => self.went_down(),
                 Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
@@ -175,6 +181,9 @@ impl Link {
     /// Looks at the device behind the socket, for what the socket did not tell.
     pub(super) fn supervise(&mut self) {
         let Some(opened) = &self.opened else { return };
+        if matches!(self.state, State::Gone { .. }) {
+            return;
+        }
         match device_state(&opened.socket, self.name) {
             Ok(now) if now.index != opened.device.index => self.vanished(),
             Ok(now) if !now.up => self.went_down(),
@@ -192,17 +201,20 @@ impl Link {
         }
     }
 
+    /// The socket is kept until its queue is empty: it still holds frames of before.
     fn vanished(&mut self) {
         if self.state == State::Up {
             self.counters.link_down += 1;
         }
-        self.opened = None;
         self.state = State::Gone { retry_at: Instant::now() + FIRST_RETRY, delay: FIRST_RETRY };
         self.failure = Some(SocketCanError::Gone { interface: self.name });
     }
 
     fn reopen_when_due(&mut self) {
         let State::Gone { retry_at, delay } = self.state else { return };
+        if self.opened.is_some() {
+            return;
+        }
         let now = Instant::now();
         if now < retry_at {
             return;

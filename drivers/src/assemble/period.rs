@@ -1,0 +1,185 @@
+//! Whether the bus has the period that the layout says.
+//!
+//! A wrong period is a wrong scale of time: velocities and accelerations, and with them the inertias,
+//! are wrong by a factor, and the model fits all the same. The grid follows a bus of another period
+//! (its phase takes whatever deviates), so the period is watched here, over seconds.
+//!
+//! A frame may be late, it is never early. So of every second only the stamp that is the least late
+//! counts: a burst of late frames does not show, a period that is off moves every second's.
+
+use super::grid::difference;
+
+/// How far the period may be from the nominal one, as a share of it: a controller on an ordinary
+/// operating system is within it; a period beyond it is another configuration.
+pub(super) const PERIOD_TOLERANCE: f64 = 0.01;
+
+/// A stretch that is compared with the one before: at least this long \[ns\] and this many cycles.
+const STRETCH_NS: f64 = 1e9;
+const STRETCH_CYCLES: f64 = 100.0;
+
+/// Stretches in a row that have to be off in the same direction. Frames that become late for good,
+/// or punctual again, move one stretch.
+const STRETCHES: i32 = 4;
+
+/// Without a counter an interval within this share of the nominal period, from 1, is one period; what
+/// is further off may be a lost frame or a late one.
+const ONE_PERIOD: f64 = 0.5;
+
+/// Compares the stamps with the nominal period.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PeriodWatch {
+    nominal_ns: f64,
+    stamp_ns: Option<u64>,
+    /// The latest interval of one period; counts when the next one is of one period, too.
+    held_ns: Option<f64>,
+    /// Whether the interval before the latest was of one period.
+    regular: bool,
+    /// Cycles of this stretch.
+    cycles: f64,
+    /// How much later the latest stamp is than the cycles say \[ns\].
+    late_ns: f64,
+    /// The least of it in this stretch.
+    least_ns: f64,
+    /// Whether `late_ns` counts from the least late stamp of the stretch before.
+    compared: bool,
+    /// Stretches in a row that were too long; negative where they were too short.
+    off: i32,
+}
+
+impl PeriodWatch {
+    pub(super) fn new(nominal_ns: f64) -> Self {
+        Self {
+            nominal_ns,
+            stamp_ns: None,
+            held_ns: None,
+            regular: false,
+            cycles: 0.0,
+            late_ns: 0.0,
+            least_ns: f64::INFINITY,
+            compared: false,
+            off: 0,
+        }
+    }
+
+    /// Whether the period is not the nominal one.
+    pub(super) fn is_wrong(&self) -> bool {
+        self.off.abs() >= STRETCHES
+    }
+
+    /// A stamp that is `cycles` after the one before by its counter.
+    pub(super) fn count(&mut self, stamp_ns: u64, cycles: u64) {
+        if let Some(before) = self.stamp_ns.replace(stamp_ns) {
+            self.add(difference(stamp_ns, before), cycles as f64);
+        }
+    }
+
+    /// A stamp whose counter has started again: nothing is known about the time before it.
+    pub(super) fn start(&mut self, stamp_ns: u64) {
+        *self = Self { off: self.off, stamp_ns: Some(stamp_ns), ..Self::new(self.nominal_ns) };
+    }
+
+    /// A stamp without a counter. An interval counts where it and both its neighbours are of about
+    /// one period: beside a late or a lost frame it says nothing.
+    pub(super) fn stamp(&mut self, stamp_ns: u64) {
+        let Some(before) = self.stamp_ns.replace(stamp_ns) else { return };
+        let interval_ns = difference(stamp_ns, before);
+        let held_ns = self.held_ns.take();
+        let regular = (interval_ns / self.nominal_ns - 1.0).abs() <= ONE_PERIOD;
+        if regular {
+            if let Some(held_ns) = held_ns {
+                self.add(held_ns, 1.0);
+            }
+            self.held_ns = self.regular.then_some(interval_ns);
+        }
+        self.regular = regular;
+    }
+
+    fn add(&mut self, interval_ns: f64, cycles: f64) {
+        self.cycles += cycles;
+        self.late_ns += interval_ns - cycles * self.nominal_ns;
+        self.least_ns = self.least_ns.min(self.late_ns);
+        let length_ns = self.cycles * self.nominal_ns;
+        if self.cycles < STRETCH_CYCLES || length_ns < STRETCH_NS {
+            return;
+        }
+        // Counted from the least late stamp on, so that the sum stays small and exact for years.
+        let least_ns = std::mem::replace(&mut self.least_ns, f64::INFINITY);
+        self.cycles = 0.0;
+        self.late_ns -= least_ns;
+        if std::mem::replace(&mut self.compared, true) {
+            let gained = least_ns / length_ns;
+            self.off = if gained > PERIOD_TOLERANCE {
+                self.off.max(0).saturating_add(1)
+            } else if gained < -PERIOD_TOLERANCE {
+                self.off.min(0).saturating_sub(1)
+            } else {
+                0
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::cast_possible_truncation, reason = "stamps of seconds fit")]
+mod tests {
+    use super::*;
+
+    const NOMINAL_NS: f64 = 4e6;
+
+    /// Twenty seconds of a period that is `ratio` × nominal, each frame `late_ns(cycle)` late.
+    fn is_wrong(ratio: f64, counter: bool, late_ns: impl Fn(u64) -> u64) -> bool {
+        let mut watch = PeriodWatch::new(NOMINAL_NS);
+        let mut ever = false;
+        for k in 0..5_000_u64 {
+            let stamp_ns = (k as f64 * ratio * NOMINAL_NS) as u64 + late_ns(k);
+            if counter {
+                watch.count(stamp_ns, 1);
+            } else {
+                watch.stamp(stamp_ns);
+            }
+            ever |= watch.is_wrong();
+        }
+        ever
+    }
+
+    /// Every `every` cycles all frames of `cycles` cycles come when the last of them does.
+    fn burst(every: u64, cycles: u64) -> impl Fn(u64) -> u64 {
+        move |k| (cycles.saturating_sub(1 + k % every)) * 4_000_000
+    }
+
+    #[test]
+    fn a_wrong_period_shows_and_late_frames_do_not() {
+        for counter in [true, false] {
+            for ratio in [0.75, 0.8, 0.95, 0.98, 1.02, 1.05, 1.25] {
+                assert!(is_wrong(ratio, counter, |_| 0), "{ratio} {counter}");
+                assert!(is_wrong(ratio, counter, burst(100, 25)), "{ratio} {counter}, bursts");
+            }
+            for ratio in [0.995, 1.0, 1.005] {
+                assert!(!is_wrong(ratio, counter, |_| 0), "{ratio} {counter}");
+                // 100 ms late every 0.4 s, 200 ms every 2 s, 1 s every 3 s, late by 0.7 s for good.
+                for (every, cycles) in [(100, 25), (500, 50), (750, 250)] {
+                    assert!(!is_wrong(ratio, counter, burst(every, cycles)), "{ratio} {cycles}");
+                }
+                let later = |k| if k < 2_500 { 0 } else { 700_000_000 };
+                assert!(!is_wrong(ratio, counter, later), "{ratio} {counter}");
+                let random = |k: u64| (k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) % 1_300_000;
+                assert!(!is_wrong(ratio, counter, random), "{ratio} {counter}");
+            }
+        }
+        assert!(is_wrong(2.0, true, |_| 0));
+        assert!(is_wrong(0.5, true, |_| 0));
+    }
+
+    #[test]
+    fn a_period_that_is_right_again_is_right() {
+        let mut watch = PeriodWatch::new(NOMINAL_NS);
+        let mut stamp_ns = 0;
+        for (period_ns, wrong) in [(4_400_000, true), (4_000_000, false), (3_600_000, true)] {
+            for _ in 0..2_500 {
+                stamp_ns += period_ns;
+                watch.count(stamp_ns, 1);
+            }
+            assert_eq!(watch.is_wrong(), wrong, "{period_ns}");
+        }
+    }
+}
