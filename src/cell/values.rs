@@ -54,16 +54,6 @@ fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(
 }
 
 fn check_limits(file: &CellFile) -> Result<(), Wrong> {
-    let limits = &file.identification.limits;
-    for (key, value) in [
-        ("identification.limits.condition_number", limits.condition_number),
-        ("identification.limits.relative_error", limits.relative_error),
-        ("identification.limits.relative_error_per_joint", limits.relative_error_per_joint),
-        ("identification.limits.negative_deviations", limits.negative_deviations),
-    ] {
-        if !(value.is_finite() && value > 0.0) {
-            return Err((key, format!("{value} has to be positive and finite")));
-        }
-    }
-    Ok(())
+    let checked = file.identification.limits.validate();
+    checked.map_err(|error| ("identification.limits", error.to_string()))
 }

@@ -86,6 +86,7 @@ fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
         && second.has_reference
     {
         samples.remove(0);
+        tracing::warn!("{}: 1 sample before the first reference is left out", path.display());
     }
     let without = samples.iter().filter(|sample| !sample.has_reference).count();
     if without > 0 {
