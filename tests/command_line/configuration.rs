@@ -248,7 +248,7 @@ const DAMAGES: &[Damage] = &[
         from: "[service]",
         to: "[identification.limits]\nrelative_error = nan\n\n[service]",
         names_line: false,
-        says: &["`identification.limits.relative_error`", "positive and finite"],
+        says: &["`identification.limits`", "relative_error = NaN must be finite"],
     },
     // The DBC file.
     Damage {
