@@ -592,3 +592,43 @@ fn a_bad_first_position_does_not_lock_the_axis_out() {
     assert_eq!(sequences[..3], [0, 4, 5]);
     assert_eq!(sequences.len(), 17);
 }
+
+/// Where the frames count the cycles, nothing depends on their stamps: here the bus runs at a third
+/// of its rate, with bursts that catch up and jitter of whole periods.
+#[test]
+fn frames_count_the_cycles_where_the_layout_says_so() {
+    for (spec, dbc, per_cycle) in [(CIA402, cia402_dbc(), 13), (PACKED, packed_dbc(), 1)] {
+        let by_frames = spec.replace("axes = 6", "axes = 6\ncycles_by = \"frames\"");
+        assert_ne!(by_frames, spec);
+        let layout = compile(&dbc, &by_frames);
+        let mut assembler = assembler(&layout);
+        let period_ns = layout.period_ns() as u64;
+        let (mut stamp_ns, mut frames) = (EPOCH_NS, Vec::new());
+        for k in 0..3_000 {
+            stamp_ns += match k % 100 {
+                0 => 40 * period_ns,
+                1..=30 => period_ns / 50,
+                _ => 3 * period_ns + (k % 7) * period_ns / 3,
+            };
+            let before = frames.len();
+            frames.extend(cycle(&layout, k, stamp_ns));
+            // A burst has one stamp for many frames.
+            for frame in &mut frames[before..] {
+                frame.stamp_ns = stamp_ns;
+            }
+        }
+        let mut samples = feed(&mut assembler, &frames);
+        assembler.handle_timeout(u64::MAX);
+        samples.extend(assembler.poll_sample());
+        check_sums(&assembler);
+        assert_eq!(samples.len(), 3_000);
+        for (k, sample) in (0_u64..).zip(&samples) {
+            assert_eq!(sample.sequence, k);
+            check(sample, k, 6);
+        }
+        let losses = assembler.losses();
+        assert_eq!(losses.cycles, CycleLosses::default());
+        assert_eq!(losses.frames_received, 3_000 * per_cycle);
+        assert_eq!(losses.frames, FrameLosses::default());
+    }
+}

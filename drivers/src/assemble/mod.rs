@@ -41,7 +41,7 @@ use self::cycle::{Cycle, References, Whole, first};
 use self::grid::Grid;
 use self::period::PeriodWatch;
 use crate::frame::Frame;
-use crate::layout::{CompiledLayout, Instant, Role};
+use crate::layout::{CompiledLayout, CyclesBy, Instant, Role};
 use crate::units::Scales;
 
 /// Makes samples of frames.
@@ -59,6 +59,8 @@ struct State {
     period_ns: f64,
     next_sync: bool,
     whole: Whole,
+    /// Whether the frames count the cycles, whatever their stamps.
+    by_frames: bool,
     grid: Option<Grid>,
     period: PeriodWatch,
     /// The cycle that is being filled.
@@ -92,6 +94,7 @@ impl Assembler {
             period_ns: layout.period_ns(),
             next_sync: layout.reference_at_next_sync(),
             whole: Whole::of(&layout),
+            by_frames: layout.cycles_by() == CyclesBy::Frames,
             grid: None,
             period: PeriodWatch::new(layout.period_ns()),
             open: None,
@@ -199,7 +202,7 @@ impl State {
         if cycle.doubtful && !followed {
             cycle.fault = Some(CycleCause::MissingSync);
         }
-        if self.period.is_wrong() {
+        if self.period.is_wrong() && !self.by_frames {
             cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
         }
         self.missing_before = self.whole.missing(&cycle);

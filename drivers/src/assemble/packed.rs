@@ -75,6 +75,7 @@ impl State {
         let Some(counter) = counter_of(message) else {
             #[allow(clippy::cast_possible_truncation, reason = "shorter than a silence")]
             return match periods.round() as i64 {
+                _ if self.by_frames => Place::After { cycles: 1, lost: CycleCause::MissingSync },
                 ..0 => Place::Broken(CycleCause::ClockStep),
                 0 => Place::Unused(FrameCause::Duplicate),
                 cycles => {

@@ -2,6 +2,7 @@
 
 use super::State;
 use super::cycle::{Cycle, References, bit, first, read_values};
+use super::grid::Grid;
 use super::losses::{CycleCause, FrameCause};
 use crate::frame::Frame;
 use crate::layout::MessagePlan;
@@ -29,6 +30,12 @@ impl State {
             self.end_cycle(false);
             self.start(stamp_ns, Some(CycleCause::Restart));
             return self.begin_cycle(stamp_ns, 0);
+        }
+        if self.by_frames {
+            *grid = Grid::start(self.period_ns, stamp_ns);
+            self.end_cycle(true);
+            self.skip(CycleCause::MissingSync, 1);
+            return self.begin_cycle(stamp_ns, 1);
         }
         let periods = grid.periods_to(stamp_ns);
         let cycles = periods.round();
@@ -129,6 +136,7 @@ impl State {
         self.end_by_time(stamp_ns);
         let periods = grid.periods_to(stamp_ns);
         match &mut self.open {
+            Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
                 cycle.doubtful |= periods >= DOUBTFUL;
                 None
@@ -142,7 +150,9 @@ impl State {
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
         let (Some(grid), Some(cycle)) = (&self.grid, &self.open) else { return };
         let end = if cycle.doubtful { SYNC_MISSING } else { 1.0 };
-        if grid.periods_to(now_ns) >= end {
+        let over =
+            if self.by_frames { grid.is_silence(now_ns) } else { grid.periods_to(now_ns) >= end };
+        if over {
             self.end_cycle(false);
         }
     }

@@ -60,7 +60,9 @@ pub(super) fn compile(dbc: &str, spec: &LayoutSpec) -> Result<CompiledLayout, La
             return refuse("sync", reason);
         }
     };
-    Ok(CompiledLayout::new(messages, instant, spec.axes, period_ns, torque_timing(spec), next_sync))
+    let timing = torque_timing(spec);
+    let by = spec.cycles_by;
+    Ok(CompiledLayout::new(messages, instant, spec.axes, period_ns, timing, next_sync, by))
 }
 
 fn patterns(spec: &LayoutSpec) -> impl Iterator<Item = (&'static str, Quantity, &str)> {

@@ -21,6 +21,6 @@ pub use error::LayoutError;
 pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};
 pub use plan::{CompiledLayout, Extraction, Instant, MessagePlan, Quantity, Role, Unreadable};
 pub use spec::{
-    LayoutSpec, PositionSpec, PositionValidity, ReferenceSpec, ReferenceValidity, TorqueSpec,
-    TorqueValidity,
+    CyclesBy, LayoutSpec, PositionSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
+    TorqueSpec, TorqueValidity,
 };

@@ -7,7 +7,7 @@ use didim_core::identification::SignalTiming;
 use super::compile::{compile, order};
 use super::dbc::{MessageFormat, SignalFormat};
 use super::error::LayoutError;
-use super::spec::LayoutSpec;
+use super::spec::{CyclesBy, LayoutSpec};
 use crate::frame::{Frame, FrameId, FrameKind};
 
 /// One entry for every identifier of 11 bits.
@@ -124,6 +124,7 @@ pub struct CompiledLayout {
     period_ns: f64,
     torque_timing: SignalTiming,
     reference_at_next_sync: bool,
+    cycles_by: CyclesBy,
 }
 
 impl CompiledLayout {
@@ -142,6 +143,7 @@ impl CompiledLayout {
         period_ns: f64,
         torque_timing: SignalTiming,
         reference_at_next_sync: bool,
+        cycles_by: CyclesBy,
     ) -> Self {
         messages.sort_by_key(|message| order(message.format.id));
         let mut standard = vec![NONE; STANDARD_IDS].into_boxed_slice();
@@ -165,7 +167,13 @@ impl CompiledLayout {
             period_ns,
             torque_timing,
             reference_at_next_sync,
+            cycles_by,
         }
+    }
+
+    /// What tells one bus cycle from the next.
+    pub fn cycles_by(&self) -> CyclesBy {
+        self.cycles_by
     }
 
     /// The messages, ordered by identifier.

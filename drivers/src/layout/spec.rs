@@ -26,6 +26,9 @@ pub struct LayoutSpec {
     /// packed message, and that frame's arrival is the instant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sync: Option<String>,
+    /// What tells one bus cycle from the next.
+    #[serde(default)]
+    pub cycles_by: CyclesBy,
     /// Measured motor position.
     pub position: PositionSpec,
     /// Motor torque, demanded or measured.
@@ -40,6 +43,21 @@ pub struct LayoutSpec {
     /// A counter in the packed message, one more per sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counter: Option<String>,
+}
+
+/// What tells one bus cycle from the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CyclesBy {
+    /// The stamps of the frames, which have to be within half a period of their place: a SYNC that is
+    /// missing is noticed, and a bus whose period is not the nominal one gives no samples.
+    #[default]
+    Stamps,
+    /// The frames themselves, however late they are stamped: each SYNC, or packed frame by its
+    /// counter, is the next cycle. For adapters and virtual machines that deliver in bursts. A SYNC
+    /// lost on the wire and a wrong nominal rate are not noticed then; missing axes, gaps of a counter
+    /// and frames that the kernel dropped are.
+    Frames,
 }
 
 /// The signal of the measured position.
