@@ -150,8 +150,10 @@ impl State {
     pub(super) fn end_by_time(&mut self, now_ns: u64) {
         let (Some(grid), Some(cycle)) = (&self.grid, &self.open) else { return };
         let end = if cycle.doubtful { SYNC_MISSING } else { 1.0 };
-        let over =
-            if self.by_frames { grid.is_silence(now_ns) } else { grid.periods_to(now_ns) >= end };
+        let past = grid.periods_to(now_ns) >= end;
+        // Where the frames count, nothing is late but what is still missing.
+        let whole = self.whole.missing(cycle) == 0;
+        let over = if self.by_frames { grid.is_silence(now_ns) || (whole && past) } else { past };
         if over {
             self.end_cycle(false);
         }
