@@ -116,8 +116,9 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, CliError> {
 /// Bus cycles to play.
 fn cycles(arguments: &Arguments, device: &VirtualDevice, cell: &Cell) -> Result<u64, CliError> {
     let Some(seconds) = arguments.seconds else { return Ok(device.cycles()) };
-    if !(1.0..=86_400.0).contains(&seconds) {
-        return Err(CliError::Usage(format!("--seconds {seconds}: has to be 1 to 86400")));
+    // The cell asks for three seconds of motion, between half a second of rest and its margins.
+    if !(5.0..=86_400.0).contains(&seconds) {
+        return Err(CliError::Usage(format!("--seconds {seconds}: has to be 5 to 86400")));
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a day")]
     Ok((seconds * cell.sample_rate_hz()).round() as u64)

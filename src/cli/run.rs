@@ -9,7 +9,7 @@ use crate::cell::{Cell, Processes};
 use crate::pipeline::{
     LastIdentification, PipelineError, Places, acquisition, estimation, open_source,
 };
-use crate::service::{Parts, ServiceOptions, SocketOptions, run};
+use crate::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -69,8 +69,22 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         options.status = socket(places.status_socket(), 0o660);
         options.control = socket(places.command_socket(), 0o600);
     }
+    let buses: Vec<String> = cell.sources.iter().map(ToString::to_string).collect();
+    tracing::info!(
+        cell = cell.name,
+        bus = buses.join(" "),
+        runtime = %places.runtime.display(),
+        "didim {} starts",
+        env!("CARGO_PKG_VERSION")
+    );
     let report = run(&options, parts).map_err(CliError::failed)?;
-    tracing::info!("ended: {:?}", report.end);
+    tracing::info!(
+        "ended: {}",
+        match report.end {
+            ServiceEnd::Signal => "told to stop",
+            ServiceEnd::SourceEnded => "the source is at its end",
+        }
+    );
     Ok(())
 }
 

@@ -25,10 +25,7 @@ pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 /// # Errors
 /// [`StreamError::Prefault`] when the pages are not to be had.
 pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
-    let path = Path::new("/proc/self/maps");
-    let maps = std::fs::read_to_string(path)
-        .map_err(|cause| StreamError::Inspect { path: path.into(), cause })?;
-    let mine: Vec<_> = maps.lines().filter_map(|line| mapping(line, prefix)).collect();
+    let mine = mappings(prefix)?;
     let mapped_bytes: u64 = mine.iter().map(|(_, length)| *length as u64).sum();
     for (start, length) in mine {
         // SAFETY: MADV_POPULATE_WRITE changes no byte of memory, it only makes the kernel back the
@@ -47,12 +44,25 @@ pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
                 tracing::warn!("this kernel cannot populate shared memory in advance");
                 return Ok(0);
             }
+            // Another thread of this process has let go of the mapping since the list was made, as
+            // the library does with what it only looked into: nothing of it will be touched.
+            Err(cause)
+                if cause.kind() == ErrorKind::OutOfMemory
+                    && !mappings(prefix)?.contains(&(start, length)) => {}
             Err(cause) => {
                 return Err(StreamError::Prefault { folder: SHARED_MEMORY, mapped_bytes, cause });
             }
         }
     }
     Ok(mapped_bytes)
+}
+
+/// Start and length of every writable mapping of this process whose file begins with `prefix`.
+fn mappings(prefix: &str) -> Result<Vec<(usize, usize)>, StreamError> {
+    let path = Path::new("/proc/self/maps");
+    let maps = std::fs::read_to_string(path)
+        .map_err(|cause| StreamError::Inspect { path: path.into(), cause })?;
+    Ok(maps.lines().filter_map(|line| mapping(line, prefix)).collect())
 }
 
 /// Start and length of a line of /proc/PID/maps if it is a writable mapping of ours:

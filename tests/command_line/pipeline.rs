@@ -53,7 +53,7 @@ fn arguments_of_the_service_are_checked() {
         didim(&[&[command, "--cell", &missing][..], log].concat())
             .refused(78, &[&missing, "No such file"]);
     }
-    didim(&["demo", "--seconds", "0"]).refused(2, &["--seconds 0", "1 to 86400"]);
+    didim(&["demo", "--seconds", "0"]).refused(2, &["--seconds 0", "5 to 86400"]);
     didim(&["demo", "--method", "x"]).refused(2, &["--method", "known: idim-ls"]);
 }
 
