@@ -18,8 +18,11 @@ mod observations;
 mod rank;
 mod residuals;
 mod solution;
+mod spectrum;
+mod spectrum_shape;
 
 pub use error::RegressionError;
 pub use observations::Observations;
 pub use residuals::ResidualStatistics;
 pub use solution::Solution;
+pub use spectrum::{ResidualSpectrum, RowFilter};

@@ -18,6 +18,8 @@ pub struct Solution {
     pub singular_values: Vec<f64>,
     /// `y − X θ` (r), unweighted.
     pub residuals: DVector<f64>,
+    /// The noise level σ_j that the rows of each joint were divided by; 1 where they were not.
+    pub noise_levels: Vec<f64>,
 }
 
 impl Solution {
@@ -49,7 +51,7 @@ pub(super) fn ordinary(system: &Observations) -> Result<Solution, RegressionErro
         z.rows_range_mut(system.joint_rows(joint)).scale_mut(level);
     }
     let half = &factor.r_inverse * z.transpose();
-    finish(factor, &half, residuals)
+    finish(factor, &half, residuals, vec![1.0; system.joints()])
 }
 
 /// Equations 10 to 12.
@@ -75,7 +77,7 @@ pub(super) fn weighted(
     let residuals = system.residuals(&factor.parameters);
     // (XᵀΩ⁻¹X)⁻¹ = R⁻¹ R⁻ᵀ
     let half = factor.r_inverse.clone();
-    finish(factor, &half, residuals)
+    finish(factor, &half, residuals, noise_levels.to_vec())
 }
 
 /// `covariance = half halfᵀ`, symmetric by construction.
@@ -83,6 +85,7 @@ fn finish(
     factor: Factor,
     half: &DMatrix<f64>,
     residuals: DVector<f64>,
+    noise_levels: Vec<f64>,
 ) -> Result<Solution, RegressionError> {
     let covariance = half * half.transpose();
     let finite = factor.parameters.iter().chain(covariance.iter()).all(|x| x.is_finite());
@@ -94,6 +97,7 @@ fn finish(
         covariance,
         singular_values: factor.singular_values,
         residuals,
+        noise_levels,
     })
 }
 

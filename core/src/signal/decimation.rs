@@ -15,6 +15,7 @@ use super::sections::SecondOrderSections;
 pub struct ParallelDecimation {
     filter: SecondOrderSections,
     factor: usize,
+    cutoff_ratio: f64,
 }
 
 impl ParallelDecimation {
@@ -33,12 +34,30 @@ impl ParallelDecimation {
             return Err(SignalError::Factor);
         }
         let filter = chebyshev1_low_pass(order, ripple_db, cutoff_ratio / factor as f64)?;
-        Ok(Self { filter, factor })
+        Ok(Self { filter, factor, cutoff_ratio })
     }
 
     /// The factor n_d: one sample in so many is kept.
     pub fn factor(&self) -> usize {
         self.factor
+    }
+
+    /// The cut-off as a fraction of the Nyquist frequency after decimation.
+    pub fn cutoff_ratio(&self) -> f64 {
+        self.cutoff_ratio
+    }
+
+    /// Power spectrum of white noise of unit power, filtered and decimated, at `ratio` of the
+    /// Nyquist frequency after decimation: `1/n_d Σ_i |H|⁴` over the n_d frequencies that fold onto
+    /// this one.
+    pub fn noise_power(&self, ratio: f64) -> f64 {
+        let factor = self.factor as f64;
+        let folded = (0..self.factor).map(|i| {
+            let around = (ratio + 2.0 * i as f64) / factor;
+            let (re, im) = self.filter.response(if around > 1.0 { 2.0 - around } else { around });
+            (re * re + im * im).powi(2)
+        });
+        folded.sum::<f64>() / factor
     }
 
     /// The samples that are kept: multiples of the factor, counted from the first sample of the

@@ -1,0 +1,284 @@
+//! Standard deviations that are right although the residuals are not white.
+//!
+//! Equation 10 takes the errors of the rows for independent. They are not: the parallel filter cuts
+//! below the Nyquist frequency of the rows, torque noise has a colour of its own, and so has what
+//! the model does not describe. Here the errors of each joint are a stationary process. Its power
+//! spectrum is that of white noise behind the filter, times a smooth shape that the residuals tell.
+
+use std::sync::Arc;
+
+use nalgebra::{Cholesky, DMatrix, DVector, DVectorView};
+use rustfft::num_complex::Complex64;
+use rustfft::{Fft, FftPlannerScalar};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::observations::Observations;
+use super::solution::Solution;
+use super::spectrum_shape::SmoothSpectrum;
+
+/// Of a frequency, the share that the parameters may take out of the residuals and still leave
+/// something to judge by.
+const MOST_EXPLAINED: f64 = 0.9;
+
+/// The filter that the rows have passed. Frequencies are ratios of the Nyquist frequency of the
+/// rows, 0 to 1.
+#[derive(Clone, Copy)]
+pub struct RowFilter<'a> {
+    /// Up to here noise passes; beyond, the residuals tell nothing of their shape.
+    pub passband: f64,
+    /// Power spectrum of white noise behind the filter, at the rate of the rows, relative to the
+    /// noise before it.
+    pub noise_power: &'a dyn Fn(f64) -> f64,
+}
+
+impl RowFilter<'_> {
+    /// No filter at all.
+    pub const NONE: RowFilter<'static> = RowFilter { passband: 1.0, noise_power: &|_| 1.0 };
+}
+
+/// The errors ε of `y = X θ + ε` as stationary processes: a power spectrum per joint, and how much
+/// the joints have in common.
+#[derive(Clone, Debug)]
+pub struct ResidualSpectrum {
+    rows: usize,
+    transform: Transform,
+    joints: Vec<JointSpectrum>,
+    /// Correlation between the joints' errors at the same instant (n × n).
+    correlation: DMatrix<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct JointSpectrum {
+    /// Power at each frequency of the transform, from 0 to the Nyquist frequency.
+    power: Vec<f64>,
+    /// Sum of squared autocorrelations against the filter's own, with its number of terms.
+    correlation: (f64, usize),
+}
+
+/// A Fourier transform that is long enough for sums over a record's rows not to wrap around.
+#[derive(Clone)]
+struct Transform {
+    fft: Arc<dyn Fft<f64>>,
+}
+
+impl core::fmt::Debug for Transform {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Transform").field("length", &self.fft.len()).finish()
+    }
+}
+
+impl Transform {
+    fn for_rows(rows: usize) -> Self {
+        // The scalar planner gives the same bits on every processor.
+        Self { fft: FftPlannerScalar::new().plan_fft_forward((2 * rows).next_power_of_two()) }
+    }
+
+    /// Frequencies from 0 to the Nyquist frequency, both included.
+    fn frequencies(&self) -> usize {
+        self.fft.len() / 2 + 1
+    }
+
+    /// Frequency `k` as a ratio of the Nyquist frequency.
+    fn ratio(&self, k: usize) -> f64 {
+        k as f64 / (self.frequencies() - 1) as f64
+    }
+
+    /// How often frequency `k` stands in the two-sided transform.
+    fn multiplicity(&self, k: usize) -> f64 {
+        if k == 0 || k + 1 == self.frequencies() { 1.0 } else { 2.0 }
+    }
+
+    /// `Σ_k x_k e^{−jωk}` at the frequencies up to Nyquist's.
+    fn of(&self, x: DVectorView<'_, f64>) -> Vec<Complex64> {
+        let mut buffer = vec![Complex64::ZERO; self.fft.len()];
+        for (to, from) in buffer.iter_mut().zip(x.iter()) {
+            to.re = *from;
+        }
+        self.fft.process(&mut buffer);
+        buffer.truncate(self.frequencies());
+        buffer
+    }
+}
+
+impl Observations {
+    /// The spectrum of the errors of the rows, from the residuals of a weighted solution.
+    ///
+    /// At every frequency the parameters have taken a share out of the residuals, which is put
+    /// back: that of the columns of an orthonormal basis of `Ω^{-1/2} X`, their leverage.
+    pub fn residual_spectrum(
+        &self,
+        solution: &Solution,
+        filter: RowFilter<'_>,
+    ) -> ResidualSpectrum {
+        let basis = self.orthonormal(solution);
+        ResidualSpectrum::fit(self, &basis, &solution.residuals, filter)
+    }
+
+    /// Covariance `ZᵀVZ` of the parameters of a weighted solution (b × b), with
+    /// `Z = Ω⁻¹X (XᵀΩ⁻¹X)⁻¹` and V the covariance of the errors: right also where the residuals are
+    /// not white, where equation 10 is not.
+    pub fn corrected_covariance(
+        &self,
+        solution: &Solution,
+        spectrum: &ResidualSpectrum,
+    ) -> DMatrix<f64> {
+        let mut z = self.matrix() * &solution.covariance;
+        self.divide_by_levels(&mut z, solution, 2);
+        spectrum.covariance_of(&z)
+    }
+
+    /// Q (r × b) with the columns of `Ω^{-1/2} X` as combinations of orthonormal ones.
+    pub(super) fn orthonormal(&self, solution: &Solution) -> DMatrix<f64> {
+        let mut weighted = self.matrix().clone();
+        self.divide_by_levels(&mut weighted, solution, 1);
+        // (XᵀΩ⁻¹X)⁻¹ = L Lᵀ, so that Lᵀ (XᵀΩ⁻¹X) L = 1.
+        match Cholesky::new(solution.covariance.clone()) {
+            Some(factor) => weighted * factor.l(),
+            // Rounding only: a weighted solution's covariance is positive definite.
+            None => DMatrix::zeros(weighted.nrows(), weighted.ncols()),
+        }
+    }
+
+    /// Divides the rows of each joint by its noise level, `times` over.
+    pub(super) fn divide_by_levels(
+        &self,
+        matrix: &mut DMatrix<f64>,
+        solution: &Solution,
+        times: i32,
+    ) {
+        for (joint, level) in solution.noise_levels.iter().enumerate() {
+            matrix.rows_range_mut(self.joint_rows(joint)).unscale_mut(level.powi(times));
+        }
+    }
+}
+
+impl ResidualSpectrum {
+    /// From residuals (r) that a projection on the orthonormal columns of `basis` (r × c) has left.
+    pub(super) fn fit(
+        system: &Observations,
+        basis: &DMatrix<f64>,
+        residuals: &DVector<f64>,
+        filter: RowFilter<'_>,
+    ) -> Self {
+        let rows = system.rows_per_joint();
+        let transform = Transform::for_rows(rows);
+        let frequencies = transform.frequencies();
+        let filtered: Vec<f64> =
+            (0..frequencies).map(|k| (filter.noise_power)(transform.ratio(k))).collect();
+        let inside = (0..frequencies).filter(|&k| transform.ratio(k) <= filter.passband).count();
+        let independent = filter.passband * rows as f64;
+
+        let (mut joints, mut whitened) = (Vec::new(), Vec::new());
+        for joint in 0..system.joints() {
+            let range = system.joint_rows(joint);
+            let part = basis.rows_range(range.clone());
+            let mut leverage = vec![0.0; frequencies];
+            for column in part.column_iter() {
+                let column: DVector<f64> = column.into_owned();
+                for (leverage, value) in leverage.iter_mut().zip(transform.of(column.as_view())) {
+                    *leverage += value.norm_sqr() / rows as f64;
+                }
+            }
+            let residual = transform.of(residuals.rows_range(range.clone()));
+            let periodogram: Vec<f64> =
+                (residual.iter().zip(&leverage).zip(&filtered).take(inside))
+                    .map(|((value, leverage), filtered)| {
+                        let left = 1.0 - leverage.min(MOST_EXPLAINED);
+                        value.norm_sqr() / (rows as f64 * left * filtered)
+                    })
+                    .collect();
+            let mut shape = SmoothSpectrum::fit(&periodogram, independent);
+            // An exact fit leaves rounding, which is not nothing.
+            let rounding = system.measurements().rows_range(range).norm_squared() / rows as f64
+                * f64::EPSILON.powi(2);
+            let least = SmoothSpectrum::flat(rounding.max(f64::MIN_POSITIVE));
+            if shape.at(0.0) < least.at(0.0) {
+                shape = least;
+            }
+            let end = filter.passband;
+            let power: Vec<f64> = (filtered.iter().enumerate())
+                .map(|(k, filtered)| {
+                    let phi = core::f64::consts::PI * (transform.ratio(k) / end).min(1.0);
+                    filtered * shape.at(phi)
+                })
+                .collect();
+            let white: Vec<Complex64> = residual
+                .iter()
+                .zip(&power)
+                .take(inside)
+                .map(|(value, power)| value / power.sqrt())
+                .collect();
+            whitened.push(white);
+            joints.push(JointSpectrum { power, correlation: shape.correlation });
+        }
+        let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
+            if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
+        });
+        Self { rows, transform, joints, correlation }
+    }
+
+    /// Covariance `ZᵀVZ` of `Zᵀε` (c × c); Z is r × c with the rows of each joint together.
+    pub(super) fn covariance_of(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
+        // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
+        let length = self.transform.fft.len() as f64;
+        let frequencies = self.transform.frequencies();
+        let parts: Vec<DMatrix<f64>> = (self.joints.iter().enumerate())
+            .map(|(joint, spectrum)| {
+                let mut part = DMatrix::zeros(2 * frequencies, z.ncols());
+                for (c, mut to) in part.column_iter_mut().enumerate() {
+                    let column: DVector<f64> =
+                        z.view((joint * self.rows, c), (self.rows, 1)).column(0).into_owned();
+                    for (k, value) in self.transform.of(column.as_view()).iter().enumerate() {
+                        let power = self.transform.multiplicity(k) * spectrum.power[k] / length;
+                        to[2 * k] = power.sqrt() * value.re;
+                        to[2 * k + 1] = power.sqrt() * value.im;
+                    }
+                }
+                part
+            })
+            .collect();
+        let mut covariance = DMatrix::zeros(z.ncols(), z.ncols());
+        for (i, first) in parts.iter().enumerate() {
+            covariance += first.tr_mul(first);
+            for (j, second) in parts.iter().enumerate().skip(i + 1) {
+                let product = first.tr_mul(second) * self.correlation[(i, j)];
+                covariance += &product;
+                covariance += product.transpose();
+            }
+        }
+        covariance
+    }
+
+    /// Of every joint, how many independent rows its rows are worth where a mean is formed:
+    /// `N γ_0 / Σ_l γ_l`, the mean of the spectrum over its value at frequency 0.
+    pub fn effective_rows_per_joint(&self) -> Vec<f64> {
+        let length = self.transform.fft.len() as f64;
+        let effective = |joint: &JointSpectrum| {
+            let power = joint.power.iter().enumerate();
+            let variance = power.map(|(k, p)| self.transform.multiplicity(k) * p).sum::<f64>();
+            self.rows as f64 * variance / length / joint.power[0]
+        };
+        self.joints.iter().map(effective).collect()
+    }
+
+    /// Of every joint, the probability that white noise behind the filter has residuals as
+    /// correlated as these: Box and Pierce's statistic, `n Σ_l r_l²` of χ² distribution (*J. Amer.
+    /// Statist. Assoc.* 65, 1970), of the autocorrelations that remain when the filter's own colour
+    /// is taken out, n the rows times the passband.
+    pub fn whiteness_per_joint(&self, passband: f64) -> Vec<f64> {
+        let probability = |joint: &JointSpectrum| {
+            let (squares, lags) = joint.correlation;
+            let statistic = passband * self.rows as f64 * squares;
+            ChiSquared::new(lags as f64).map_or(1.0, |chi_squared| chi_squared.sf(statistic))
+        };
+        self.joints.iter().map(probability).collect()
+    }
+}
+
+/// The real part of the coherence of two transforms.
+fn coherence(a: &[Complex64], b: &[Complex64]) -> f64 {
+    let power = |x: &[Complex64]| x.iter().map(Complex64::norm_sqr).sum::<f64>();
+    let common: f64 = a.iter().zip(b).map(|(a, b)| (a.conj() * b).re).sum();
+    let size = (power(a) * power(b)).sqrt();
+    if size > 0.0 { common / size } else { 0.0 }
+}
