@@ -13,7 +13,8 @@ use super::sections::SecondOrderSections;
 /// the model does not describe and makes the kept samples nearly independent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelDecimation {
-    filter: SecondOrderSections,
+    /// None leaves every signal as it is.
+    filter: Option<SecondOrderSections>,
     factor: usize,
 }
 
@@ -33,7 +34,12 @@ impl ParallelDecimation {
             return Err(SignalError::Factor);
         }
         let filter = chebyshev1_low_pass(order, ripple_db, cutoff_ratio / factor as f64)?;
-        Ok(Self { filter, factor })
+        Ok(Self { filter: Some(filter), factor })
+    }
+
+    /// No filter, and every sample is kept: the paper's strict output error framework.
+    pub fn none() -> Self {
+        Self { filter: None, factor: 1 }
     }
 
     /// The factor n_d: one sample in so many is kept.
@@ -53,7 +59,9 @@ impl ParallelDecimation {
     /// # Errors
     /// As [`SecondOrderSections::filter_zero_phase`].
     pub fn filter(&self, signal: &mut [f64]) -> Result<(), SignalError> {
-        self.filter.filter_zero_phase(signal, self.filter.default_padding())
+        self.filter
+            .as_ref()
+            .map_or(Ok(()), |filter| filter.filter_zero_phase(signal, filter.default_padding()))
     }
 
     /// [`filter`](Self::filter) of `L` interleaved signals.
@@ -64,6 +72,8 @@ impl ParallelDecimation {
         &self,
         signals: &mut [[f64; L]],
     ) -> Result<(), SignalError> {
-        self.filter.filter_zero_phase_lanes(signals, self.filter.default_padding())
+        self.filter.as_ref().map_or(Ok(()), |filter| {
+            filter.filter_zero_phase_lanes(signals, filter.default_padding())
+        })
     }
 }
