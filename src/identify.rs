@@ -16,6 +16,12 @@ pub enum IdentifyError {
     /// The data are no experiment of this robot.
     #[error("the data do not make an experiment of this robot: {0}")]
     Experiment(#[from] ExperimentError),
+    /// The cell does not say what the method needs.
+    #[error("the cell says nothing about the method {method}; choose another method")]
+    NotConfigured {
+        /// The method.
+        method: Method,
+    },
     /// The method refused or failed.
     #[error("{0}")]
     Identification(#[from] IdentificationError),
@@ -50,5 +56,6 @@ pub fn identify_recording(
     .with_counted(counted)?;
     Ok(match method {
         Method::IdimLs => idim_ls(&cell.robot, &cell.base, &experiment, &cell.options)?,
+        Method::Didim => return Err(IdentifyError::NotConfigured { method }),
     })
 }

@@ -85,7 +85,9 @@ fn digest(window: &Window) -> Estimate {
         durbin_watson_per_joint: vec![],
         iterations: 1,
         simulations: 0,
-        verdict: Verdict { applicable: true, reasons: vec![] },
+        convergence: vec![],
+        reference: None,
+        verdict: Verdict { applicable: true, ..Verdict::default() },
     }
 }
 

@@ -93,7 +93,7 @@ fn scatter(memory: f64, repetitions: u64) -> Scatter {
     let decimation = ParallelDecimation::chebyshev1(8, 0.05, 0.8, FACTOR).unwrap();
     let x = matrix(&decimation);
     let noise_power = |ratio| decimation.noise_power(ratio);
-    let filter = RowFilter { passband: decimation.cutoff_ratio(), noise_power: &noise_power };
+    let filter = RowFilter::new(ROWS, decimation.cutoff_ratio(), noise_power);
     let truth = DVector::from_fn(PARAMETERS, |c, _| 1.0 + c as f64);
     let mut sums = [0.0; 4];
     for seed in 0..repetitions {
@@ -105,7 +105,7 @@ fn scatter(memory: f64, repetitions: u64) -> Scatter {
         let observations = Observations::new(x.clone(), y, JOINTS).unwrap();
         let levels = observations.noise_levels(&observations.ordinary().unwrap().residuals);
         let solution = observations.weighted(&levels).unwrap();
-        let spectrum = observations.residual_spectrum(&solution, filter);
+        let spectrum = observations.residual_spectrum(&solution, &filter);
         let corrected = observations.corrected_covariance(&solution, &spectrum);
         for c in 0..PARAMETERS {
             let deviation = solution.parameters[c] - truth[c];

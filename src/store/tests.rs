@@ -21,7 +21,9 @@ fn estimate(value: f64) -> Estimate {
         durbin_watson_per_joint: vec![2.0],
         iterations: 1,
         simulations: 0,
-        verdict: Verdict { applicable: true, reasons: vec![] },
+        convergence: vec![],
+        reference: None,
+        verdict: Verdict { applicable: true, ..Verdict::default() },
     }
 }
 

@@ -153,6 +153,21 @@ impl ControlTiming {
         }
     }
 
+    /// The mean time of the piece of torque that acts just after a sample, relative to the sample
+    /// \[s\]. A command acts for one period T; just after a sample it still acts for the rest of its
+    /// delay, or for a whole period where nothing is left: the mean is that end less T/2. A
+    /// continuous controller's torque just after a sample is that of the sample itself.
+    pub fn mean_time_after_sample_s(self) -> f64 {
+        match self {
+            Self::Continuous { .. } => 0.0,
+            Self::Sampled { sample_period_s, computation_delay_s } => {
+                let (_, rest_s) = split_delay(computation_delay_s, sample_period_s);
+                let end_s = if rest_s > 0.0 { rest_s } else { sample_period_s };
+                end_s - 0.5 * sample_period_s
+            }
+        }
+    }
+
     fn validate(self) -> Result<(), ControlError> {
         let sample_period_s = self.sample_period_s();
         let computation_delay_s = match self {
@@ -178,7 +193,29 @@ impl ControlTiming {
     }
 }
 
+impl ControlLaw {
+    /// The torque gain K_τ \[N·m per unit of the control signal\], which multiplies every gain.
+    fn torque_gain_mut(&mut self) -> &mut f64 {
+        match self {
+            Self::P { k_tau_nm, .. }
+            | Self::Pd { k_tau_nm, .. }
+            | Self::Pid { k_tau_nm, .. }
+            | Self::CascadedPPi { k_tau_nm, .. } => k_tau_nm,
+        }
+    }
+}
+
 impl JointController {
+    /// The controller whose torques, but for their limit, are `factor` times as large.
+    #[must_use]
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        *scaled.law.torque_gain_mut() *= factor;
+        scaled.feed_forward.acceleration_kg_m2 *= factor;
+        scaled.feed_forward.velocity_nm_s_per_rad *= factor;
+        scaled
+    }
+
     fn validate(&self, joint: usize) -> Result<(), ControlError> {
         let not_negative = |key, value: f64| {
             if value.is_finite() && value >= 0.0 {
@@ -237,3 +274,18 @@ impl JointController {
 
 /// Fills the list of gains of a law that has fewer.
 const NONE: (&str, f64) = ("", 0.0);
+
+/// A delay as whole periods and the rest of one \[s\]; a rest within rounding of a whole period is
+/// none.
+pub(crate) fn split_delay(delay_s: f64, period_s: f64) -> (usize, f64) {
+    let periods = delay_s / period_s;
+    let whole = (periods + 1e-9).floor();
+    let rest = periods - whole;
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the controller's validation keeps the delay within 16 periods"
+    )]
+    let whole = whole as usize;
+    (whole, if rest < 1e-9 { 0.0 } else { rest * period_s })
+}

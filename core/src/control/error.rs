@@ -34,6 +34,16 @@ pub enum ControlError {
         /// The largest number of joints.
         max: usize,
     },
+    /// A list has not one value per joint. Give one per joint, in their order.
+    #[error("controller: {key} has {found} values for {expected} joints")]
+    Length {
+        /// The key in the file.
+        key: &'static str,
+        /// Joints of the arm.
+        expected: usize,
+        /// Values given.
+        found: usize,
+    },
     /// A sampled controller was built from continuous data, or the other way round.
     #[error("the controller's timing is not {expected}")]
     WrongTiming {

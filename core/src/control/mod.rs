@@ -11,11 +11,14 @@ mod continuous;
 mod error;
 mod law;
 mod sampled;
+mod simulated;
 
+pub(crate) use config::split_delay;
 pub use config::{ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController};
 pub use continuous::ContinuousController;
 pub use error::ControlError;
 pub use sampled::SampledController;
+pub use simulated::SimulatedController;
 
 /// What the joints are told to do at one instant: one entry per joint.
 #[derive(Clone, Copy, Debug)]

@@ -62,6 +62,8 @@ impl Findings<'_> {
             durbin_watson_per_joint: statistics.durbin_watson_per_joint,
             iterations: self.iterations,
             simulations: self.simulations,
+            convergence: Vec::new(),
+            reference: None,
             verdict: Verdict::default(),
         };
         estimate.verdict = self.limits.judge(&estimate, selection.kinds());

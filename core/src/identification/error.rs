@@ -8,6 +8,8 @@ use super::selection::Selection;
 use super::verdict::LimitError;
 use crate::regression::RegressionError;
 use crate::signal::SignalError;
+use crate::simulation::{SetupError, SimulationError};
+use crate::trajectory::TrajectoryError;
 
 /// What speaks against an identification; each message ends with what to do.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -132,6 +134,95 @@ pub enum IdentificationError {
     NoTorque {
         /// Joint, from 1.
         joint: usize,
+    },
+    /// A limit of the iteration makes no sense. Remedy: correct the named key.
+    #[error("convergence.{key} = {value} must be {expected}")]
+    Convergence {
+        /// The key in the file.
+        key: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// The samples of the simulated controller do not meet those of the record. Remedy: state the
+    /// real controller's period; the record's must be a whole multiple of it.
+    #[error(
+        "a controller period of {controller_period_s} s does not divide the record's sample \
+         period of {sample_period_s} s into whole parts; state the controller's own period"
+    )]
+    ControllerPeriod {
+        /// Period of the simulated controller \[s\].
+        controller_period_s: f64,
+        /// Sample period of the record \[s\].
+        sample_period_s: f64,
+    },
+    /// A torque command that is held acts when the controller says so, and layout and controller
+    /// say different things. Remedy: make them agree.
+    #[error(
+        "the logged torque is held from {logged_s} s after its sample on, the simulated \
+         controller's from {simulated_s} s on (computation_delay_s); make the two agree"
+    )]
+    TorqueDelay {
+        /// Delay of the logged torque \[s\].
+        logged_s: f64,
+        /// Computation delay of the simulated controller \[s\].
+        simulated_s: f64,
+    },
+    /// The simulated loop cannot be built. Remedy: as the cause says.
+    #[error("simulated loop: {0}")]
+    Setup(SetupError),
+    /// The recorded reference cannot be followed. Remedy: as the cause says.
+    #[error(transparent)]
+    Reference(TrajectoryError),
+    /// The robot's file has no nominal parameters to start from. Remedy: another start, or state
+    /// them.
+    #[error("robot {robot:?} states no [nominal] parameters to start from; choose another start")]
+    NoNominalParameters {
+        /// The robot.
+        robot: String,
+    },
+    /// The closed loop cannot be simulated with the parameters to start from. Remedy: another
+    /// start, or a controller that holds the arm.
+    #[error(
+        "the first simulation failed: {cause}; choose another start, or check gains, timing and \
+         substeps of the simulated controller"
+    )]
+    FirstSimulation {
+        /// What went wrong, with joint and time.
+        cause: SimulationError,
+    },
+    /// Even the shortest step leads to parameters that cannot be simulated. Remedy: fewer
+    /// parameters, another start, or a controller that holds the arm.
+    #[error(
+        "simulation {simulations} failed after halving the step {halvings} times: {cause}; \
+         identify fewer parameters, choose another start, or check the simulated controller"
+    )]
+    NoStep {
+        /// Simulations run.
+        simulations: u32,
+        /// Halvings tried.
+        halvings: u32,
+        /// What went wrong at last, with joint and time.
+        cause: SimulationError,
+    },
+    /// The estimates still change. Remedy: allow more simulations, leave out the parameter that
+    /// moves most, or check reference and controller.
+    #[error(
+        "not converged after {simulations} simulations: the relative error changed by {}, \
+         {parameter} by {parameter_change:.2e} standard deviations; allow more simulations, leave \
+         {parameter} out, or check the reference and the simulated controller",
+        relative_error_change.map_or("an unknown amount".to_owned(), |c| format!("{c:.1e}"))
+    )]
+    NotConverged {
+        /// Simulations run.
+        simulations: u32,
+        /// Last change of the relative error, when there were two steps.
+        relative_error_change: Option<f64>,
+        /// Last change of the parameter that moves most, in standard deviations.
+        parameter_change: f64,
+        /// That parameter.
+        parameter: String,
     },
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]

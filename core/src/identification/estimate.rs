@@ -34,6 +34,35 @@ pub struct Verdict {
     pub applicable: bool,
     /// The reasons against, for people.
     pub reasons: Vec<String>,
+    /// What must be known with the result and does not speak against its use.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// Where the reference of the simulated closed loops came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReferenceSource {
+    /// What the controller was told was recorded.
+    Recorded,
+    /// It was not: the filtered measured position stood in for it.
+    MeasuredPosition,
+}
+
+/// One closed-loop simulation and the least-squares step from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ConvergenceStep {
+    /// Number of the simulation, from 1; those that failed count.
+    pub simulation: u32,
+    /// ‖y − Xθ‖ / ‖y‖ with X of this simulation and θ of the step from it.
+    pub relative_error: f64,
+    /// Its difference from the step before, absolute.
+    pub relative_error_change: Option<f64>,
+    /// Largest difference between a parameter of the step and the simulated one, in standard
+    /// deviations of the step.
+    pub parameter_change: f64,
+    /// How often the step before was halved until it could be simulated.
+    pub halvings: u32,
 }
 
 /// The result of one identification. Its JSON is a contract: see the command line.
@@ -67,8 +96,14 @@ pub struct Estimate {
     pub durbin_watson_per_joint: Vec<f64>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
-    /// Closed-loop simulations run.
+    /// Closed-loop simulations run, those that failed included.
     pub simulations: u32,
+    /// The way there, for methods that iterate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub convergence: Vec<ConvergenceStep>,
+    /// What the simulated loops followed, for methods that simulate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceSource>,
     /// Whether the result may be used.
     pub verdict: Verdict,
 }

@@ -7,11 +7,12 @@ use super::experiment::Experiment;
 use super::method::Method;
 use super::observation::observation_matrix;
 use super::options::IdimLsOptions;
-use super::prefilter::{filtered_motion, filtered_torque, row_times};
+use super::prefilter::{Motion, filtered_motion, filtered_torque, row_times};
 use super::selection::Selection;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::Observations;
+use crate::regression::{Observations, Solution};
 use crate::robot::Robot;
+use crate::signal::ParallelDecimation;
 
 /// Identifies base parameters by weighted least squares on the filtered inverse dynamic model.
 ///
@@ -33,47 +34,84 @@ pub fn idim_ls(
     experiment: &Experiment,
     options: &IdimLsOptions,
 ) -> Result<Identification, IdentificationError> {
-    if robot.joints() != experiment.joints() {
-        return Err(IdentificationError::JointCount {
-            robot: robot.name().to_owned(),
-            joints: robot.joints(),
-            experiment: experiment.joints(),
-        });
-    }
-    options.limits.validate()?;
-    let selection = Selection::new(robot, base, options.parameters.as_deref())?;
     let decimation =
         options.decimation_filter.design().map_err(IdentificationError::DecimationFilter)?;
-    let counted = experiment.counted();
-    let rows = decimation.kept(counted.clone()).count() * experiment.joints();
-    if rows <= selection.names().len() {
-        let parameters = selection.names().len();
-        return Err(IdentificationError::TooFewRows { rows, parameters });
-    }
-
-    let motion = filtered_motion(experiment, &options.position_filter)?;
-    let model = Model::new(robot);
-    let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted.clone())?;
-    let torque = filtered_torque(experiment, &decimation)?;
-
-    let named = |error| IdentificationError::from_regression(error, &selection);
-    let observations = Observations::new(matrix, torque, robot.joints()).map_err(named)?;
-    let ordinary = observations.ordinary().map_err(named)?;
-    let noise_levels = observations.noise_levels(&ordinary.residuals);
-    let weighted = observations.weighted(&noise_levels).map_err(named)?;
-
+    let fit = EquationErrorFit::new(robot, base, experiment, options, decimation)?;
     let findings = Findings {
         method: Method::IdimLs,
         robot,
         experiment,
-        selection: &selection,
-        observations: &observations,
-        row_times_s: row_times(counted, &decimation, experiment.sample_rate_hz()),
-        solution: &weighted,
-        unweighted_condition_number: ordinary.condition_number(),
+        selection: &fit.selection,
+        observations: &fit.observations,
+        row_times_s: row_times(experiment.counted(), &fit.decimation, experiment.sample_rate_hz()),
+        solution: &fit.weighted,
+        unweighted_condition_number: fit.ordinary.condition_number(),
         iterations: 1,
         simulations: 0,
         limits: &options.limits,
     };
     Ok(findings.assemble())
+}
+
+/// What the equation error says before it is judged: the result of IDIM-LS, and where the methods
+/// that simulate begin.
+pub(super) struct EquationErrorFit {
+    pub(super) selection: Selection,
+    pub(super) model: Model,
+    pub(super) decimation: ParallelDecimation,
+    /// The filtered measured motion.
+    pub(super) motion: Motion,
+    pub(super) observations: Observations,
+    pub(super) ordinary: Solution,
+    /// σ_j from the ordinary residuals.
+    pub(super) noise_levels: Vec<f64>,
+    pub(super) weighted: Solution,
+}
+
+impl EquationErrorFit {
+    /// Steps 1 to 4 of [`idim_ls`], with a decimation of the caller's choice.
+    pub(super) fn new(
+        robot: &Robot,
+        base: &BaseParameters,
+        experiment: &Experiment,
+        options: &IdimLsOptions,
+        decimation: ParallelDecimation,
+    ) -> Result<Self, IdentificationError> {
+        if robot.joints() != experiment.joints() {
+            return Err(IdentificationError::JointCount {
+                robot: robot.name().to_owned(),
+                joints: robot.joints(),
+                experiment: experiment.joints(),
+            });
+        }
+        options.limits.validate()?;
+        let selection = Selection::new(robot, base, options.parameters.as_deref())?;
+        let counted = experiment.counted();
+        let rows = decimation.kept(counted.clone()).count() * experiment.joints();
+        if rows <= selection.names().len() {
+            let parameters = selection.names().len();
+            return Err(IdentificationError::TooFewRows { rows, parameters });
+        }
+
+        let motion = filtered_motion(experiment, &options.position_filter)?;
+        let model = Model::new(robot);
+        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted.clone())?;
+        let torque = filtered_torque(experiment, &decimation)?;
+
+        let named = |error| IdentificationError::from_regression(error, &selection);
+        let observations = Observations::new(matrix, torque, robot.joints()).map_err(named)?;
+        let ordinary = observations.ordinary().map_err(named)?;
+        let noise_levels = observations.noise_levels(&ordinary.residuals);
+        let weighted = observations.weighted(&noise_levels).map_err(named)?;
+        Ok(Self {
+            selection,
+            model,
+            decimation,
+            motion,
+            observations,
+            ordinary,
+            noise_levels,
+            weighted,
+        })
+    }
 }

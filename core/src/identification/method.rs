@@ -12,16 +12,19 @@ use thiserror::Error;
 pub enum Method {
     /// Inverse dynamic identification model, least squares (paper, section 3.1).
     IdimLs,
+    /// Direct and inverse dynamic identification models (paper, section 3.3).
+    Didim,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 1] = [Self::IdimLs];
+    pub const ALL: [Self; 2] = [Self::IdimLs, Self::Didim];
 
     /// The name: `idim-ls`.
     pub fn name(self) -> &'static str {
         match self {
             Self::IdimLs => "idim-ls",
+            Self::Didim => "didim",
         }
     }
 }

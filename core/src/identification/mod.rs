@@ -7,10 +7,12 @@
 //! |---|---|
 //! | signals and when they are valid | [`Experiment`] |
 //! | filtered motion, observation matrix, aligned torque (paper, 3.1.1) | `prefilter`, `observation` |
+//! | the closed loop simulated with an estimate (paper, 3.3) | `didim` |
 //! | least squares (paper, 3.1.2) | [`regression`](crate::regression) |
 //! | whether the result may be used | [`VerdictLimits`] |
 
 mod assemble;
+mod didim;
 mod error;
 mod estimate;
 mod experiment;
@@ -22,9 +24,11 @@ mod prefilter;
 mod selection;
 mod verdict;
 
+pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
 pub use error::IdentificationError;
 pub use estimate::{
-    Estimate, Fit, Identification, ParameterEstimate, SCHEMA, SingularValues, Verdict,
+    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
+    SingularValues, Verdict,
 };
 pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
 pub use idim_ls::idim_ls;

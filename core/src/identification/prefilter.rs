@@ -65,6 +65,15 @@ pub fn filtered_torque(
     decimation: &ParallelDecimation,
 ) -> Result<DVector<f64>, IdentificationError> {
     let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+    delayed_torque(experiment, delay, decimation)
+}
+
+/// [`filtered_torque`] with a delay of the caller's choice \[samples\].
+pub(super) fn delayed_torque(
+    experiment: &Experiment,
+    delay: f64,
+    decimation: &ParallelDecimation,
+) -> Result<DVector<f64>, IdentificationError> {
     check_inside(experiment, delay)?;
     let kept = decimation.kept(experiment.counted());
     let mut rows = Vec::with_capacity(kept.clone().count() * experiment.joints());

@@ -112,7 +112,7 @@ impl VerdictLimits {
                 ));
             }
         }
-        Verdict { applicable: reasons.is_empty(), reasons }
+        Verdict { applicable: reasons.is_empty(), reasons, notes: Vec::new() }
     }
 }
 

@@ -20,20 +20,35 @@ use super::spectrum_shape::SmoothSpectrum;
 /// something to judge by.
 const MOST_EXPLAINED: f64 = 0.9;
 
-/// The filter that the rows have passed. Frequencies are ratios of the Nyquist frequency of the
-/// rows, 0 to 1.
-#[derive(Clone, Copy)]
-pub struct RowFilter<'a> {
-    /// Up to here noise passes; beyond, the residuals tell nothing of their shape.
-    pub passband: f64,
-    /// Power spectrum of white noise behind the filter, at the rate of the rows, relative to the
-    /// noise before it.
-    pub noise_power: &'a dyn Fn(f64) -> f64,
+/// The filter that the rows have passed, for records of so many rows. Frequencies are ratios of the
+/// Nyquist frequency of the rows, 0 to 1.
+#[derive(Clone, Debug)]
+pub struct RowFilter {
+    passband: f64,
+    transform: Transform,
+    /// At each frequency of the transform, from 0 to the Nyquist frequency.
+    power: Vec<f64>,
 }
 
-impl RowFilter<'_> {
-    /// No filter at all.
-    pub const NONE: RowFilter<'static> = RowFilter { passband: 1.0, noise_power: &|_| 1.0 };
+impl RowFilter {
+    /// Noise passes up to `passband`; beyond, residuals tell nothing of their shape. `power` is the
+    /// power spectrum of white noise behind the filter, relative to the noise before it.
+    pub fn new(rows: usize, passband: f64, power: impl Fn(f64) -> f64) -> Self {
+        let transform = Transform::for_rows(rows);
+        let power = (0..transform.frequencies()).map(|k| power(transform.ratio(k))).collect();
+        Self { passband, transform, power }
+    }
+
+    /// Frequencies within the passband.
+    fn inside(&self) -> usize {
+        let frequencies = 0..self.transform.frequencies();
+        frequencies.filter(|&k| self.transform.ratio(k) <= self.passband).count()
+    }
+
+    /// Independent values among so many rows.
+    fn independent(&self, rows: usize) -> f64 {
+        self.passband * rows as f64
+    }
 }
 
 /// The errors ε of `y = X θ + ε` as stationary processes: a power spectrum per joint, and how much
@@ -41,7 +56,7 @@ impl RowFilter<'_> {
 #[derive(Clone, Debug)]
 pub struct ResidualSpectrum {
     rows: usize,
-    transform: Transform,
+    filter: RowFilter,
     joints: Vec<JointSpectrum>,
     /// Correlation between the joints' errors at the same instant (n × n).
     correlation: DMatrix<f64>,
@@ -105,11 +120,7 @@ impl Observations {
     ///
     /// At every frequency the parameters have taken a share out of the residuals, which is put
     /// back: that of the columns of an orthonormal basis of `Ω^{-1/2} X`, their leverage.
-    pub fn residual_spectrum(
-        &self,
-        solution: &Solution,
-        filter: RowFilter<'_>,
-    ) -> ResidualSpectrum {
+    pub fn residual_spectrum(&self, solution: &Solution, filter: &RowFilter) -> ResidualSpectrum {
         let basis = self.orthonormal(solution);
         ResidualSpectrum::fit(self, &basis, &solution.residuals, filter)
     }
@@ -158,16 +169,11 @@ impl ResidualSpectrum {
         system: &Observations,
         basis: &DMatrix<f64>,
         residuals: &DVector<f64>,
-        filter: RowFilter<'_>,
+        filter: &RowFilter,
     ) -> Self {
         let rows = system.rows_per_joint();
-        let transform = Transform::for_rows(rows);
+        let (transform, inside) = (&filter.transform, filter.inside());
         let frequencies = transform.frequencies();
-        let filtered: Vec<f64> =
-            (0..frequencies).map(|k| (filter.noise_power)(transform.ratio(k))).collect();
-        let inside = (0..frequencies).filter(|&k| transform.ratio(k) <= filter.passband).count();
-        let independent = filter.passband * rows as f64;
-
         let (mut joints, mut whitened) = (Vec::new(), Vec::new());
         for joint in 0..system.joints() {
             let range = system.joint_rows(joint);
@@ -181,13 +187,13 @@ impl ResidualSpectrum {
             }
             let residual = transform.of(residuals.rows_range(range.clone()));
             let periodogram: Vec<f64> =
-                (residual.iter().zip(&leverage).zip(&filtered).take(inside))
+                (residual.iter().zip(&leverage).zip(&filter.power).take(inside))
                     .map(|((value, leverage), filtered)| {
                         let left = 1.0 - leverage.min(MOST_EXPLAINED);
                         value.norm_sqr() / (rows as f64 * left * filtered)
                     })
                     .collect();
-            let mut shape = SmoothSpectrum::fit(&periodogram, independent);
+            let mut shape = SmoothSpectrum::fit(&periodogram, filter.independent(rows));
             // An exact fit leaves rounding, which is not nothing.
             let rounding = system.measurements().rows_range(range).norm_squared() / rows as f64
                 * f64::EPSILON.powi(2);
@@ -195,10 +201,10 @@ impl ResidualSpectrum {
             if shape.at(0.0) < least.at(0.0) {
                 shape = least;
             }
-            let end = filter.passband;
-            let power: Vec<f64> = (filtered.iter().enumerate())
+            let power: Vec<f64> = (filter.power.iter().enumerate())
                 .map(|(k, filtered)| {
-                    let phi = core::f64::consts::PI * (transform.ratio(k) / end).min(1.0);
+                    let phi =
+                        core::f64::consts::PI * (transform.ratio(k) / filter.passband).min(1.0);
                     filtered * shape.at(phi)
                 })
                 .collect();
@@ -214,22 +220,25 @@ impl ResidualSpectrum {
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
         });
-        Self { rows, transform, joints, correlation }
+        Self { rows, filter: filter.clone(), joints, correlation }
     }
 
     /// Covariance `ZᵀVZ` of `Zᵀε` (c × c); Z is r × c with the rows of each joint together.
     pub(super) fn covariance_of(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
         // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
-        let length = self.transform.fft.len() as f64;
-        let frequencies = self.transform.frequencies();
+        let length = self.filter.transform.fft.len() as f64;
+        let transform = &self.filter.transform;
+        let frequencies = transform.frequencies();
         let parts: Vec<DMatrix<f64>> = (self.joints.iter().enumerate())
             .map(|(joint, spectrum)| {
                 let mut part = DMatrix::zeros(2 * frequencies, z.ncols());
                 for (c, mut to) in part.column_iter_mut().enumerate() {
                     let column: DVector<f64> =
                         z.view((joint * self.rows, c), (self.rows, 1)).column(0).into_owned();
-                    for (k, value) in self.transform.of(column.as_view()).iter().enumerate() {
-                        let power = self.transform.multiplicity(k) * spectrum.power[k] / length;
+                    for (k, value) in self.filter.transform.of(column.as_view()).iter().enumerate()
+                    {
+                        let power =
+                            self.filter.transform.multiplicity(k) * spectrum.power[k] / length;
                         to[2 * k] = power.sqrt() * value.re;
                         to[2 * k + 1] = power.sqrt() * value.im;
                     }
@@ -252,10 +261,11 @@ impl ResidualSpectrum {
     /// Of every joint, how many independent rows its rows are worth where a mean is formed:
     /// `N γ_0 / Σ_l γ_l`, the mean of the spectrum over its value at frequency 0.
     pub fn effective_rows_per_joint(&self) -> Vec<f64> {
-        let length = self.transform.fft.len() as f64;
+        let length = self.filter.transform.fft.len() as f64;
         let effective = |joint: &JointSpectrum| {
             let power = joint.power.iter().enumerate();
-            let variance = power.map(|(k, p)| self.transform.multiplicity(k) * p).sum::<f64>();
+            let variance =
+                power.map(|(k, p)| self.filter.transform.multiplicity(k) * p).sum::<f64>();
             self.rows as f64 * variance / length / joint.power[0]
         };
         self.joints.iter().map(effective).collect()
@@ -265,10 +275,10 @@ impl ResidualSpectrum {
     /// correlated as these: Box and Pierce's statistic, `n Σ_l r_l²` of χ² distribution (*J. Amer.
     /// Statist. Assoc.* 65, 1970), of the autocorrelations that remain when the filter's own colour
     /// is taken out, n the rows times the passband.
-    pub fn whiteness_per_joint(&self, passband: f64) -> Vec<f64> {
+    pub fn whiteness_per_joint(&self) -> Vec<f64> {
         let probability = |joint: &JointSpectrum| {
             let (squares, lags) = joint.correlation;
-            let statistic = passband * self.rows as f64 * squares;
+            let statistic = self.filter.independent(self.rows) * squares;
             ChiSquared::new(lags as f64).map_or(1.0, |chi_squared| chi_squared.sf(statistic))
         };
         self.joints.iter().map(probability).collect()

@@ -13,7 +13,8 @@ use super::sections::SecondOrderSections;
 /// the model does not describe and makes the kept samples nearly independent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelDecimation {
-    filter: SecondOrderSections,
+    /// None leaves every signal as it is.
+    filter: Option<SecondOrderSections>,
     factor: usize,
     cutoff_ratio: f64,
 }
@@ -34,7 +35,12 @@ impl ParallelDecimation {
             return Err(SignalError::Factor);
         }
         let filter = chebyshev1_low_pass(order, ripple_db, cutoff_ratio / factor as f64)?;
-        Ok(Self { filter, factor, cutoff_ratio })
+        Ok(Self { filter: Some(filter), factor, cutoff_ratio })
+    }
+
+    /// No filter, and every sample is kept: the paper's strict output error framework.
+    pub fn none() -> Self {
+        Self { filter: None, factor: 1, cutoff_ratio: 1.0 }
     }
 
     /// The factor n_d: one sample in so many is kept.
@@ -42,7 +48,7 @@ impl ParallelDecimation {
         self.factor
     }
 
-    /// The cut-off as a fraction of the Nyquist frequency after decimation.
+    /// The cut-off as a fraction of the Nyquist frequency after decimation; 1 without a filter.
     pub fn cutoff_ratio(&self) -> f64 {
         self.cutoff_ratio
     }
@@ -51,10 +57,11 @@ impl ParallelDecimation {
     /// Nyquist frequency after decimation: `1/n_d Σ_i |H|⁴` over the n_d frequencies that fold onto
     /// this one.
     pub fn noise_power(&self, ratio: f64) -> f64 {
+        let Some(filter) = &self.filter else { return 1.0 };
         let factor = self.factor as f64;
         let folded = (0..self.factor).map(|i| {
             let around = (ratio + 2.0 * i as f64) / factor;
-            let (re, im) = self.filter.response(if around > 1.0 { 2.0 - around } else { around });
+            let (re, im) = filter.response(if around > 1.0 { 2.0 - around } else { around });
             (re * re + im * im).powi(2)
         });
         folded.sum::<f64>() / factor
@@ -72,7 +79,9 @@ impl ParallelDecimation {
     /// # Errors
     /// As [`SecondOrderSections::filter_zero_phase`].
     pub fn filter(&self, signal: &mut [f64]) -> Result<(), SignalError> {
-        self.filter.filter_zero_phase(signal, self.filter.default_padding())
+        self.filter
+            .as_ref()
+            .map_or(Ok(()), |filter| filter.filter_zero_phase(signal, filter.default_padding()))
     }
 
     /// [`filter`](Self::filter) of `L` interleaved signals.
@@ -83,6 +92,8 @@ impl ParallelDecimation {
         &self,
         signals: &mut [[f64; L]],
     ) -> Result<(), SignalError> {
-        self.filter.filter_zero_phase_lanes(signals, self.filter.default_padding())
+        self.filter.as_ref().map_or(Ok(()), |filter| {
+            filter.filter_zero_phase_lanes(signals, filter.default_padding())
+        })
     }
 }

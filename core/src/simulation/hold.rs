@@ -1,6 +1,7 @@
 //! Torque commands on their way from the controller to the arm.
 
 use crate::MAX_JOINTS;
+use crate::control::split_delay;
 
 /// Holds every command for one period, beginning a delay after it was computed.
 ///
@@ -17,18 +18,8 @@ pub(super) struct CommandHold {
 
 impl CommandHold {
     pub(super) fn new(delay_s: f64, period_s: f64) -> Self {
-        // A rest within rounding of a whole period is none.
-        let periods = delay_s / period_s;
-        let whole = (periods + 1e-9).floor();
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the controller's validation keeps the delay within 16 periods"
-        )]
-        let count = whole as usize + 2;
-        let rest = periods - whole;
-        let rest_s = if rest < 1e-9 { 0.0 } else { rest * period_s };
-        Self { commands: vec![[0.0; MAX_JOINTS]; count], rest_s, started: false }
+        let (whole, rest_s) = split_delay(delay_s, period_s);
+        Self { commands: vec![[0.0; MAX_JOINTS]; whole + 2], rest_s, started: false }
     }
 
     /// Takes the command of a new sample.

@@ -19,7 +19,7 @@ pub use limits::JointLimits;
 pub use moves::{Move, MoveSequence};
 pub use planned::Trajectory;
 pub use random::RandomMoves;
-pub use recorded::SampledReference;
+pub use recorded::{ReferenceInterpolation, SampledReference};
 
 /// A motion that is known at every time.
 pub trait Reference {

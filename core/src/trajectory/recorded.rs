@@ -1,26 +1,45 @@
 //! A reference that was recorded sample by sample.
 
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::{Reference, TrajectoryError};
 
+/// What a drive makes of its targets between two of them; d is their difference, T their period.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReferenceInterpolation {
+    /// The cubic Hermite polynomial through positions and velocities of the two neighbours, with
+    /// central differences for the velocities (one-sided at the ends); velocity and acceleration
+    /// are its derivatives.
+    #[default]
+    Cubic,
+    /// A straight line: velocity d/T of the interval that begins, acceleration 0.
+    Linear,
+    /// The target itself until the next: velocity d/T of the interval that has ended, which is all
+    /// that a drive knows then, and acceleration 0. Under a continuous controller this delays the
+    /// reference by half a period.
+    Hold,
+}
+
 /// A recorded reference: exact at its samples, interpolated in between.
-///
-/// Velocities at the samples are central differences (one-sided at the ends); between samples the
-/// position is the cubic Hermite polynomial through positions and velocities of the two
-/// neighbours, and velocity and acceleration are its derivatives. A reference that is held over
-/// the step while a continuous controller runs at every stage would delay it by half a period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledReference {
     sample_rate_hz: f64,
+    interpolation: ReferenceInterpolation,
+    delay_s: f64,
     /// One column per sample, so that a sample is one slice.
     position: DMatrix<f64>,
     velocity: DMatrix<f64>,
 }
 
+/// A time this close to a sample, in samples, is that of the sample: the product of time and rate
+/// is off by rounding.
+const SAME_SAMPLE: f64 = 1e-7;
+
 impl SampledReference {
     /// From joint positions \[rad\], one row per sample and one column per joint, the first at
-    /// time 0.
+    /// time 0, with [`ReferenceInterpolation::Cubic`].
     ///
     /// # Errors
     /// [`TrajectoryError::BadRecord`] when there are fewer than two samples, a value is not finite
@@ -43,7 +62,22 @@ impl SampledReference {
             let steps = if after - before == 2 { 2.0 } else { 1.0 };
             (position[(j, after)] - position[(j, before)]) * sample_rate_hz / steps
         });
-        Ok(Self { sample_rate_hz, position, velocity })
+        let interpolation = ReferenceInterpolation::Cubic;
+        Ok(Self { sample_rate_hz, interpolation, delay_s: 0.0, position, velocity })
+    }
+
+    /// The same samples with another interpolation.
+    #[must_use]
+    pub fn with_interpolation(mut self, interpolation: ReferenceInterpolation) -> Self {
+        self.interpolation = interpolation;
+        self
+    }
+
+    /// The same reference, acting this much later \[s\]; before, the first sample stands still.
+    #[must_use]
+    pub fn with_delay_s(mut self, delay_s: f64) -> Self {
+        self.delay_s = delay_s;
+        self
     }
 
     /// Number of samples.
@@ -65,7 +99,9 @@ impl Reference for SampledReference {
         acceleration: &mut [f64],
     ) {
         let last = self.position.ncols() - 1;
-        let at_samples = time_s * self.sample_rate_hz;
+        let exactly = (time_s - self.delay_s) * self.sample_rate_hz;
+        let nearest = exactly.round();
+        let at_samples = if (exactly - nearest).abs() < SAME_SAMPLE { nearest } else { exactly };
         // The last sample begins no interval: stand still outside the record.
         #[allow(clippy::cast_precision_loss, reason = "a record has far fewer samples than 2^52")]
         let outside = at_samples < 0.0 || at_samples >= last as f64;
@@ -88,15 +124,25 @@ impl Reference for SampledReference {
         let rate = self.sample_rate_hz;
         let (q0, q1) = (self.position.column(k), self.position.column(k + 1));
         let (v0, v1) = (self.velocity.column(k), self.velocity.column(k + 1));
-        let ends = q0.iter().zip(q1.iter()).zip(v0.iter().zip(v1.iter()));
+        let before = self.position.column(k.saturating_sub(1));
+        let ends = q0.iter().zip(q1.iter()).zip(v0.iter().zip(v1.iter())).zip(before.iter());
         let out = position.iter_mut().zip(velocity).zip(acceleration);
-        for (((q, dq), ddq), ((q0, q1), (v0, v1))) in out.zip(ends) {
-            // q(s) = q0 + s (m0 + s (c2 + s c3)) with m = v / rate.
-            let (m0, m1, d) = (v0 / rate, v1 / rate, q1 - q0);
-            let (c2, c3) = (3.0 * d - 2.0 * m0 - m1, m0 + m1 - 2.0 * d);
-            *q = q0 + s * (m0 + s * (c2 + s * c3));
-            *dq = rate * (m0 + s * (2.0 * c2 + s * 3.0 * c3));
-            *ddq = rate * rate * (2.0 * c2 + s * 6.0 * c3);
+        for (((q, dq), ddq), (((q0, q1), (v0, v1)), before)) in out.zip(ends) {
+            let d = q1 - q0;
+            (*q, *dq, *ddq) = match self.interpolation {
+                ReferenceInterpolation::Cubic => {
+                    // q(s) = q0 + s (m0 + s (c2 + s c3)) with m = v / rate.
+                    let (m0, m1) = (v0 / rate, v1 / rate);
+                    let (c2, c3) = (3.0 * d - 2.0 * m0 - m1, m0 + m1 - 2.0 * d);
+                    (
+                        q0 + s * (m0 + s * (c2 + s * c3)),
+                        rate * (m0 + s * (2.0 * c2 + s * 3.0 * c3)),
+                        rate * rate * (2.0 * c2 + s * 6.0 * c3),
+                    )
+                }
+                ReferenceInterpolation::Linear => (q0 + s * d, rate * d, 0.0),
+                ReferenceInterpolation::Hold => (*q0, rate * (q0 - before), 0.0),
+            };
         }
     }
 }
@@ -137,6 +183,33 @@ mod tests {
         assert_eq!(at(&reference, 0.2), [4.0, 0.0, 0.0]);
         assert_eq!(at(&reference, f64::NAN)[0], 4.0);
         assert!((at(&reference, 0.1)[0] - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn between_targets_a_drive_does_what_is_stated() {
+        let record = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, 4.0, 3.0]);
+        let cubic = SampledReference::new(10.0, &record).unwrap();
+        let linear = cubic.clone().with_interpolation(ReferenceInterpolation::Linear);
+        let hold = cubic.with_interpolation(ReferenceInterpolation::Hold);
+        assert_eq!(at(&linear, 0.125), [2.5, 20.0, 0.0]);
+        assert_eq!(at(&linear, 0.1), [2.0, 20.0, 0.0]);
+        assert_eq!(at(&hold, 0.125), [2.0, 10.0, 0.0]);
+        assert_eq!(at(&hold, 0.05), [1.0, 0.0, 0.0]);
+        assert_eq!(at(&hold, 0.2), [4.0, 20.0, 0.0]);
+    }
+
+    /// 3·0.1 − 0.1 is below 0.2 by rounding, and must be the sample at 0.2 all the same.
+    #[test]
+    fn a_delay_of_one_period_is_one_sample() {
+        let record = DMatrix::from_fn(1000, 1, |k, _| k as f64);
+        let hold = SampledReference::new(10.0, &record)
+            .unwrap()
+            .with_interpolation(ReferenceInterpolation::Hold)
+            .with_delay_s(0.1);
+        for k in 1..1000 {
+            assert_eq!(at(&hold, k as f64 * 0.1)[0], k as f64 - 1.0);
+        }
+        assert_eq!(at(&hold, 0.0), [0.0, 0.0, 0.0]);
     }
 
     #[test]
