@@ -2,48 +2,91 @@
 
 use nalgebra::DVector;
 
+use super::checks::{Subject, indefinite_posture};
+use super::error::IdentificationError;
 use super::estimate::{
-    Estimate, Fit, Identification, ParameterEstimate, SCHEMA, SingularValues, Verdict,
+    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
+    SingularValues, Verdict,
 };
 use super::experiment::Experiment;
 use super::method::Method;
+use super::options::PositionFilter;
+use super::prefilter::{Motion, row_times};
 use super::selection::Selection;
 use super::verdict::VerdictLimits;
-use crate::regression::{Observations, Solution};
+use crate::dynamics::{BaseParameters, Model};
+use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use crate::robot::Robot;
+use crate::signal::ParallelDecimation;
 
 /// What a method hands in.
 pub(super) struct Findings<'a> {
     pub(super) method: Method,
     pub(super) robot: &'a Robot,
+    pub(super) base: &'a BaseParameters,
     pub(super) experiment: &'a Experiment,
+    pub(super) model: &'a Model,
     pub(super) selection: &'a Selection,
+    pub(super) decimation: &'a ParallelDecimation,
+    /// The motion that the observation matrix was built on.
+    pub(super) motion: &'a Motion,
+    /// The filter of the positions, where the motion is the measured one.
+    pub(super) position_filter: Option<&'a PositionFilter>,
     pub(super) observations: &'a Observations,
-    /// Time of each row of one joint \[s\].
-    pub(super) row_times_s: Vec<f64>,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
     /// Condition number of the observation matrix without weights.
     pub(super) unweighted_condition_number: f64,
     pub(super) iterations: u32,
     pub(super) simulations: u32,
+    /// The way there, where there was one.
+    pub(super) convergence: Vec<ConvergenceStep>,
+    /// What the simulated loops followed.
+    pub(super) reference: Option<ReferenceSource>,
     pub(super) limits: &'a VerdictLimits,
 }
 
 impl Findings<'_> {
     /// The estimate with its verdict, and the fit.
-    pub(super) fn assemble(self) -> Identification {
-        let Self { selection, observations, solution, .. } = self;
-        let deviations = solution.standard_deviations();
-        let values = solution.parameters.iter().zip(deviations.iter());
-        let parameters = selection.names().iter().zip(values).map(|(name, (&value, &sigma))| {
-            ParameterEstimate {
-                name: name.clone(),
-                value,
-                standard_deviation: sigma,
-                relative_standard_deviation: sigma / value.abs(),
-            }
-        });
+    pub(super) fn assemble(self) -> Result<Identification, IdentificationError> {
+        let Self { selection, observations, solution, decimation, .. } = self;
+        let noise_power = |ratio| decimation.noise_power(ratio);
+        let rows = observations.rows_per_joint();
+        let filter = RowFilter::new(rows, decimation.cutoff_ratio().min(1.0), noise_power);
+        let analysis = ResidualAnalysis::new(observations, solution, &filter);
+        let classical = solution.standard_deviations();
+        let deviations = analysis.covariance().diagonal().map(f64::sqrt);
+        let mut standard = vec![0.0; self.model.parameter_names().len()];
+        for (&column, &value) in selection.columns().iter().zip(solution.parameters.iter()) {
+            standard[column] = value;
+        }
+        let checks = Subject {
+            robot: self.robot,
+            base: self.base,
+            model: self.model,
+            selection,
+            experiment: self.experiment,
+            decimation,
+            motion: self.motion,
+            position_filter: self.position_filter,
+            observations,
+            analysis: &analysis,
+            standard: &standard,
+            deviations: &deviations,
+        }
+        .check()?;
+
+        let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
+        let parameters =
+            selection.names().iter().zip(values).map(|(name, ((&value, &sd), &own))| {
+                ParameterEstimate {
+                    name: name.clone(),
+                    value,
+                    standard_deviation: sd,
+                    classical_standard_deviation: own,
+                    relative_standard_deviation: sd / value.abs(),
+                }
+            });
         let (max, min) = solution.extreme_singular_values();
         let statistics = observations.residual_statistics(&solution.residuals);
         let mut estimate = Estimate {
@@ -60,20 +103,27 @@ impl Findings<'_> {
             relative_error_per_joint: statistics.relative_error_per_joint,
             rms_error_per_joint_nm: statistics.rms_per_joint,
             durbin_watson_per_joint: statistics.durbin_watson_per_joint,
+            durbin_watson_expected: filter.durbin_watson_of_white_noise(),
+            whiteness_per_joint: analysis.spectrum().whiteness_per_joint(),
+            effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
+            torque_delay_per_joint: checks.torque_delay_per_joint,
+            model_checks: checks.model_checks,
             iterations: self.iterations,
             simulations: self.simulations,
-            convergence: Vec::new(),
-            reference: None,
+            convergence: self.convergence,
+            reference: self.reference,
             verdict: Verdict::default(),
         };
-        estimate.verdict = self.limits.judge(&estimate, selection.kinds());
+        let indefinite = indefinite_posture(self.robot, self.model, &standard);
+        estimate.verdict = self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref());
         let measured = observations.measurements();
+        let rate_hz = self.experiment.sample_rate_hz();
         let fit = Fit {
-            time_s: self.row_times_s,
+            time_s: row_times(self.experiment.counted(), decimation, rate_hz),
             measured: per_joint(observations, measured),
             predicted: per_joint(observations, &(measured - &solution.residuals)),
         };
-        Identification { estimate, fit }
+        Ok(Identification { estimate, fit })
     }
 }
 

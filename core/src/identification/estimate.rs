@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::checks::{ModelCheck, TorqueDelay};
+
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
 
@@ -12,8 +14,10 @@ pub struct ParameterEstimate {
     pub name: String,
     /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
     pub value: f64,
-    /// Standard deviation, in the unit of the value.
+    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
     pub standard_deviation: f64,
+    /// The classical one, which takes the residuals for white (equation 10).
+    pub classical_standard_deviation: f64,
     /// `standard_deviation / |value|`.
     pub relative_standard_deviation: f64,
 }
@@ -94,6 +98,17 @@ pub struct Estimate {
     pub rms_error_per_joint_nm: Vec<f64>,
     /// Durbin–Watson statistic of the residual per joint.
     pub durbin_watson_per_joint: Vec<f64>,
+    /// What white noise behind the decimation filter has.
+    pub durbin_watson_expected: f64,
+    /// The probability that white noise behind the decimation filter has residuals as correlated
+    /// as those of each joint.
+    pub whiteness_per_joint: Vec<f64>,
+    /// How many independent rows those of each joint are worth where a mean is formed.
+    pub effective_rows_per_joint: Vec<f64>,
+    /// How much later than stated each joint's torque acts; null where the motion does not tell.
+    pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+    /// What would change if the model were free to be otherwise.
+    pub model_checks: Vec<ModelCheck>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
     /// Closed-loop simulations run, those that failed included.

@@ -7,7 +7,7 @@ use super::experiment::Experiment;
 use super::method::Method;
 use super::observation::observation_matrix;
 use super::options::IdimLsOptions;
-use super::prefilter::{Motion, filtered_motion, filtered_torque, row_times};
+use super::prefilter::{Motion, filtered_motion, filtered_torque};
 use super::selection::Selection;
 use crate::dynamics::{BaseParameters, Model};
 use crate::regression::{Observations, Solution};
@@ -24,7 +24,9 @@ use crate::signal::ParallelDecimation;
 ///    values of `Ω^{-1/2} X`.
 ///
 /// The covariance takes the residuals for white. They are not: the parallel filter correlates
-/// neighbouring rows (a factor √(1/0.8) with the default cut-off), and a model error more.
+/// neighbouring rows (a factor √(1/0.8) with the default cut-off), and a model error more. The
+/// standard deviations of the result are corrected for it
+/// ([`ResidualAnalysis`](crate::regression::ResidualAnalysis)); the classical ones stand beside.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -40,17 +42,23 @@ pub fn idim_ls(
     let findings = Findings {
         method: Method::IdimLs,
         robot,
+        base,
         experiment,
+        model: &fit.model,
         selection: &fit.selection,
+        decimation: &fit.decimation,
+        motion: &fit.motion,
+        position_filter: Some(&options.position_filter),
         observations: &fit.observations,
-        row_times_s: row_times(experiment.counted(), &fit.decimation, experiment.sample_rate_hz()),
         solution: &fit.weighted,
         unweighted_condition_number: fit.ordinary.condition_number(),
         iterations: 1,
         simulations: 0,
+        convergence: Vec::new(),
+        reference: None,
         limits: &options.limits,
     };
-    Ok(findings.assemble())
+    findings.assemble()
 }
 
 /// What the equation error says before it is judged: the result of IDIM-LS, and where the methods

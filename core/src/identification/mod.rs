@@ -9,9 +9,11 @@
 //! | filtered motion, observation matrix, aligned torque (paper, 3.1.1) | `prefilter`, `observation` |
 //! | the closed loop simulated with an estimate (paper, 3.3) | `didim` |
 //! | least squares (paper, 3.1.2) | [`regression`](crate::regression) |
+//! | what the model takes for known and may be otherwise | [`ModelCheck`] |
 //! | whether the result may be used | [`VerdictLimits`] |
 
 mod assemble;
+mod checks;
 mod didim;
 mod error;
 mod estimate;
@@ -24,6 +26,7 @@ mod prefilter;
 mod selection;
 mod verdict;
 
+pub use checks::{Freedom, ModelCheck, TorqueDelay};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
 pub use error::IdentificationError;
 pub use estimate::{

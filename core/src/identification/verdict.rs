@@ -2,13 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::estimate::{Estimate, Verdict};
+use super::checks::{Freedom, ModelCheck};
+use super::estimate::{Estimate, ReferenceSource, Verdict};
 use crate::robot::ParameterKind;
 
 /// What a result must satisfy to be called applicable.
 ///
-/// The verdict is a first filter against what is plainly wrong: a motion that does not excite, a
-/// model of another arm, a torque with the wrong sign. Passing it proves nothing.
+/// The verdict finds what the data can show: a motion that does not excite, a model of another arm,
+/// a torque with the wrong sign, a friction law that is not the arm's. It cannot find what no data
+/// show, a factor common to all torques above all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VerdictLimits {
@@ -24,6 +26,16 @@ pub struct VerdictLimits {
     /// A friction coefficient or drive inertia below zero by more than this many standard
     /// deviations is impossible. 3.
     pub negative_deviations: f64,
+    /// Furthest that a parameter may move, in its standard deviations, if the model is free where
+    /// the data want it to be ([`ModelCheck`]). 3: the standard deviation is then no longer the
+    /// uncertainty.
+    pub model_shift_deviations: f64,
+    /// A model check counts when a right model gives it by chance with less than this probability.
+    /// 1e-4: some twenty checks then cry wolf in one result of five hundred.
+    pub model_probability: f64,
+    /// Furthest that a parameter may move, in its standard deviations, with four times the cut-off
+    /// of the position filter. 1: what the filter does is then less than what the noise does.
+    pub position_filter_deviations: f64,
 }
 
 impl Default for VerdictLimits {
@@ -33,6 +45,9 @@ impl Default for VerdictLimits {
             relative_error: 0.10,
             relative_error_per_joint: 0.25,
             negative_deviations: 3.0,
+            model_shift_deviations: 3.0,
+            model_probability: 1e-4,
+            position_filter_deviations: 1.0,
         }
     }
 }
@@ -58,6 +73,9 @@ impl VerdictLimits {
             ("relative_error", self.relative_error),
             ("relative_error_per_joint", self.relative_error_per_joint),
             ("negative_deviations", self.negative_deviations),
+            ("model_shift_deviations", self.model_shift_deviations),
+            ("model_probability", self.model_probability),
+            ("position_filter_deviations", self.position_filter_deviations),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(LimitError { name, value });
@@ -66,12 +84,32 @@ impl VerdictLimits {
         Ok(())
     }
 
-    /// Judges an estimate; `kinds` are those of its parameters, in their order. A figure that is
-    /// not a number fails.
-    pub(super) fn judge(&self, estimate: &Estimate, kinds: &[ParameterKind]) -> Verdict {
-        let mut reasons = Vec::new();
-        let exceeds = |value: f64, limit: f64| value.is_nan() || value > limit;
+    /// Judges an estimate; `kinds` are those of its parameters, in their order, and `indefinite` is
+    /// a posture where the mass matrix is not positive definite. A figure that is not a number
+    /// fails.
+    pub(super) fn judge(
+        &self,
+        estimate: &Estimate,
+        kinds: &[ParameterKind],
+        indefinite: Option<&[f64]>,
+    ) -> Verdict {
+        let mut reasons = self.excitation_and_error(estimate);
+        reasons.extend(self.impossible_signs(estimate, kinds));
+        reasons.extend(indefinite.map(|posture| {
+            let posture: Vec<String> = posture.iter().map(|q| format!("{q:.2}")).collect();
+            format!(
+                "the mass matrix is not positive definite at q = ({}): no arm has these inertias; \
+                 move along a richer trajectory or identify fewer parameters",
+                posture.join(", ")
+            )
+        }));
+        reasons.extend(self.model_errors(&estimate.model_checks));
+        Verdict { applicable: reasons.is_empty(), reasons, notes: self.notes(estimate) }
+    }
 
+    /// Too little excitation, too large an error.
+    fn excitation_and_error(&self, estimate: &Estimate) -> Vec<String> {
+        let mut reasons = Vec::new();
         if exceeds(estimate.condition_number, self.condition_number) {
             reasons.push(format!(
                 "condition number {:.0} is above {}: the motion does not tell these parameters \
@@ -97,6 +135,12 @@ impl VerdictLimits {
                 ));
             }
         }
+        reasons
+    }
+
+    /// Friction and drive inertia below zero.
+    fn impossible_signs(&self, estimate: &Estimate, kinds: &[ParameterKind]) -> Vec<String> {
+        let mut reasons = Vec::new();
         for (parameter, &kind) in estimate.parameters.iter().zip(kinds) {
             // A regrouped parameter may be negative: others are subtracted in it.
             let Some(what) = positive_quantity(kind).filter(|_| !parameter.name.ends_with('r'))
@@ -112,8 +156,104 @@ impl VerdictLimits {
                 ));
             }
         }
-        Verdict { applicable: reasons.is_empty(), reasons, notes: Vec::new() }
+        reasons
     }
+
+    /// What the model does not have and the data want, one reason for all of a kind.
+    fn model_errors(&self, checks: &[ModelCheck]) -> Vec<String> {
+        let mut kinds: Vec<Vec<&ModelCheck>> = Vec::new();
+        for check in checks.iter().filter(|check| self.fails(check)) {
+            let (problem, _) = problem_and_remedy(check.freedom);
+            match kinds.iter_mut().find(|of| problem_and_remedy(of[0].freedom).0 == problem) {
+                Some(kind) => kind.push(check),
+                None => kinds.push(vec![check]),
+            }
+        }
+        let reason = |kind: &Vec<&ModelCheck>| {
+            let by_shift = |a: &&&ModelCheck, b: &&&ModelCheck| {
+                a.shift_deviations.abs().total_cmp(&b.shift_deviations.abs())
+            };
+            let worst = kind.iter().max_by(by_shift)?;
+            let (problem, remedy) = problem_and_remedy(worst.freedom);
+            let names: Vec<String> = kind.iter().map(|check| check.freedom.to_string()).collect();
+            Some(format!(
+                "the {} {problem}: otherwise {} would move by {:.1} standard deviations; {remedy}",
+                names.join(", "),
+                worst.parameter,
+                worst.shift_deviations.abs()
+            ))
+        };
+        kinds.iter().filter_map(reason).collect()
+    }
+
+    /// Whether a freedom matters: the data want it, and it moves a parameter too far.
+    fn fails(&self, check: &ModelCheck) -> bool {
+        let limit = match check.freedom {
+            Freedom::PositionFilter => self.position_filter_deviations,
+            _ => self.model_shift_deviations,
+        };
+        check.probability.is_none_or(|p| p < self.model_probability)
+            && exceeds(check.shift_deviations.abs(), limit)
+    }
+
+    /// What must be known with a result and does not speak against its use.
+    fn notes(&self, estimate: &Estimate) -> Vec<String> {
+        let mut notes = Vec::new();
+        if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
+            notes.push(
+                "no reference was recorded: the filtered measured position stood in for it, so \
+                 that this result is nearly that of IDIM-LS"
+                    .to_owned(),
+            );
+        }
+        let unknown: Vec<&str> = (estimate.parameters.iter())
+            .filter(|p| exceeds(INDISTINGUISHABLE * p.standard_deviation, p.value.abs()))
+            .map(|p| p.name.as_str())
+            .collect();
+        if !unknown.is_empty() {
+            notes.push(format!(
+                "not to be told from zero by this motion: {}; leave them out, or move the joints \
+                 concerned more",
+                unknown.join(", ")
+            ));
+        }
+        let joints = (1..).zip(&estimate.whiteness_per_joint);
+        let coloured: Vec<String> = joints
+            .filter(|(_, probability)| exceeds(self.model_probability, **probability))
+            .map(|(joint, _): (usize, _)| joint.to_string())
+            .collect();
+        if !coloured.is_empty() {
+            notes.push(format!(
+                "the residuals of joint {} are not white behind the decimation filter; the \
+                 standard deviations allow for it",
+                coloured.join(", ")
+            ));
+        }
+        notes
+    }
+}
+
+/// What is wrong where a freedom matters, and what to do.
+fn problem_and_remedy(freedom: Freedom) -> (&'static str, &'static str) {
+    match freedom {
+        Freedom::JointFriction(_) | Freedom::MotorFriction(_) => {
+            ("is not the model's", "choose another sign model")
+        }
+        Freedom::TorqueDelay => ("is not as stated", "check the torque's hold and delay"),
+        Freedom::TorqueGain(_) => ("does not fit the others'", "check drive gain and gear ratio"),
+        Freedom::LeftOutParameters => {
+            ("are not zero", "identify more parameters, and check for a payload")
+        }
+        Freedom::PositionFilter => ("distorts the motion", "raise its cut-off"),
+    }
+}
+
+/// A parameter within so many standard deviations of zero could be zero.
+const INDISTINGUISHABLE: f64 = 2.0;
+
+/// Whether a value exceeds its limit; what is not a number does.
+fn exceeds(value: f64, limit: f64) -> bool {
+    value.is_nan() || value > limit
 }
 
 /// What the quantity is called when it cannot be negative.

@@ -13,7 +13,9 @@
 //! Everything goes by Householder QR of the tall matrix: the normal equations would square the
 //! condition number.
 
+mod analysis;
 mod error;
+mod extension;
 mod observations;
 mod rank;
 mod residuals;
@@ -21,7 +23,9 @@ mod solution;
 mod spectrum;
 mod spectrum_shape;
 
+pub use analysis::ResidualAnalysis;
 pub use error::RegressionError;
+pub use extension::Extension;
 pub use observations::Observations;
 pub use residuals::ResidualStatistics;
 pub use solution::Solution;

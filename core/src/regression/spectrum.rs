@@ -7,13 +7,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Cholesky, DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlannerScalar};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::observations::Observations;
-use super::solution::Solution;
 use super::spectrum_shape::SmoothSpectrum;
 
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
@@ -43,6 +42,37 @@ impl RowFilter {
     fn inside(&self) -> usize {
         let frequencies = 0..self.transform.frequencies();
         frequencies.filter(|&k| self.transform.ratio(k) <= self.passband).count()
+    }
+
+    /// Adds, joint by joint, the share that a projection on these orthonormal columns takes out of
+    /// white noise at each frequency.
+    pub(super) fn add_leverage(&self, columns: &DMatrix<f64>, leverage: &mut [Vec<f64>]) {
+        let rows = columns.nrows() / leverage.len();
+        for column in columns.column_iter() {
+            let column: DVector<f64> = column.into_owned();
+            for (joint, leverage) in leverage.iter_mut().enumerate() {
+                let part = self.transform.of(column.rows(joint * rows, rows));
+                for (leverage, value) in leverage.iter_mut().zip(part) {
+                    *leverage += value.norm_sqr() / rows as f64;
+                }
+            }
+        }
+    }
+
+    /// No leverage yet.
+    pub(super) fn no_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
+        vec![vec![0.0; self.transform.frequencies()]; joints]
+    }
+
+    /// The Durbin–Watson statistic of white noise behind the filter, 2 (1 − r_1) in long records.
+    pub fn durbin_watson_of_white_noise(&self) -> f64 {
+        let (mut power, mut neighbours) = (0.0, 0.0);
+        for (k, value) in self.power.iter().enumerate() {
+            let share = self.transform.multiplicity(k) * value;
+            power += share;
+            neighbours += share * (core::f64::consts::PI * self.transform.ratio(k)).cos();
+        }
+        2.0 * (1.0 - neighbours / power)
     }
 
     /// Independent values among so many rows.
@@ -115,79 +145,23 @@ impl Transform {
     }
 }
 
-impl Observations {
-    /// The spectrum of the errors of the rows, from the residuals of a weighted solution.
-    ///
-    /// At every frequency the parameters have taken a share out of the residuals, which is put
-    /// back: that of the columns of an orthonormal basis of `Ω^{-1/2} X`, their leverage.
-    pub fn residual_spectrum(&self, solution: &Solution, filter: &RowFilter) -> ResidualSpectrum {
-        let basis = self.orthonormal(solution);
-        ResidualSpectrum::fit(self, &basis, &solution.residuals, filter)
-    }
-
-    /// Covariance `ZᵀVZ` of the parameters of a weighted solution (b × b), with
-    /// `Z = Ω⁻¹X (XᵀΩ⁻¹X)⁻¹` and V the covariance of the errors: right also where the residuals are
-    /// not white, where equation 10 is not.
-    pub fn corrected_covariance(
-        &self,
-        solution: &Solution,
-        spectrum: &ResidualSpectrum,
-    ) -> DMatrix<f64> {
-        let mut z = self.matrix() * &solution.covariance;
-        self.divide_by_levels(&mut z, solution, 2);
-        spectrum.covariance_of(&z)
-    }
-
-    /// Q (r × b) with the columns of `Ω^{-1/2} X` as combinations of orthonormal ones.
-    pub(super) fn orthonormal(&self, solution: &Solution) -> DMatrix<f64> {
-        let mut weighted = self.matrix().clone();
-        self.divide_by_levels(&mut weighted, solution, 1);
-        // (XᵀΩ⁻¹X)⁻¹ = L Lᵀ, so that Lᵀ (XᵀΩ⁻¹X) L = 1.
-        match Cholesky::new(solution.covariance.clone()) {
-            Some(factor) => weighted * factor.l(),
-            // Rounding only: a weighted solution's covariance is positive definite.
-            None => DMatrix::zeros(weighted.nrows(), weighted.ncols()),
-        }
-    }
-
-    /// Divides the rows of each joint by its noise level, `times` over.
-    pub(super) fn divide_by_levels(
-        &self,
-        matrix: &mut DMatrix<f64>,
-        solution: &Solution,
-        times: i32,
-    ) {
-        for (joint, level) in solution.noise_levels.iter().enumerate() {
-            matrix.rows_range_mut(self.joint_rows(joint)).unscale_mut(level.powi(times));
-        }
-    }
-}
-
 impl ResidualSpectrum {
-    /// From residuals (r) that a projection on the orthonormal columns of `basis` (r × c) has left.
+    /// From unweighted residuals (r) out of which a projection has taken the share `leverage` at
+    /// each frequency, joint by joint.
     pub(super) fn fit(
         system: &Observations,
-        basis: &DMatrix<f64>,
+        leverage: &[Vec<f64>],
         residuals: &DVector<f64>,
         filter: &RowFilter,
     ) -> Self {
         let rows = system.rows_per_joint();
         let (transform, inside) = (&filter.transform, filter.inside());
-        let frequencies = transform.frequencies();
         let (mut joints, mut whitened) = (Vec::new(), Vec::new());
-        for joint in 0..system.joints() {
+        for (joint, leverage) in leverage.iter().enumerate() {
             let range = system.joint_rows(joint);
-            let part = basis.rows_range(range.clone());
-            let mut leverage = vec![0.0; frequencies];
-            for column in part.column_iter() {
-                let column: DVector<f64> = column.into_owned();
-                for (leverage, value) in leverage.iter_mut().zip(transform.of(column.as_view())) {
-                    *leverage += value.norm_sqr() / rows as f64;
-                }
-            }
             let residual = transform.of(residuals.rows_range(range.clone()));
             let periodogram: Vec<f64> =
-                (residual.iter().zip(&leverage).zip(&filter.power).take(inside))
+                (residual.iter().zip(leverage).zip(&filter.power).take(inside))
                     .map(|((value, leverage), filtered)| {
                         let left = 1.0 - leverage.min(MOST_EXPLAINED);
                         value.norm_sqr() / (rows as f64 * left * filtered)

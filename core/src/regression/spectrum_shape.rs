@@ -59,7 +59,7 @@ impl SmoothSpectrum {
             }
             a.push(reflection);
             error *= 1.0 - reflection * reflection;
-            if !(error > f64::EPSILON * power) {
+            if error <= f64::EPSILON * power {
                 break;
             }
             let value = criterion(error, p as f64);

@@ -81,9 +81,9 @@ fn ordinary_and_weighted_deviations_cover_white_noise() {
 }
 
 /// Through the whole method: white noise of every sample comes out of the decimation filter with
-/// correlation between rows, so the classical σ is small by √(1/0.8).
+/// correlation between rows, so the classical σ is small by √(1/0.8). The corrected one is not.
 #[test]
-fn classical_deviations_are_small_by_the_cut_off_of_the_decimation() {
+fn only_corrected_deviations_cover_noise_behind_the_decimation() {
     let mut random = Random(6);
     let arm = Arm::random(&mut random, 2);
     let options = options(20.0, 0.8, 8);
@@ -94,7 +94,7 @@ fn classical_deviations_are_small_by_the_cut_off_of_the_decimation() {
     let exact = arm.torques(&motion);
     let truth = arm.true_base();
 
-    let mut scatter = Scatter::new(truth.len());
+    let (mut classical, mut corrected) = (Scatter::new(truth.len()), Scatter::new(truth.len()));
     for _ in 0..DRAWS {
         let noisy = exact.iter().zip(NOISE).map(|(torque, level)| {
             torque.iter().map(|tau| tau + level * random.normal()).collect()
@@ -102,7 +102,11 @@ fn classical_deviations_are_small_by_the_cut_off_of_the_decimation() {
         let signals = signals(400.0, position.clone(), noisy.collect());
         let experiment = Experiment::joint_side(&signals).unwrap();
         let estimate = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap().estimate;
-        scatter.add(estimate.parameters.iter().map(|p| (p.value, p.standard_deviation)), &truth);
+        let parameters = estimate.parameters.iter();
+        let own = parameters.clone().map(|p| (p.value, p.classical_standard_deviation));
+        classical.add(own, &truth);
+        corrected.add(parameters.map(|p| (p.value, p.standard_deviation)), &truth);
     }
-    scatter.check(1.0 / 0.8, "decimated");
+    classical.check(1.0 / 0.8, "classical");
+    corrected.check(1.0, "corrected");
 }

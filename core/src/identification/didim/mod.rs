@@ -13,12 +13,12 @@ use nalgebra::DVector;
 
 use super::assemble::Findings;
 use super::error::IdentificationError;
-use super::estimate::{ConvergenceStep, Identification, ReferenceSource};
+use super::estimate::{ConvergenceStep, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
 use super::observation::observation_matrix;
-use super::prefilter::{delayed_torque, row_times};
+use super::prefilter::delayed_torque;
 use crate::dynamics::BaseParameters;
 use crate::regression::{Observations, Solution};
 use crate::robot::Robot;
@@ -80,28 +80,23 @@ pub fn didim(
     let findings = Findings {
         method: Method::Didim,
         robot,
+        base,
         experiment,
+        model: &fit.model,
         selection: &fit.selection,
+        decimation: &fit.decimation,
+        motion: iteration.simulator.motion(),
+        position_filter: None,
         observations: &observations,
-        row_times_s: row_times(experiment.counted(), &fit.decimation, experiment.sample_rate_hz()),
         solution: &solution,
         unweighted_condition_number: unweighted.condition_number(),
         iterations: u32::try_from(iteration.steps.len() + 1).unwrap_or(u32::MAX),
         simulations: iteration.simulations,
+        convergence: iteration.steps,
+        reference: Some(iteration.simulator.source()),
         limits: &options.regression.limits,
     };
-    let mut found = findings.assemble();
-    let source = iteration.simulator.source();
-    if source == ReferenceSource::MeasuredPosition {
-        found.estimate.verdict.notes.push(
-            "no reference was recorded: the filtered measured position stood in for it, so that \
-             this result is nearly that of IDIM-LS"
-                .to_owned(),
-        );
-    }
-    found.estimate.reference = Some(source);
-    found.estimate.convergence = iteration.steps;
-    Ok(found)
+    findings.assemble()
 }
 
 /// From a start to parameters that stand still.

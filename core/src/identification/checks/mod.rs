@@ -1,0 +1,240 @@
+//! Whether the model is the arm's: what would change if it were free to be otherwise.
+//!
+//! Residuals of a few per cent are usual on an arm, and their colour alone does not tell harmless
+//! noise from a model that is wrong. So each error that has a name gets columns of its own: if the
+//! data want them, and the parameters would move by more than their standard deviations allow, the
+//! standard deviations are not the uncertainty.
+
+mod columns;
+mod workspace;
+
+use core::fmt;
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Serialize, Serializer};
+
+use super::error::IdentificationError;
+use super::experiment::Experiment;
+use super::observation::observation_matrix;
+use super::options::PositionFilter;
+use super::prefilter::{Motion, filtered_motion};
+use super::selection::Selection;
+use crate::dynamics::{BaseParameters, Model};
+use crate::regression::{Extension, Observations, ResidualAnalysis};
+use crate::robot::Robot;
+use crate::signal::ParallelDecimation;
+use columns::Columns;
+pub(super) use workspace::indefinite_posture;
+
+/// The position filter is held against one with so many times its cut-off.
+const WIDER_CUTOFF: f64 = 4.0;
+
+/// A cut-off beyond this share of the Nyquist frequency filters nothing.
+const WIDEST_CUTOFF: f64 = 0.8;
+
+/// Something that the model takes for known and that may be otherwise. Joints and motors are
+/// numbered from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freedom {
+    /// The shape of friction over speed at a joint.
+    JointFriction(usize),
+    /// The same at a motor that is geared to several joints.
+    MotorFriction(usize),
+    /// When the torques act, each joint's on its own.
+    TorqueDelay,
+    /// The torque gain of one joint against the others. A factor common to all is no freedom: it
+    /// is in every parameter.
+    TorqueGain(usize),
+    /// The base parameters that are taken as 0.
+    LeftOutParameters,
+    /// The cut-off of the position filter.
+    PositionFilter,
+}
+
+impl fmt::Display for Freedom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::JointFriction(joint) => write!(f, "friction law of joint {joint}"),
+            Self::MotorFriction(motor) => write!(f, "friction law of motor {motor}"),
+            Self::TorqueDelay => f.write_str("delay of the torques"),
+            Self::TorqueGain(joint) => write!(f, "torque gain of joint {joint}"),
+            Self::LeftOutParameters => f.write_str("parameters left out"),
+            Self::PositionFilter => f.write_str("position filter"),
+        }
+    }
+}
+
+impl Serialize for Freedom {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// What one freedom would change.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModelCheck {
+    /// What the model would be free to have.
+    pub freedom: Freedom,
+    /// The probability that a right model makes as much of this freedom by chance; none where
+    /// nothing is estimated.
+    pub probability: Option<f64>,
+    /// The parameter that would move furthest in its standard deviations.
+    pub parameter: String,
+    /// How far, in its corrected standard deviations, as the model has them now.
+    pub shift_deviations: f64,
+}
+
+/// When the torque of a joint acts, over what its timing says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TorqueDelay {
+    /// Later than stated by this \[s\]; earlier where negative.
+    pub delay_s: f64,
+    /// Its corrected standard deviation \[s\].
+    pub standard_deviation_s: f64,
+}
+
+/// What the checks need.
+pub(super) struct Subject<'a> {
+    pub(super) robot: &'a Robot,
+    pub(super) base: &'a BaseParameters,
+    pub(super) model: &'a Model,
+    pub(super) selection: &'a Selection,
+    pub(super) experiment: &'a Experiment,
+    pub(super) decimation: &'a ParallelDecimation,
+    /// The motion that the observation matrix was built on.
+    pub(super) motion: &'a Motion,
+    /// The filter of the positions where the motion is measured.
+    pub(super) position_filter: Option<&'a PositionFilter>,
+    pub(super) observations: &'a Observations,
+    pub(super) analysis: &'a ResidualAnalysis<'a>,
+    /// Standard parameters of the estimate.
+    pub(super) standard: &'a [f64],
+    /// Corrected standard deviations of the selected parameters.
+    pub(super) deviations: &'a DVector<f64>,
+}
+
+/// What they found.
+pub(super) struct Checks {
+    pub(super) model_checks: Vec<ModelCheck>,
+    /// Of each joint; none where the motion does not tell it.
+    pub(super) torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+}
+
+impl Subject<'_> {
+    /// Every freedom in turn.
+    pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
+        let columns = Columns::new(self)?;
+        let joints = self.robot.joints();
+        let transmission = self.robot.transmission();
+        let mut model_checks = Vec::new();
+        let mut add = |freedom, extension: Option<&Extension>| {
+            model_checks.extend(extension.map(|extension| self.shifted(freedom, extension)));
+        };
+        for joint in 0..joints {
+            let friction = columns.friction(&unit(joint, joints))?;
+            let extension = friction.and_then(|c| self.analysis.extended(&c));
+            add(Freedom::JointFriction(joint + 1), extension.as_ref());
+        }
+        for motor in (0..joints).filter(|&motor| transmission.is_coupled(motor)) {
+            let friction = columns.friction(&transmission.direction(motor)[..joints])?;
+            let extension = friction.and_then(|c| self.analysis.extended(&c));
+            add(Freedom::MotorFriction(motor + 1), extension.as_ref());
+        }
+        let delays = self.analysis.extended(&columns.delays()?);
+        add(Freedom::TorqueDelay, delays.as_ref());
+        for joint in 0..joints {
+            let gain = self.analysis.extended(&self.gain(joint));
+            add(Freedom::TorqueGain(joint + 1), gain.as_ref());
+        }
+        let left_out = self.left_out()?.and_then(|c| self.analysis.extended(&c));
+        add(Freedom::LeftOutParameters, left_out.as_ref());
+        model_checks.extend(self.position_filter_check(&columns)?);
+
+        let mut torque_delay_per_joint = vec![None; joints];
+        for (k, &joint) in delays.iter().flat_map(|d| d.columns.iter().enumerate()) {
+            torque_delay_per_joint[joint] = delays.as_ref().map(|found| TorqueDelay {
+                delay_s: found.coefficients[k],
+                standard_deviation_s: found.covariance[(k, k)].sqrt(),
+            });
+        }
+        Ok(Checks { model_checks, torque_delay_per_joint })
+    }
+
+    fn shifted(&self, freedom: Freedom, extension: &Extension) -> ModelCheck {
+        self.check_of(freedom, Some(extension.probability), &extension.shift)
+    }
+
+    fn check_of(
+        &self,
+        freedom: Freedom,
+        probability: Option<f64>,
+        shift: &DVector<f64>,
+    ) -> ModelCheck {
+        let shift = shift.component_div(self.deviations);
+        let furthest = shift.icamax();
+        ModelCheck {
+            freedom,
+            probability,
+            parameter: self.selection.names()[furthest].clone(),
+            shift_deviations: shift[furthest],
+        }
+    }
+
+    /// The predicted torque of one joint in its own rows: a gain that is wrong by a factor 1 + g
+    /// adds g times this.
+    fn gain(&self, joint: usize) -> DMatrix<f64> {
+        let predicted = self.predicted();
+        let range = self.observations.joint_rows(joint);
+        DMatrix::from_fn(predicted.len(), 1, |row, _| {
+            if range.contains(&row) { predicted[row] } else { 0.0 }
+        })
+    }
+
+    /// X θ.
+    fn predicted(&self) -> DVector<f64> {
+        let columns = self.selection.columns().iter();
+        let theta = columns.map(|&column| self.standard[column]);
+        self.observations.matrix() * DVector::from_iterator(self.selection.columns().len(), theta)
+    }
+
+    /// The columns of the base parameters that are not selected.
+    fn left_out(&self) -> Result<Option<DMatrix<f64>>, IdentificationError> {
+        let names = self.base.names().iter().zip(self.base.columns());
+        let left_out: Vec<String> = names
+            .filter(|(_, column)| !self.selection.columns().contains(column))
+            .map(|(name, _)| name.clone())
+            .collect();
+        if left_out.is_empty() {
+            return Ok(None);
+        }
+        let selection = Selection::new(self.robot, self.base, Some(&left_out))?;
+        let counted = self.experiment.counted();
+        observation_matrix(self.model, &selection, self.motion, self.decimation, counted).map(Some)
+    }
+
+    /// What a wider position filter would change. If the motion behind it is the true one,
+    /// y = X' θ + ε, then the estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
+    fn position_filter_check(
+        &self,
+        columns: &Columns<'_>,
+    ) -> Result<Option<ModelCheck>, IdentificationError> {
+        let Some(filter) = self.position_filter else { return Ok(None) };
+        let nyquist_hz = 0.5 * self.experiment.sample_rate_hz();
+        let wider = PositionFilter {
+            cutoff_hz: (WIDER_CUTOFF * filter.cutoff_hz).min(WIDEST_CUTOFF * nyquist_hz),
+            ..*filter
+        };
+        if wider.cutoff_hz <= filter.cutoff_hz {
+            return Ok(None);
+        }
+        let motion = filtered_motion(self.experiment, &wider)?;
+        let difference = columns.torque_difference(&motion)?;
+        let shift = self.analysis.influence().tr_mul(&difference);
+        Ok(Some(self.check_of(Freedom::PositionFilter, None, &shift)))
+    }
+}
+
+/// The direction of a joint's own speed.
+fn unit(joint: usize, joints: usize) -> Vec<f64> {
+    (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect()
+}

@@ -1,0 +1,47 @@
+//! Whether an estimate is an arm wherever it may go.
+
+use nalgebra::{Cholesky, DMatrix};
+
+use crate::dynamics::{Model, Workspace};
+use crate::robot::Robot;
+
+/// Postures that are looked at.
+const POSTURES: u32 = 1000;
+
+/// Bases of the low-discrepancy sequence, one per joint.
+const PRIMES: [u32; crate::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
+
+/// A posture \[rad or m\] within the robot's limits where the mass matrix of these standard
+/// parameters is not positive definite, if one of a thousand postures is such: those of Halton's
+/// sequence (*Numer. Math.* 2, 1960), which fill the workspace evenly.
+pub(in crate::identification) fn indefinite_posture(
+    robot: &Robot,
+    model: &Model,
+    standard: &[f64],
+) -> Option<Vec<f64>> {
+    let n = robot.joints();
+    let mut workspace = Workspace::new();
+    let mut mass = vec![0.0; n * n];
+    (1..=POSTURES).find_map(|index| {
+        let limits = robot.limits().zip(PRIMES);
+        let q: Vec<f64> = limits
+            .map(|(limit, prime)| {
+                let share = radical_inverse(index, prime);
+                limit.position_min + share * (limit.position_max - limit.position_min)
+            })
+            .collect();
+        model.mass_matrix(&mut workspace, standard, &q, &mut mass);
+        Cholesky::new(DMatrix::from_row_slice(n, n, &mass)).is_none().then_some(q)
+    })
+}
+
+/// The digits of `index` mirrored at the point: between 0 and 1.
+fn radical_inverse(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut place) = (0.0, 1.0);
+    while index > 0 {
+        place /= f64::from(base);
+        value += place * f64::from(index % base);
+        index /= base;
+    }
+    value
+}

@@ -1,0 +1,174 @@
+//! Errors put in on purpose: each is found under its own name, and nothing is found where none is.
+
+use didim_core::identification::{
+    Estimate, Experiment, Freedom, IdimLsOptions, ModelCheck, idim_ls,
+};
+use nalgebra::DMatrix;
+
+use crate::arm::{Arm, Random, options, signals};
+
+const RATE_HZ: f64 = 400.0;
+const SAMPLES: usize = 6000;
+/// Noise of each torque \[N·m\].
+const NOISE_NM: f64 = 0.2;
+
+/// Samples of the true motion per sample of the record, so that a torque can act in between.
+const FINE: usize = 10;
+
+/// A random arm on a random motion, with noise on its torques.
+struct Bench {
+    arm: Arm,
+    position: Vec<Vec<f64>>,
+    velocity: Vec<Vec<f64>>,
+    torque: Vec<Vec<f64>>,
+    options: IdimLsOptions,
+}
+
+/// The torque of each joint acts later by so many tenths of a sample.
+fn bench_with_delays(seed: u64, tenths: [isize; 3]) -> Bench {
+    let mut random = Random(seed);
+    let arm = Arm::random(&mut random, 3);
+    let motion = arm.motion(&mut random, SAMPLES * FINE, RATE_HZ * FINE as f64, 2.0);
+    let every_tenth = |signal: &[f64], shift: isize| -> Vec<f64> {
+        let last = signal.len() as isize - 1;
+        let at = |k: usize| (k * FINE) as isize - shift;
+        (0..SAMPLES).map(|k| signal[at(k).clamp(0, last) as usize]).collect()
+    };
+    let columns = |m: &DMatrix<f64>| -> Vec<Vec<f64>> {
+        m.column_iter().map(|column| every_tenth(column.into_owned().as_slice(), 0)).collect()
+    };
+    let torques = arm.torques(&motion);
+    let torque = torques.iter().zip(tenths).map(|(torque, shift)| {
+        every_tenth(torque, shift).iter().map(|tau| tau + NOISE_NM * random.normal()).collect()
+    });
+    let torque = torque.collect();
+    let mut options = options(80.0, 0.8, 10);
+    // A random arm on a random motion: the model is judged, not the motion.
+    options.limits.condition_number = 1e6;
+    let (position, velocity) = (columns(&motion.position), columns(&motion.velocity));
+    Bench { arm, position, velocity, torque, options }
+}
+
+fn bench(seed: u64) -> Bench {
+    bench_with_delays(seed, [0; 3])
+}
+
+impl Bench {
+    fn identify(&self) -> Estimate {
+        let signals = signals(RATE_HZ, self.position.clone(), self.torque.clone());
+        let experiment = Experiment::joint_side(&signals).unwrap();
+        let experiment = experiment.with_counted(100..SAMPLES - 100).unwrap();
+        idim_ls(&self.arm.robot, &self.arm.base, &experiment, &self.options).unwrap().estimate
+    }
+}
+
+/// The freedoms that a right model would have by chance with less than this probability.
+fn found(estimate: &Estimate, probability: f64) -> Vec<Freedom> {
+    let checks = estimate.model_checks.iter();
+    checks.filter(|c| c.probability.is_some_and(|p| p < probability)).map(|c| c.freedom).collect()
+}
+
+#[test]
+fn a_right_model_passes() {
+    let (mut tests, mut alarms) = (0, 0);
+    for seed in 0..40 {
+        let estimate = bench(seed).identify();
+        assert_eq!(found(&estimate, 1e-4), [], "seed {seed}");
+        assert!(estimate.verdict.applicable, "seed {seed}: {:?}", estimate.verdict.reasons);
+        tests += estimate.model_checks.len();
+        alarms += found(&estimate, 0.05).len();
+    }
+    // 5 % are expected of some 400 tests, which are not independent of each other.
+    let share = alarms as f64 / tests as f64;
+    assert!(tests > 300 && (0.01..0.10).contains(&share), "{alarms} of {tests}");
+}
+
+/// Delays of parts of a sample, later and earlier. The root mean square of 60 deviations has a
+/// standard error of 0.09, more because those of one arm are correlated.
+#[test]
+fn a_torque_delay_is_estimated_per_joint_with_its_deviation() {
+    let mut squares = 0.0;
+    for seed in 0..20 {
+        let tenths = [3, 0, -6];
+        let estimate = bench_with_delays(seed, tenths).identify();
+        for (delay, tenths) in estimate.torque_delay_per_joint.iter().zip(tenths) {
+            let delay = delay.unwrap();
+            let truth = tenths as f64 / (RATE_HZ * FINE as f64);
+            squares += ((delay.delay_s - truth) / delay.standard_deviation_s).powi(2) / 60.0;
+            assert!(delay.standard_deviation_s < 0.5 / RATE_HZ, "{delay:?}");
+        }
+    }
+    let rms = f64::sqrt(squares);
+    assert!((0.7..1.3).contains(&rms), "{rms}");
+}
+
+/// The check that fails is the one of the error that was made, and it tells its size.
+#[test]
+fn a_late_torque_is_named() {
+    let estimate = bench_with_delays(1, [20, 20, 20]).identify();
+    assert!(found(&estimate, 1e-6).contains(&Freedom::TorqueDelay), "{:?}", estimate.model_checks);
+    assert!(!estimate.verdict.applicable);
+}
+
+#[test]
+fn a_friction_law_that_is_not_the_model_s_is_named_with_its_joint() {
+    for joint in 0..3 {
+        let mut bench = bench(10 + joint as u64);
+        // Stribeck: twice the Coulomb friction where the joint hardly moves.
+        let fc = bench.arm.true_base()[bench.arm.base.find(&format!("fc{}", joint + 1)).unwrap()];
+        for (tau, v) in bench.torque[joint].iter_mut().zip(&bench.velocity[joint]) {
+            *tau += fc * (-(v / 0.5).powi(2)).exp() * (v / 0.05).tanh();
+        }
+        let estimate = bench.identify();
+        let by_probability = |c: &&ModelCheck| c.probability.map_or(0, |p| (-1e3 * p.ln()) as u64);
+        let clearest = estimate.model_checks.iter().max_by_key(by_probability).unwrap();
+        // Motor 3 is also geared to joint 2.
+        let expected = [Freedom::JointFriction(joint + 1), Freedom::MotorFriction(3)];
+        let named = &expected[..if joint == 0 { 1 } else { 2 }];
+        assert!(named.contains(&clearest.freedom), "{joint}: {clearest:?}");
+        assert!(!estimate.verdict.applicable);
+        let reason = estimate.verdict.reasons.join("; ");
+        assert!(reason.contains("friction law"), "{reason}");
+    }
+}
+
+/// A factor on one torque shows against the others; a factor on all of them is in every parameter,
+/// and no data can show it.
+#[test]
+fn a_gain_is_told_against_the_others_only() {
+    let mut one = bench(20);
+    one.torque[1].iter_mut().for_each(|tau| *tau *= 1.05);
+    let estimate = one.identify();
+    let gains = found(&estimate, 1e-6);
+    assert!(gains.contains(&Freedom::TorqueGain(2)), "{:?}", estimate.model_checks);
+
+    let mut all = bench(20);
+    all.torque.iter_mut().flatten().for_each(|tau| *tau *= 1.05);
+    let (scaled, right) = (all.identify(), bench(20).identify());
+    assert_eq!(found(&scaled, 1e-4), []);
+    for (scaled, right) in scaled.parameters.iter().zip(&right.parameters) {
+        assert!((scaled.value - 1.05 * right.value).abs() <= 1e-9 * right.value.abs());
+    }
+}
+
+#[test]
+fn a_parameter_that_is_left_out_is_missed() {
+    let mut bench = bench(30);
+    let names = bench.arm.base.names().to_vec();
+    bench.options.parameters = Some(names.iter().filter(|n| *n != "fv2").cloned().collect());
+    let estimate = bench.identify();
+    assert!(found(&estimate, 1e-6).contains(&Freedom::LeftOutParameters));
+    assert!(!estimate.verdict.applicable);
+}
+
+/// A filter so narrow that it changes the motion, and one that does not.
+#[test]
+fn a_position_filter_that_is_too_narrow_is_named() {
+    for (cutoff_hz, expected) in [(4.0, true), (40.0, false)] {
+        let mut bench = bench(40);
+        bench.options.position_filter.cutoff_hz = cutoff_hz;
+        let estimate = bench.identify();
+        let named = estimate.verdict.reasons.iter().any(|r| r.contains("position filter"));
+        assert_eq!(named, expected, "{cutoff_hz} Hz: {:?}", estimate.verdict.reasons);
+    }
+}
