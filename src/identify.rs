@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use didim_core::identification::{
-    Experiment, ExperimentError, Identification, IdentificationError, Method, idim_ls,
+    Experiment, ExperimentError, Identification, IdentificationError, Method, didim, idim_ls,
 };
 
 use crate::cell::Cell;
@@ -17,8 +17,11 @@ pub enum IdentifyError {
     #[error("the data do not make an experiment of this robot: {0}")]
     Experiment(#[from] ExperimentError),
     /// The cell does not say what the method needs.
-    #[error("the cell says nothing about the method {method}; choose another method")]
-    NotConfigured {
+    #[error(
+        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
+         describe its [controller], or choose idim-ls"
+    )]
+    NoController {
         /// The method.
         method: Method,
     },
@@ -56,6 +59,9 @@ pub fn identify_recording(
     .with_counted(counted)?;
     Ok(match method {
         Method::IdimLs => idim_ls(&cell.robot, &cell.base, &experiment, &cell.options)?,
-        Method::Didim => return Err(IdentifyError::NotConfigured { method }),
+        Method::Didim => {
+            let options = cell.didim.as_ref().ok_or(IdentifyError::NoController { method })?;
+            didim(&cell.robot, &cell.base, &experiment, options)?
+        }
     })
 }

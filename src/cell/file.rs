@@ -2,8 +2,13 @@
 
 use std::path::PathBuf;
 
-use didim_core::identification::{DecimationFilter, Method, PositionFilter, VerdictLimits};
+use didim_core::control::SimulatedController;
+use didim_core::identification::{
+    ConvergenceLimits, DecimationFilter, Method, PositionFilter, Start, VerdictLimits,
+};
 use didim_core::robot::SignModel;
+use didim_core::simulation::Integrator;
+use didim_core::trajectory::ReferenceInterpolation;
 use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
 use serde::Deserialize;
@@ -22,6 +27,9 @@ pub struct CellFile {
     pub robot: PathBuf,
     /// The bus and what its frames mean.
     pub bus: BusSection,
+    /// What controls the arm: methods that simulate the closed loop need it.
+    #[serde(default)]
+    pub controller: Option<SimulatedController>,
     /// When to identify.
     pub window: WindowOptions,
     /// What to identify, and how.
@@ -72,6 +80,40 @@ pub struct IdentificationSection {
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,
+    /// How the closed loop is simulated, and when the iteration ends.
+    #[serde(default)]
+    pub didim: DidimSection,
+}
+
+/// `[identification.didim]`; see [`DidimOptions`](didim_core::identification::DidimOptions).
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DidimSection {
+    /// Whether regressor and torque pass the decimation filter.
+    pub decimated: bool,
+    /// What the drive makes of its targets between two of them.
+    pub reference: ReferenceInterpolation,
+    /// How the simulation is integrated.
+    pub integrator: Integrator,
+    /// Integration steps per period of the controller.
+    pub substeps: u32,
+    /// The parameters of the first simulation.
+    pub start: Start,
+    /// When the iteration ends.
+    pub convergence: ConvergenceLimits,
+}
+
+impl Default for DidimSection {
+    fn default() -> Self {
+        Self {
+            decimated: true,
+            reference: ReferenceInterpolation::default(),
+            integrator: Integrator::default(),
+            substeps: 1,
+            start: Start::default(),
+            convergence: ConvergenceLimits::default(),
+        }
+    }
 }
 
 /// `[service]`

@@ -12,7 +12,7 @@ mod values;
 use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{IdimLsOptions, Method};
+use didim_core::identification::{DidimOptions, IdimLsOptions, Method};
 use didim_core::robot::Robot;
 use didim_drivers::layout::CompiledLayout;
 use didim_drivers::units::{DriveSpec, Scales};
@@ -52,8 +52,10 @@ pub struct Cell {
     pub window: WindowOptions,
     /// The method.
     pub method: Method,
-    /// Its options.
+    /// What every method needs to know, and all that IDIM-LS does.
     pub options: IdimLsOptions,
+    /// The options of DIDIM, where the cell says what controls the arm.
+    pub didim: Option<DidimOptions>,
     /// How the service runs.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC file, so that a result names what it was made with.
@@ -162,6 +164,30 @@ impl Cell {
                 ));
             }
         }
+        let didim = file.controller.map(|controller| {
+            let section = file.identification.didim;
+            DidimOptions {
+                regression: options.clone(),
+                decimated: section.decimated,
+                controller,
+                reference: section.reference,
+                integrator: section.integrator,
+                substeps: section.substeps,
+                start: section.start,
+                convergence: section.convergence,
+            }
+        });
+        if let Some(didim) = &didim {
+            didim
+                .validate(&robot, sample_rate_hz, layout.torque_timing())
+                .map_err(|source| wrong("controller", source.to_string()))?;
+        } else if file.identification.method != Method::IdimLs {
+            let method = file.identification.method;
+            return Err(wrong(
+                "identification.method",
+                format!("{method} simulates the closed loop; describe its [controller]"),
+            ));
+        }
         Ok(Self {
             name: file.name,
             configuration_sha256: sha256(&[&text, &robot_text, &dbc_text]),
@@ -177,6 +203,7 @@ impl Cell {
             window: file.window,
             method: file.identification.method,
             options,
+            didim,
             service: file.service,
         })
     }

@@ -77,6 +77,6 @@ pub(super) fn write_figure(path: &Path, identification: &Identification) -> Resu
     let estimate = &identification.estimate;
     let heading =
         format!("{}: torque, measured and predicted by {}", estimate.robot, estimate.method);
-    let svg = torque_figure(&heading, &panels(identification));
+    let svg = torque_figure(&heading, &panels(identification), &estimate.convergence);
     write_whole(path, |out| out.write_all(svg.as_bytes()).map_err(CliError::failed))
 }

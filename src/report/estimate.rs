@@ -2,6 +2,7 @@
 
 use didim_core::identification::{Estimate, ParameterEstimate};
 
+use super::convergence;
 use super::table::{aligned, significant};
 
 /// The value a parameter really has, when it is known: a simulated arm's truth.
@@ -36,24 +37,39 @@ pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
     aligned(&["parameter", "truth", "estimate", "relative σ", "deviation [σ]"], &rows)
 }
 
-/// Errors per joint, conditioning and the verdict with its reasons.
+/// Errors per joint, conditioning, convergence and the verdict with its reasons.
 pub fn summary(estimate: &Estimate) -> String {
+    let delays = estimate.torque_delay_per_joint.iter().map(|delay| match delay {
+        Some(delay) => format!(
+            "{} ± {}",
+            significant(1e6 * delay.delay_s, 3),
+            significant(1e6 * delay.standard_deviation_s, 2)
+        ),
+        None => "–".to_owned(),
+    });
     let joints: Vec<Vec<String>> = estimate
         .relative_error_per_joint
         .iter()
         .zip(&estimate.rms_error_per_joint_nm)
         .zip(&estimate.durbin_watson_per_joint)
+        .zip(delays)
         .enumerate()
-        .map(|(joint, ((relative, rms), durbin_watson))| {
+        .map(|(joint, (((relative, rms), durbin_watson), delay))| {
             vec![
                 format!("joint {}", joint + 1),
                 format!("{:.2} %", 100.0 * relative),
                 significant(*rms, 3),
                 format!("{durbin_watson:.2}"),
+                delay,
             ]
         })
         .collect();
-    let mut text = aligned(&["", "relative error", "rms [N·m]", "Durbin–Watson"], &joints);
+    let header = ["", "relative error", "rms [N·m]", "Durbin–Watson", "torque delay [µs]"];
+    let mut text = aligned(&header, &joints);
+    if !estimate.convergence.is_empty() {
+        text += "\n";
+        text += &convergence::table(&estimate.convergence);
+    }
     text += &format!(
         "\n{} on {}: {} samples, {} rows, relative error {:.2} %, condition number {:.1}\n",
         estimate.method,
@@ -70,6 +86,9 @@ pub fn summary(estimate: &Estimate) -> String {
     }
     for reason in &estimate.verdict.reasons {
         text += &format!("  - {reason}\n");
+    }
+    for note in &estimate.verdict.notes {
+        text += &format!("  note: {note}\n");
     }
     text
 }

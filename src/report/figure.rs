@@ -2,16 +2,18 @@
 
 use std::fmt::Write as _;
 
-use super::{TorquePanel, value_range};
+use didim_core::identification::ConvergenceStep;
+
+use super::{TorquePanel, convergence, value_range};
 
 const COLUMNS: usize = 2;
-const PANEL_WIDTH: f64 = 460.0;
-const PANEL_HEIGHT: f64 = 190.0;
+pub(super) const PANEL_WIDTH: f64 = 460.0;
+pub(super) const PANEL_HEIGHT: f64 = 190.0;
 /// Room around the curves of one panel: left for tick labels, top for the title.
-const LEFT: f64 = 52.0;
-const TOP: f64 = 30.0;
-const RIGHT: f64 = 12.0;
-const BOTTOM: f64 = 28.0;
+pub(super) const LEFT: f64 = 52.0;
+pub(super) const TOP: f64 = 30.0;
+pub(super) const RIGHT: f64 = 12.0;
+pub(super) const BOTTOM: f64 = 28.0;
 const HEADER: f64 = 58.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
@@ -21,13 +23,20 @@ svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#b
 @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#ff8a73;--residual:#7fc796}}\
 .paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
 .tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
-.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}";
+.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}\
+circle{fill:var(--paper)}.filled{fill:var(--predicted)}";
 
-/// Draws one panel per joint: measured torque, prediction and residual over time.
+/// Draws one panel per joint, measured torque, prediction and residual over time; and one of the
+/// steps of an iteration, if there are any.
 ///
 /// `heading` stands above; it is escaped here.
-pub fn torque_figure(heading: &str, panels: &[TorquePanel<'_>]) -> String {
-    let rows = panels.len().div_ceil(COLUMNS);
+pub fn torque_figure(
+    heading: &str,
+    panels: &[TorquePanel<'_>],
+    steps: &[ConvergenceStep],
+) -> String {
+    let count = panels.len() + usize::from(!steps.is_empty());
+    let rows = count.div_ceil(COLUMNS);
     #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
     let (width, height) = (PANEL_WIDTH * COLUMNS as f64, HEADER + PANEL_HEIGHT * rows as f64);
     let mut svg = String::new();
@@ -49,14 +58,17 @@ pub fn torque_figure(heading: &str, panels: &[TorquePanel<'_>]) -> String {
             x + 26.0
         );
     }
-    for (index, panel) in panels.iter().enumerate() {
+    for index in 0..count {
         #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
         let (x, y) = (
             (index % COLUMNS) as f64 * PANEL_WIDTH,
             HEADER + (index / COLUMNS) as f64 * PANEL_HEIGHT,
         );
         let _ = write!(svg, r#"<g transform="translate({x} {y})">"#);
-        draw_panel(&mut svg, panel);
+        match panels.get(index) {
+            Some(panel) => draw_panel(&mut svg, panel),
+            None => convergence::draw_panel(&mut svg, steps),
+        }
         svg += "</g>";
     }
     svg += "</svg>\n";
@@ -160,7 +172,7 @@ mod tests {
             predicted_nm: &[0.1, 1.9, f64::NAN],
             relative_error: 0.05,
         };
-        let svg = torque_figure("arm <1> & more", &[panel(1), panel(2), panel(3)]);
+        let svg = torque_figure("arm <1> & more", &[panel(1), panel(2), panel(3)], &[]);
         assert_eq!(svg.matches("<path").count(), 9);
         assert!(svg.contains("arm &lt;1&gt; &amp; more") && !svg.contains("NaN"), "{svg}");
         assert!(!svg.contains("http") || svg.matches("http").count() == 1, "only the namespace");

@@ -74,7 +74,7 @@ impl Default for SimulationConfig {
 
 impl SimulationConfig {
     /// Checks everything that the types cannot, for an arm with `joints` joints.
-    pub(super) fn validate(&self, joints: usize) -> Result<(), SetupError> {
+    pub(crate) fn validate(&self, joints: usize) -> Result<(), SetupError> {
         // A thousand steps per sample is a mistake, and takes minutes per simulated second.
         if !(1..=1000).contains(&self.substeps) {
             return Err(SetupError::BadValue {

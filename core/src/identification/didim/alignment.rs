@@ -2,7 +2,7 @@
 
 use crate::control::ControlTiming;
 use crate::identification::error::IdentificationError;
-use crate::identification::experiment::Experiment;
+use crate::identification::experiment::SignalTiming;
 
 /// Two delays this close are the same \[s\].
 const SAME_DELAY_S: f64 = 1e-9;
@@ -28,10 +28,10 @@ const WHOLE_SAMPLE: f64 = 1e-9;
 /// [`IdentificationError::TorqueDelay`] when the torque is held and a sampled controller delays it
 /// otherwise.
 pub(super) fn torque_shift_samples(
-    experiment: &Experiment,
+    logged: SignalTiming,
+    sample_rate_hz: f64,
     controller: ControlTiming,
 ) -> Result<f64, IdentificationError> {
-    let logged = experiment.torque_timing();
     if let ControlTiming::Sampled { computation_delay_s, .. } = controller {
         let held = logged.hold_s > 0.0;
         if held && (logged.delay_s - computation_delay_s).abs() > SAME_DELAY_S {
@@ -42,7 +42,7 @@ pub(super) fn torque_shift_samples(
         }
     }
     let shift_s = logged.mean_delay_s() - controller.mean_time_after_sample_s();
-    let shift = shift_s * experiment.sample_rate_hz();
+    let shift = shift_s * sample_rate_hz;
     let whole = shift.round();
     Ok(if (shift - whole).abs() < WHOLE_SAMPLE { whole } else { shift })
 }
@@ -50,19 +50,10 @@ pub(super) fn torque_shift_samples(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identification::{SignalTiming, Signals};
 
     fn shift(hold: f64, delay: f64, controller: ControlTiming) -> Result<f64, IdentificationError> {
-        let signal = vec![vec![0.0; 100]];
-        let signals = Signals {
-            sample_rate_hz: 5000.0,
-            position_rad: signal.clone(),
-            torque_nm: signal,
-            reference_rad: None,
-        };
         let timing = SignalTiming { hold_s: hold * 2e-4, delay_s: delay * 2e-4 };
-        let experiment = Experiment::joint_side(&signals).unwrap();
-        torque_shift_samples(&experiment.with_torque_timing(timing).unwrap(), controller)
+        torque_shift_samples(timing, 5000.0, controller)
     }
 
     /// Times in periods of the record, 200 µs.

@@ -5,6 +5,7 @@ mod inertia;
 mod options;
 mod simulator;
 mod start;
+mod validate;
 
 pub use inertia::mean_joint_inertia;
 pub use options::{ConvergenceLimits, DidimOptions, Start};
@@ -60,7 +61,11 @@ pub fn didim(
         ParallelDecimation::none()
     };
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
-    let shift = alignment::torque_shift_samples(experiment, options.controller.timing())?;
+    let shift = alignment::torque_shift_samples(
+        experiment.torque_timing(),
+        experiment.sample_rate_hz(),
+        options.controller.timing(),
+    )?;
     let mut iteration = Iteration {
         experiment,
         fit: &fit,

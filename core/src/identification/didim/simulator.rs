@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{DidimOptions, mean_joint_inertia};
 use crate::MAX_JOINTS;
-use crate::control::SimulatedController;
+use crate::control::{ControlTiming, SimulatedController};
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::ReferenceSource;
 use crate::identification::experiment::Experiment;
@@ -43,8 +43,8 @@ impl<'a> Simulator<'a> {
         experiment: &Experiment,
         options: &'a DidimOptions,
     ) -> Result<Self, IdentificationError> {
-        let periods = periods_per_sample(experiment, &options.controller)?;
         let rate = experiment.sample_rate_hz();
+        let periods = periods_per_sample(rate, options.controller.timing())?;
         let (source, recorded, delay_s) = match experiment.reference_rad() {
             Some(recorded) => {
                 (ReferenceSource::Recorded, recorded, experiment.reference_timing().delay_s)
@@ -144,12 +144,14 @@ fn record(
     Ok(())
 }
 
-fn periods_per_sample(
-    experiment: &Experiment,
-    controller: &SimulatedController,
+/// # Errors
+/// [`IdentificationError::ControllerPeriod`].
+pub(super) fn periods_per_sample(
+    sample_rate_hz: f64,
+    controller: ControlTiming,
 ) -> Result<usize, IdentificationError> {
-    let sample_period_s = 1.0 / experiment.sample_rate_hz();
-    let controller_period_s = controller.timing().sample_period_s();
+    let sample_period_s = 1.0 / sample_rate_hz;
+    let controller_period_s = controller.sample_period_s();
     let periods = sample_period_s / controller_period_s;
     let whole = periods.round();
     // A million periods per sample is a mistake of units.
