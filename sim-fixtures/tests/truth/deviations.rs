@@ -130,3 +130,13 @@ pub(crate) fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Syn
     results.sort_by_key(|(index, _)| *index);
     results.into_iter().map(|(_, result)| result).collect()
 }
+
+#[test]
+fn results_are_in_order_whoever_is_first() {
+    let work = |index: usize| {
+        // The first ones take longest.
+        std::thread::sleep(std::time::Duration::from_micros(200_u64.saturating_sub(index as u64)));
+        index
+    };
+    assert_eq!(in_parallel(200, work), (0..200).collect::<Vec<_>>());
+}
