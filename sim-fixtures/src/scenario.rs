@@ -2,21 +2,26 @@
 
 use didim_core::control::ControllerConfig;
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_core::robot::{Robot, RobotError};
-use didim_core::simulation::{ClosedLoop, InitialState, SetupError, SimulationConfig};
+use didim_core::robot::{ParameterKind, Robot, RobotError};
+use didim_core::simulation::{
+    ClosedLoop, InitialState, NoiseConfig, SetupError, SimulationConfig, Unmodelled,
+};
 use didim_core::trajectory::{
     JointLimits, Move, MoveSequence, Reference, Trajectory, TrajectoryError,
 };
 use serde::Deserialize;
 
-use crate::{Fault, Playback, PlaybackConfig};
+use crate::{Fault, Payload, Playback, PlaybackConfig};
 
-/// A scenario whose parts fit each other. The true parameters are the nominal ones of its robot.
+/// A scenario whose parts fit each other. The true parameters are the nominal ones of its robot; a
+/// payload is no part of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     name: String,
     robot: Robot,
     truth: Vec<(String, f64)>,
+    /// Of the arm with its payload.
+    standard: Vec<f64>,
     samples: usize,
     trajectory: Trajectory,
     playback: PlaybackConfig,
@@ -129,9 +134,11 @@ impl Scenario {
         let base = BaseParameters::compute(&Model::new(&robot))?;
         let values = base.regroup(nominal.standard());
         let truth = base.names().iter().cloned().zip(values).collect();
-        let scenario = Self {
+        let standard = nominal.standard().to_vec();
+        Self {
             name: raw.name,
             truth,
+            standard,
             samples: raw.samples,
             trajectory,
             playback: raw.playback,
@@ -139,10 +146,8 @@ impl Scenario {
             simulation: raw.simulation,
             faults: raw.faults,
             robot,
-        };
-        // Whatever is wrong with the loop is wrong now.
-        scenario.closed_loop()?;
-        Ok(scenario)
+        }
+        .checked()
     }
 
     /// The name.
@@ -165,9 +170,10 @@ impl Scenario {
         self.truth.iter().find(|(own, _)| own == name).map(|(_, value)| *value)
     }
 
-    /// The true standard parameters, in the order of the model's columns.
+    /// The standard parameters that move, in the order of the model's columns: the nominal ones,
+    /// and the payload.
     pub fn standard_parameters(&self) -> &[f64] {
-        self.robot.nominal().map_or(&[], |nominal| nominal.standard())
+        &self.standard
     }
 
     /// Samples of the experiment, from the start of the motion.
@@ -210,6 +216,45 @@ impl Scenario {
             noise.seed = seed;
         }
         self
+    }
+
+    /// The same scenario with other noise.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Setup`] when it does not fit the arm.
+    pub fn with_noise(mut self, noise: NoiseConfig) -> Result<Self, ScenarioError> {
+        self.simulation.noise = Some(noise);
+        self.checked()
+    }
+
+    /// The same scenario with an arm that does what its model does not know.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Setup`] when it does not fit the arm.
+    pub fn with_unmodelled(mut self, unmodelled: Unmodelled) -> Result<Self, ScenarioError> {
+        self.simulation.unmodelled = Some(unmodelled);
+        self.checked()
+    }
+
+    /// The same scenario with something more on the last link. [`Self::truth`] stays that of the
+    /// arm without it.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Setup`] when it is not finite.
+    pub fn with_payload(mut self, payload: Payload) -> Result<Self, ScenarioError> {
+        let last = self.robot.joints() - 1;
+        for (kind, value) in ParameterKind::LINK.into_iter().zip(payload.link_parameters()) {
+            if let Some(column) = self.robot.parameters().column(kind, last) {
+                self.standard[column] += value;
+            }
+        }
+        self.checked()
+    }
+
+    /// Whatever is wrong with the loop is wrong now.
+    fn checked(self) -> Result<Self, ScenarioError> {
+        self.closed_loop()?;
+        Ok(self)
     }
 
     /// The controller.

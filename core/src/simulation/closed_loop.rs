@@ -7,21 +7,24 @@ use crate::robot::{Robot, Transmission};
 use crate::trajectory::Reference;
 
 use super::config::check_length;
+use super::disturbance::DisturbanceTorque;
 use super::error::{SetupError, SimulationError};
 use super::hold::CommandHold;
 use super::integrator::Stages;
 use super::measurement::Encoders;
 use super::noise::{Noises, WhiteNoise};
 use super::plant::{Plant, ReferencePoint};
-use super::{InitialState, Integrator, Record, SimulationConfig, StepOutput};
+use super::{InitialState, Integrator, Record, SimulationConfig, StepOutput, Unmodelled};
 
 /// An arm under control, simulated.
 pub struct ClosedLoop<R> {
     plant: Plant<R>,
     sampled: Option<(SampledController, CommandHold)>,
     encoders: Encoders,
-    disturbance: WhiteNoise,
+    disturbance: DisturbanceTorque,
     torque_measurement: WhiteNoise,
+    /// Logged over commanded torque of every motor.
+    torque_gain: Option<Vec<f64>>,
     integrator: Integrator,
     substeps: u32,
     period_s: f64,
@@ -72,7 +75,9 @@ impl<R: Reference> ClosedLoop<R> {
                 (None, Some(ContinuousController::new(controller)?))
             }
         };
-        let noises = Noises::new(config.noise.as_ref());
+        let period_s = controller.timing.sample_period_s();
+        let noises = Noises::new(config.noise.as_ref(), period_s);
+        let Unmodelled { stribeck, torque_gain } = config.unmodelled.clone().unwrap_or_default();
         let plant = Plant {
             workspace: Workspace::new(),
             parameters: vec![0.0; model.parameter_names().len()],
@@ -81,6 +86,7 @@ impl<R: Reference> ClosedLoop<R> {
             continuous,
             command: [0.0; MAX_JOINTS],
             disturbance: [0.0; MAX_JOINTS],
+            stribeck: stribeck.unwrap_or_default(),
             torque: [0.0; MAX_JOINTS],
             divergence: config.divergence,
             joints,
@@ -96,9 +102,10 @@ impl<R: Reference> ClosedLoop<R> {
             ),
             disturbance: noises.disturbance_torque,
             torque_measurement: noises.torque_measurement,
+            torque_gain,
             integrator: config.integrator,
             substeps: config.substeps,
-            period_s: controller.timing.sample_period_s(),
+            period_s,
             initial,
             stages: Stages::new(states),
             rate: vec![0.0; states],
@@ -269,8 +276,7 @@ impl<R: Reference> ClosedLoop<R> {
             hold.push(command);
             self.plant.command = hold.at_sample();
         }
-        self.plant.disturbance = [0.0; MAX_JOINTS];
-        self.disturbance.add_to(&mut self.plant.disturbance[..n]);
+        self.plant.disturbance = self.disturbance.next(n);
         self.plant.rate(time_s, &self.state, &mut self.rate)?;
         if self.sampled.is_none() {
             command = self.plant.command;
@@ -284,6 +290,13 @@ impl<R: Reference> ClosedLoop<R> {
         self.torque_measurement.add_to(&mut output.joint_torque_nm[..n]);
         let transmission = self.encoders.transmission();
         transmission.motor_torque(&output.joint_torque_nm[..n], &mut output.motor_torque_nm[..n]);
+        if let Some(gains) = &self.torque_gain {
+            for (torque, gain) in output.motor_torque_nm.iter_mut().zip(gains) {
+                *torque *= gain;
+            }
+            let motor = &output.motor_torque_nm[..n];
+            transmission.joint_torque(motor, &mut output.joint_torque_nm[..n]);
+        }
         output.joint_reference_rad = reference.position;
         transmission.motor_position(&reference.position[..n], &mut output.motor_reference_rad[..n]);
         let (q, dq) = self.state.split_at(n);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::SetupError;
-use super::{Integrator, NoiseConfig};
+use super::{Integrator, NoiseConfig, Unmodelled};
 
 /// How a closed loop is integrated and measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,9 @@ pub struct SimulationConfig {
     /// Random disturbances; none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseConfig>,
+    /// What the arm does and its model does not know; nothing when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmodelled: Option<Unmodelled>,
     /// What counts as divergence.
     #[serde(default)]
     pub divergence: DivergenceLimits,
@@ -60,13 +63,14 @@ pub enum InitialState {
 }
 
 impl Default for SimulationConfig {
-    /// ode3, one step per sample, ideal encoders, no noise.
+    /// ode3, one step per sample, ideal encoders, no noise, nothing unmodelled.
     fn default() -> Self {
         Self {
             integrator: Integrator::Ode3,
             substeps: one(),
             encoder_counts_per_turn: None,
             noise: None,
+            unmodelled: None,
             divergence: DivergenceLimits::default(),
         }
     }
@@ -98,7 +102,8 @@ impl SimulationConfig {
                 return Err(SetupError::BadValue { what, value, expected: "finite and positive" });
             }
         }
-        self.noise.as_ref().map_or(Ok(()), |noise| noise.validate(joints))
+        self.noise.as_ref().map_or(Ok(()), |noise| noise.validate(joints))?;
+        self.unmodelled.as_ref().map_or(Ok(()), |unmodelled| unmodelled.validate(joints))
     }
 }
 

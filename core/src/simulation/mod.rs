@@ -7,13 +7,14 @@
 //! 2. the controller takes R⁻¹ of that and the reference at t_k and computes the torque command;
 //! 3. the command acts from t_k plus the controller's delay and is held for one period, with a
 //!    disturbance torque that is constant over the period;
-//! 4. q̈ = M(q)⁻¹ (τ − c(q, q̇)), friction included, is integrated to t_{k+1} in fixed steps.
+//! 4. q̈ = M(q)⁻¹ (τ − h(q, q̇)), friction included, is integrated to t_{k+1} in fixed steps.
 //!
 //! [`ClosedLoop::step`] returns what is known at t_k after 1 to 3 and allocates nothing;
 //! [`ClosedLoop::run`] records many steps.
 
 mod closed_loop;
 mod config;
+mod disturbance;
 mod error;
 mod hold;
 mod integrator;
@@ -21,6 +22,7 @@ mod measurement;
 mod noise;
 mod output;
 mod plant;
+mod unmodelled;
 
 pub use closed_loop::ClosedLoop;
 pub use config::{DivergenceLimits, InitialState, SimulationConfig};
@@ -28,3 +30,4 @@ pub use error::{SetupError, SimulationError, StateQuantity};
 pub use integrator::Integrator;
 pub use noise::NoiseConfig;
 pub use output::{Record, StepOutput};
+pub use unmodelled::{Stribeck, Unmodelled};

@@ -6,10 +6,11 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use super::config::check_length;
+use super::disturbance::DisturbanceTorque;
 use super::error::SetupError;
 
-/// White normal noise, drawn anew for every sample, one standard deviation per motor or joint; an
-/// absent list is no noise.
+/// Normal noise, one standard deviation per motor or joint; an absent list is no noise. It is drawn
+/// anew for every sample, but for a disturbance with a correlation time.
 ///
 /// Torque noise exists in two kinds. A *disturbance* is a torque that the arm feels and the log
 /// does not show: friction that no model has, ripple of the current loop. *Measurement* noise is
@@ -26,6 +27,10 @@ pub struct NoiseConfig {
     /// Of the torque on each joint that the command does not contain \[N·m\]; held for a period.
     #[serde(default)]
     pub disturbance_torque_nm: Option<Vec<f64>>,
+    /// Time in which the autocorrelation of the disturbance falls to 1/e \[s\], the same for every
+    /// joint: noise of first order with the standard deviations above. White when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disturbance_correlation_s: Option<f64>,
     /// Of each joint's logged torque \[N·m\]; outside the loop.
     #[serde(default)]
     pub torque_measurement_nm: Option<Vec<f64>>,
@@ -38,6 +43,7 @@ impl NoiseConfig {
             seed,
             motor_position_rad: None,
             disturbance_torque_nm: None,
+            disturbance_correlation_s: None,
             torque_measurement_nm: None,
         }
     }
@@ -59,7 +65,13 @@ impl NoiseConfig {
                 return Err(SetupError::BadValue { what, value: *value, expected });
             }
         }
-        Ok(())
+        match self.disturbance_correlation_s {
+            Some(value) if !(value.is_finite() && value > 0.0) => {
+                let (what, expected) = ("noise.disturbance_correlation_s", "finite and positive");
+                Err(SetupError::BadValue { what, value, expected })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -68,16 +80,19 @@ impl NoiseConfig {
 #[derive(Clone, Debug)]
 pub(super) struct Noises {
     pub(super) motor_position: WhiteNoise,
-    pub(super) disturbance_torque: WhiteNoise,
+    pub(super) disturbance_torque: DisturbanceTorque,
     pub(super) torque_measurement: WhiteNoise,
 }
 
 impl Noises {
-    pub(super) fn new(config: Option<&NoiseConfig>) -> Self {
-        let [motor_position, disturbance_torque, torque_measurement] = [0, 1, 2].map(|stream| {
+    /// The noises of a loop with this period \[s\].
+    pub(super) fn new(config: Option<&NoiseConfig>, period_s: f64) -> Self {
+        let [motor_position, white, torque_measurement] = [0, 1, 2].map(|stream| {
             let list = config.and_then(|config| config.lists()[stream].1.cloned());
             WhiteNoise::new(config.map_or(0, |config| config.seed), stream as u64, list)
         });
+        let correlation_s = config.and_then(|config| config.disturbance_correlation_s);
+        let disturbance_torque = DisturbanceTorque::new(white, correlation_s, period_s);
         Self { motor_position, disturbance_torque, torque_measurement }
     }
 }
@@ -91,7 +106,7 @@ pub(super) struct WhiteNoise {
 }
 
 impl WhiteNoise {
-    fn new(seed: u64, stream: u64, standard_deviation: Option<Vec<f64>>) -> Self {
+    pub(super) fn new(seed: u64, stream: u64, standard_deviation: Option<Vec<f64>>) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(stream);
         let standard_deviation = standard_deviation.unwrap_or_default();

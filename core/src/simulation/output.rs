@@ -15,7 +15,8 @@ pub struct StepOutput {
     pub motor_position_rad: [f64; MAX_JOINTS],
     /// The joint positions that follow from them \[rad\].
     pub joint_position_rad: [f64; MAX_JOINTS],
-    /// The torque command computed at this sample, motor side \[N·m\], with measurement noise.
+    /// The torque command computed at this sample, motor side \[N·m\], as the log
+    /// has it: with measurement noise and an unmodelled gain.
     pub motor_torque_nm: [f64; MAX_JOINTS],
     /// The same on the joint side \[N·m\].
     pub joint_torque_nm: [f64; MAX_JOINTS],
@@ -30,7 +31,8 @@ pub struct StepOutput {
     /// True joint accelerations just after the sample \[rad/s²\]; with a sampled controller they
     /// jump at the samples.
     pub true_acceleration_rad_s2: [f64; MAX_JOINTS],
-    /// The torque on the joints just after the sample, disturbance included \[N·m\].
+    /// The torque on the joints just after the sample, disturbance included and unmodelled friction
+    /// taken off \[N·m\].
     pub true_torque_nm: [f64; MAX_JOINTS],
 }
 

@@ -5,8 +5,8 @@ use crate::control::{ContinuousController, Setpoint};
 use crate::dynamics::{Model, Workspace};
 use crate::trajectory::Reference;
 
-use super::DivergenceLimits;
 use super::error::{SimulationError, StateQuantity};
+use super::{DivergenceLimits, Stribeck};
 
 /// The reference at one instant.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,7 +55,10 @@ pub(super) struct Plant<R> {
     pub(super) command: [f64; MAX_JOINTS],
     /// Torque that no command contains \[N·m\].
     pub(super) disturbance: [f64; MAX_JOINTS],
-    /// What the joints felt at the last evaluation \[N·m\].
+    /// Friction that the model does not know, one per joint; empty when there is none.
+    pub(super) stribeck: Vec<Stribeck>,
+    /// What was left for the model at the last evaluation: command and disturbance less the
+    /// unmodelled friction \[N·m\].
     pub(super) torque: [f64; MAX_JOINTS],
     pub(super) divergence: DivergenceLimits,
     pub(super) joints: usize,
@@ -89,6 +92,9 @@ impl<R: Reference> Plant<R> {
             self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
         {
             *torque = command + disturbance;
+        }
+        for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
+            *torque -= stribeck.torque(*velocity);
         }
         dq_rate.copy_from_slice(dq);
         self.model

@@ -1,6 +1,8 @@
-//! The buses of the shipped cells, as the drives of the scenarios speak.
+//! What several tests need: the buses of the shipped cells, as the drives of the scenarios speak.
 #![allow(dead_code, reason = "every test takes what it needs")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+pub(crate) mod experiment;
 
 use didim_drivers::layout::{CompiledLayout, LayoutSpec};
 use didim_drivers::units::{DriveSpec, Scales};

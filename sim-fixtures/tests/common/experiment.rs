@@ -1,0 +1,46 @@
+//! The simulated arm's record as an experiment.
+
+use didim_core::identification::{Experiment, SignalTiming, Signals};
+use didim_sim::{PlaybackConfig, Scenario};
+use nalgebra::DMatrix;
+
+/// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
+const REST: usize = 1250;
+
+/// The scenario's motion with a rest before and after it. The motion's samples count; the rests are
+/// there for the filters, which need neighbours, and for the loop, which sags into its steady error
+/// at first. The torque command is held until the next sample.
+pub(crate) fn experiment(scenario: &Scenario) -> Experiment {
+    let hold_s = scenario.controller().timing.sample_period_s();
+    let rest_s = REST as f64 * hold_s;
+    let playback = PlaybackConfig { lead_in_s: rest_s, tail_s: rest_s, cycles: Some(1) };
+    let mut played = scenario.clone().with_playback(playback).unwrap().played_loop().unwrap();
+    let record = played.run(scenario.samples() + 2 * REST).unwrap();
+    let signals = Signals {
+        sample_rate_hz: record.sample_rate_hz,
+        position_rad: columns(&record.motor_position_rad),
+        torque_nm: columns(&record.motor_torque_nm),
+        reference_rad: Some(columns(&record.motor_reference_rad)),
+    };
+    Experiment::motor_side(&signals, scenario.robot().transmission())
+        .unwrap()
+        .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
+        .unwrap()
+        .with_counted(REST..REST + scenario.samples())
+        .unwrap()
+}
+
+/// The same experiment by someone who takes the logged command for the torque of its instant.
+pub(crate) fn hold_ignored(experiment: Experiment) -> Experiment {
+    experiment.with_torque_timing(SignalTiming::INSTANT).unwrap()
+}
+
+/// Names of the paper's essential parameters, which its robot states.
+pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
+    let listed = scenario.robot().nominal().unwrap().listed();
+    listed.iter().map(|(name, _)| name.clone()).collect()
+}
+
+fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
+}

@@ -1,0 +1,76 @@
+//! What it costs to take a held torque command for the torque of its instant.
+
+use crate::cells::{Cell, Noise, Parameters};
+use crate::common::experiment::{experiment, hold_ignored};
+use crate::deviations::in_parallel;
+use crate::methods::least_squares;
+use crate::table::{Column, Table};
+
+const SEEDS: usize = 10;
+const CELL: Cell = Cell { parameters: Parameters::Paper, noise: Noise::Low, coloured: false };
+/// Drive inertias; those of joints 1 and 2 are regrouped.
+const INERTIAS: [&str; 6] = ["zz1r", "zz2r", "ia3", "ia4", "ia5", "ia6"];
+
+/// One drive inertia in one run.
+struct Figures {
+    /// z with the hold honoured, and with it ignored.
+    held: f64,
+    ignored: f64,
+    standard_deviation: f64,
+}
+
+/// A command from t_k to t_k + T is the torque of t_k + T/2. Taken for that of t_k, fv q̇ comes T/2
+/// early, which is fv T/2 of inertia.
+#[test]
+fn ignoring_the_hold_biases_drive_inertias_and_the_default_does_not() {
+    let method = least_squares("IDIM-LS, 200 Hz", 200.0, |_| &[]);
+    let (base, names) = (CELL.parameters.base(), CELL.parameters.names());
+    let runs = in_parallel(SEEDS, |index| {
+        let scenario = CELL.scenario(index as u64 + 1);
+        let held = experiment(&scenario);
+        let ignored = hold_ignored(held.clone());
+        let [held, ignored] = [held, ignored]
+            .map(|experiment| (method.identify)(scenario.robot(), &base, &experiment, &names));
+        INERTIAS.map(|name| {
+            let truth = scenario.truth_of(name).unwrap();
+            let of = |estimate: &didim_core::identification::Estimate| {
+                estimate.parameters.iter().find(|p| p.name == name).unwrap().clone()
+            };
+            let (held, ignored) = (of(&held), of(&ignored));
+            let standard_deviation = held.standard_deviation;
+            // Both in the same σ, so that their difference is the bias.
+            let z = |value| (value - truth) / standard_deviation;
+            Figures { held: z(held.value), ignored: z(ignored.value), standard_deviation }
+        })
+    });
+    let scenario = CELL.parameters.scenario();
+    let period_s = scenario.controller().timing.sample_period_s();
+    let mut rows = Vec::new();
+    for (index, name) in INERTIAS.into_iter().enumerate() {
+        let mean = |figure: &dyn Fn(&Figures) -> f64| {
+            runs.iter().map(|run| figure(&run[index])).sum::<f64>() / SEEDS as f64
+        };
+        let (held, ignored) = (mean(&|f| f.held), mean(&|f| f.ignored));
+        let viscous = scenario.truth_of(&format!("fv{}", index + 1)).unwrap();
+        let expected = mean(&|f| 0.5 * period_s * viscous / f.standard_deviation);
+        // The mean of 10 has a standard error of 1.12/√10 = 0.35.
+        assert!(held.abs() < 3.0 * 0.35, "{name}: {held}");
+        // Coulomb friction, which comes early too, adds to the bias by viscous friction.
+        assert!(ignored - held > 0.9 * expected && ignored > 5.0, "{name}: {ignored}, {expected}");
+        rows.push(vec![
+            name.to_owned(),
+            format!("{held:.2}"),
+            format!("{ignored:.2}"),
+            format!("{expected:.2}"),
+        ]);
+    }
+    let columns = vec![
+        Column::exact("drive inertia"),
+        Column::within("mean z, hold honoured", 0.05),
+        Column::within("mean z, hold ignored", 0.05),
+        Column::within("fv T/2 in σ", 0.05),
+    ];
+    let table = Table { name: "hold", columns, rows };
+    println!("{}", table.markdown());
+    table.check();
+}

@@ -1,0 +1,65 @@
+//! What is held against the truth.
+
+use didim_core::dynamics::BaseParameters;
+use didim_core::identification::{
+    DecimationFilter, Estimate, Experiment, IdimLsOptions, PositionFilter, idim_ls,
+};
+use didim_core::robot::Robot;
+
+use crate::cells::{Cell, Noise};
+use crate::deviations::Limit;
+
+type Identify = dyn Fn(&Robot, &BaseParameters, &Experiment, &[String]) -> Estimate + Sync;
+
+/// A method with its options.
+pub(crate) struct Method {
+    /// As the tables call it.
+    pub(crate) name: &'static str,
+    /// The estimate of the named parameters.
+    pub(crate) identify: Box<Identify>,
+    /// The limits that it is known to miss in a cell, and whose reason stands beside.
+    pub(crate) excused: fn(Cell) -> &'static [Limit],
+}
+
+/// Every method of the tables. A further one is a further entry.
+pub(crate) fn methods() -> Vec<Method> {
+    vec![
+        least_squares("IDIM-LS, 200 Hz", 200.0, excused_200_hz),
+        least_squares("IDIM-LS, 50 Hz", 50.0, |_| &Limit::ALL),
+    ]
+}
+
+fn excused_200_hz(cell: Cell) -> &'static [Limit] {
+    match cell {
+        // The rows are 25 ms apart and the disturbance's correlation time is 20 ms: σ takes rows
+        // for independent that are not.
+        Cell { coloured: true, .. } => &[Limit::Rms, Limit::Within2, Limit::Within3],
+        // The noise of the measured velocity softens the reversal of friction in the regressor.
+        Cell { noise: Noise::High, .. } => &[Limit::Mean],
+        // σ is too small by √(1/0.8) = 1.12, which the limit of 1.1 is to find.
+        Cell { noise: Noise::Low, .. } => &[Limit::Rms],
+    }
+}
+
+/// The paper's decimation to 40 Hz.
+fn decimation_filter() -> DecimationFilter {
+    DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 125 }
+}
+
+/// IDIM-LS with a position filter that cuts at this frequency \[Hz\].
+pub(crate) fn least_squares(
+    name: &'static str,
+    cutoff_hz: f64,
+    excused: fn(Cell) -> &'static [Limit],
+) -> Method {
+    let identify = move |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
+        let options = IdimLsOptions {
+            position_filter: PositionFilter { order: 4, cutoff_hz },
+            decimation_filter: decimation_filter(),
+            parameters: Some(names.to_vec()),
+            limits: Default::default(),
+        };
+        idim_ls(robot, base, experiment, &options).unwrap().estimate
+    };
+    Method { name, identify: Box::new(identify), excused }
+}

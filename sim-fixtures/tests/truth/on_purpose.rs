@@ -1,0 +1,178 @@
+//! Experiments whose model is wrong, each in one way.
+
+use didim_core::identification::{Estimate, Experiment};
+use didim_core::robot::SignModel;
+use didim_core::simulation::{Stribeck, Unmodelled};
+use didim_sim::{Payload, Scenario};
+
+use crate::cells::{Cell, Noise, Parameters};
+use crate::common::experiment::{experiment, hold_ignored};
+use crate::deviations::{Run, in_parallel};
+use crate::methods::{Method, methods};
+use crate::table::{Column, Table};
+
+const SEEDS: usize = 3;
+/// The paper's arm at the low noise level: what is found is the error and hardly the noise.
+const CELL: Cell = Cell { parameters: Parameters::Paper, noise: Noise::Low, coloured: false };
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wrong {
+    Nothing,
+    SignModel,
+    Stribeck,
+    GainOfJoint3,
+    AllGains,
+    Payload,
+    Hold,
+}
+
+impl Wrong {
+    const ALL: [Self; 7] = [
+        Self::Nothing,
+        Self::SignModel,
+        Self::Stribeck,
+        Self::GainOfJoint3,
+        Self::AllGains,
+        Self::Payload,
+        Self::Hold,
+    ];
+
+    fn description(self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing",
+            Self::SignModel => {
+                "sign model: the arm has tanh(q̇/0.05), the model a dead band of 0.01"
+            }
+            Self::Stribeck => "Stribeck friction, fs = 0.1 fc, vs = 0.1 rad/s",
+            Self::GainOfJoint3 => "gain of joint 3, 5 % too large",
+            Self::AllGains => "all gains, 5 % too large",
+            Self::Payload => "payload of 1 kg, 0.1 m from the flange",
+            Self::Hold => "hold of the torque ignored",
+        }
+    }
+
+    /// The arm with the error.
+    fn scenario(self, seed: u64) -> Scenario {
+        let scenario = CELL.scenario(seed);
+        let gain = |torque_gain| Unmodelled { torque_gain: Some(torque_gain), stribeck: None };
+        match self {
+            Self::Nothing | Self::SignModel | Self::Hold => Ok(scenario),
+            Self::Stribeck => {
+                let of_joint = |joint: usize| Stribeck {
+                    torque_nm: 0.1 * scenario.truth_of(&format!("fc{joint}")).unwrap(),
+                    velocity_rad_s: 0.1,
+                    width_rad_s: 0.05,
+                };
+                let stribeck = Some((1..=6).map(of_joint).collect());
+                scenario.with_unmodelled(Unmodelled { stribeck, torque_gain: None })
+            }
+            Self::GainOfJoint3 => {
+                scenario.with_unmodelled(gain(vec![1.0, 1.0, 1.05, 1.0, 1.0, 1.0]))
+            }
+            Self::AllGains => scenario.with_unmodelled(gain(vec![1.05; 6])),
+            // The flange is 0.065 m from the wrist's centre, where the last frame is.
+            Self::Payload => scenario.with_payload(Payload::point_mass(1.0, [0.0, 0.0, 0.165])),
+        }
+        .unwrap()
+    }
+
+    fn identify(self, method: &Method, scenario: &Scenario, experiment: &Experiment) -> Estimate {
+        let robot = match self {
+            Self::SignModel => {
+                let dead_band = SignModel::DeadBand { threshold_rad_s: 0.01 };
+                &scenario.robot().clone().with_sign_model(dead_band)
+            }
+            _ => scenario.robot(),
+        };
+        let (base, names) = (CELL.parameters.base(), CELL.parameters.names());
+        (method.identify)(robot, &base, experiment, &names)
+    }
+}
+
+/// What an error does to a method's estimates.
+struct Effect {
+    /// z of the parameter that is farthest off in any run.
+    largest: (String, f64),
+    relative_error: f64,
+    applicable: usize,
+    first_reason: Option<String>,
+}
+
+impl Effect {
+    fn new(estimates: &[&(Estimate, Run)]) -> Self {
+        let deviations = estimates.iter().flat_map(|(_, run)| &run.deviations);
+        let largest = deviations.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).unwrap();
+        let relative = estimates.iter().map(|(estimate, _)| estimate.relative_error);
+        Self {
+            largest: largest.clone(),
+            relative_error: relative.sum::<f64>() / estimates.len() as f64,
+            applicable: estimates.iter().filter(|(_, run)| run.applicable).count(),
+            first_reason: estimates
+                .iter()
+                .find_map(|(estimate, _)| estimate.verdict.reasons.first().cloned()),
+        }
+    }
+}
+
+/// Every error by every method, all seeds together.
+fn effects(methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
+    let runs = in_parallel(Wrong::ALL.len() * SEEDS, |index| {
+        let (wrong, seed) = (Wrong::ALL[index / SEEDS], index % SEEDS + 1);
+        let scenario = wrong.scenario(seed as u64);
+        let mut experiment = experiment(&scenario);
+        if wrong == Wrong::Hold {
+            experiment = hold_ignored(experiment);
+        }
+        let run = |method| {
+            let estimate = wrong.identify(method, &scenario, &experiment);
+            let run = Run::new(&estimate, &scenario);
+            (estimate, run)
+        };
+        methods.iter().map(run).collect::<Vec<_>>()
+    });
+    let mut effects = Vec::new();
+    for (wrong, runs) in Wrong::ALL.into_iter().zip(runs.chunks(SEEDS)) {
+        for method in 0..methods.len() {
+            let estimates: Vec<_> = runs.iter().map(|run| &run[method]).collect();
+            effects.push((wrong, method, Effect::new(&estimates)));
+        }
+    }
+    effects
+}
+
+/// An error of the model is far outside of the standard deviations, which know of noise only.
+#[test]
+fn errors_put_in_on_purpose_show() {
+    let methods = methods();
+    let effects = effects(&methods);
+    for (wrong, method, effect) in &effects {
+        // 84 normal values have one beyond 5 once in 20 000 times.
+        let seen = effect.largest.1.abs() > 5.0;
+        let name = methods[*method].name;
+        assert_eq!(seen, *wrong != Wrong::Nothing, "{wrong:?}, {name}: {:?}", effect.largest);
+    }
+    let row = |(wrong, method, effect): &(Wrong, usize, Effect)| {
+        vec![
+            wrong.description().to_owned(),
+            methods[*method].name.to_owned(),
+            format!("{:.1} {}", effect.largest.1, effect.largest.0),
+            format!("{:.2}", 100.0 * effect.relative_error),
+            format!("{} of {SEEDS}", effect.applicable),
+            effect.first_reason.clone().unwrap_or_else(|| "none".to_owned()),
+        ]
+    };
+    let columns = vec![
+        Column::exact("what is wrong"),
+        Column::exact("method"),
+        // Deviations in σ reach hundreds.
+        Column::share("largest z", 0.02),
+        Column::within("relative error [%]", 0.02),
+        Column::exact("applicable"),
+        Column::share("first reason", 0.02),
+    ];
+    let table =
+        Table { name: "errors on purpose", columns, rows: effects.iter().map(row).collect() };
+    println!("{}", table.markdown());
+    table.check();
+}

@@ -1,0 +1,122 @@
+//! Tables of docs/truth.md: what was measured stands there, and stays true.
+
+use std::fmt::Write as _;
+use std::sync::Mutex;
+
+const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/truth.md");
+/// Set to 1, the tables are written instead of compared.
+const WRITE: &str = "DIDIM_WRITE_DOCS";
+/// Tests run side by side and write one file.
+static DOCUMENT_LOCK: Mutex<()> = Mutex::new(());
+
+/// A column: its title, and how far its numbers may be from those in the document.
+pub(crate) struct Column {
+    pub(crate) title: &'static str,
+    /// In the unit of the column.
+    pub(crate) absolute: f64,
+    /// As a share of the number.
+    pub(crate) relative: f64,
+}
+
+impl Column {
+    /// A column in which everything is exact.
+    pub(crate) fn exact(title: &'static str) -> Self {
+        Self { title, absolute: 0.0, relative: 0.0 }
+    }
+
+    /// A column of numbers that may differ by this much.
+    pub(crate) fn within(title: &'static str, absolute: f64) -> Self {
+        Self { title, absolute, relative: 0.0 }
+    }
+
+    /// A column of numbers that may differ by this share.
+    pub(crate) fn share(title: &'static str, relative: f64) -> Self {
+        Self { title, absolute: 0.0, relative }
+    }
+
+    /// Whether two cells agree, word by word.
+    fn agrees(&self, found: &str, stated: &str) -> bool {
+        let (found, stated): (Vec<_>, Vec<_>) =
+            (found.split_whitespace().collect(), stated.split_whitespace().collect());
+        found.len() == stated.len()
+            && found.iter().zip(&stated).all(|(found, stated)| {
+                match (found.parse::<f64>(), stated.parse::<f64>()) {
+                    (Ok(found), Ok(stated)) => {
+                        let allowed = self.absolute.max(self.relative * stated.abs());
+                        // Numbers in decimal differ by the last bit more than they seem to.
+                        (found - stated).abs() <= allowed + 1e-9
+                    }
+                    _ => found == stated,
+                }
+            })
+    }
+}
+
+/// A table with its name in the document.
+pub(crate) struct Table {
+    pub(crate) name: &'static str,
+    pub(crate) columns: Vec<Column>,
+    pub(crate) rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// In Markdown.
+    pub(crate) fn markdown(&self) -> String {
+        let mut text = String::new();
+        let titles: Vec<_> = self.columns.iter().map(|column| column.title).collect();
+        writeln!(text, "| {} |", titles.join(" | ")).unwrap();
+        writeln!(text, "|{}", "---|".repeat(titles.len())).unwrap();
+        for row in &self.rows {
+            writeln!(text, "| {} |", row.join(" | ")).unwrap();
+        }
+        text
+    }
+
+    /// Compares the table with the document's, or writes it there.
+    ///
+    /// # Panics
+    /// When they differ by more than the columns allow.
+    pub(crate) fn check(&self) {
+        let _lock = DOCUMENT_LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let document = std::fs::read_to_string(DOCUMENT).unwrap();
+        let begin = format!("<!-- {} -->\n", self.name);
+        let end = format!("<!-- end of {} -->", self.name);
+        let start = document.find(&begin).expect("the document has no such table") + begin.len();
+        let stop = document.find(&end).expect("the document's table has no end");
+        if std::env::var(WRITE).is_ok_and(|value| value == "1") {
+            let text = format!("{}{}{}", &document[..start], self.markdown(), &document[stop..]);
+            std::fs::write(DOCUMENT, text).unwrap();
+            return;
+        }
+        let stated: Vec<Vec<&str>> = (document[start..stop].lines().skip(2))
+            .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+            .collect();
+        let mut wrong = String::new();
+        assert_eq!(stated.len(), self.rows.len(), "rows of {}", self.name);
+        for (row, stated) in self.rows.iter().zip(&stated) {
+            assert_eq!(stated.len(), row.len(), "columns of {}", self.name);
+            for ((cell, stated), column) in row.iter().zip(stated).zip(&self.columns) {
+                if !column.agrees(cell, stated) {
+                    writeln!(wrong, "{row:?}: {} is {cell}, not {stated}", column.title).unwrap();
+                }
+            }
+        }
+        assert!(
+            wrong.is_empty(),
+            "docs/truth.md differs in {}; if the change is meant, {WRITE}=1 writes it:\n{wrong}",
+            self.name
+        );
+    }
+}
+
+#[test]
+fn numbers_may_differ_by_their_tolerance_and_words_may_not() {
+    let column = Column::within("largest mean", 0.05);
+    assert!(column.agrees("0.31 fc1", "0.35 fc1"));
+    assert!(!column.agrees("0.31 fc1", "0.37 fc1"));
+    assert!(!column.agrees("0.31 fc1", "0.31 fc2"));
+    assert!(!column.agrees("0.31", "0.31 fc2"));
+    assert!(!column.agrees("NaN", "0.31"));
+    assert!(Column::share("deviation", 0.01).agrees("201", "200"));
+    assert!(!Column::exact("runs").agrees("39", "40"));
+}
