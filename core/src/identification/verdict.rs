@@ -33,8 +33,8 @@ pub struct VerdictLimits {
     /// A model check counts when a right model gives it by chance with less than this probability.
     /// 1e-4: some twenty checks then cry wolf in one result of five hundred.
     pub model_probability: f64,
-    /// Furthest that a parameter may move, in its standard deviations, with four times the cut-off
-    /// of the position filter. 1: what the filter does is then less than what the noise does.
+    /// Furthest that position filter and position noise may move a parameter, in its standard
+    /// deviations. 0.7: less than the noise of the torques does.
     pub position_filter_deviations: f64,
 }
 
@@ -47,7 +47,7 @@ impl Default for VerdictLimits {
             negative_deviations: 3.0,
             model_shift_deviations: 3.0,
             model_probability: 1e-4,
-            position_filter_deviations: 1.0,
+            position_filter_deviations: 0.7,
         }
     }
 }
@@ -189,7 +189,7 @@ impl VerdictLimits {
     /// Whether a freedom matters: the data want it, and it moves a parameter too far.
     fn fails(&self, check: &ModelCheck) -> bool {
         let limit = match check.freedom {
-            Freedom::PositionFilter => self.position_filter_deviations,
+            Freedom::PositionFilter | Freedom::PositionNoise => self.position_filter_deviations,
             _ => self.model_shift_deviations,
         };
         check.probability.is_none_or(|p| p < self.model_probability)
@@ -245,6 +245,10 @@ fn problem_and_remedy(freedom: Freedom) -> (&'static str, &'static str) {
             ("are not zero", "identify more parameters, and check for a payload")
         }
         Freedom::PositionFilter => ("distorts the motion", "raise its cut-off"),
+        Freedom::PositionNoise => (
+            "bends the regressor",
+            "lower the cut-off of the position filter, or simulate the motion (didim)",
+        ),
     }
 }
 

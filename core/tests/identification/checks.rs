@@ -120,8 +120,10 @@ fn a_friction_law_that_is_not_the_model_s_is_named_with_its_joint() {
             *tau += fc * (-(v / 0.5).powi(2)).exp() * (v / 0.05).tanh();
         }
         let estimate = bench.identify();
-        let by_probability = |c: &&ModelCheck| c.probability.map_or(0, |p| (-1e3 * p.ln()) as u64);
-        let clearest = estimate.model_checks.iter().max_by_key(by_probability).unwrap();
+        let probability = |c: &ModelCheck| c.probability.unwrap_or(1.0);
+        let by_probability =
+            |a: &&ModelCheck, b: &&ModelCheck| probability(a).total_cmp(&probability(b));
+        let clearest = estimate.model_checks.iter().min_by(by_probability).unwrap();
         // Motor 3 is also geared to joint 2.
         let expected = [Freedom::JointFriction(joint + 1), Freedom::MotorFriction(3)];
         let named = &expected[..if joint == 0 { 1 } else { 2 }];

@@ -1,10 +1,14 @@
 //! What is held against the truth.
 
+use didim_core::control::SimulatedController;
 use didim_core::dynamics::BaseParameters;
 use didim_core::identification::{
-    DecimationFilter, Estimate, Experiment, IdimLsOptions, PositionFilter, idim_ls,
+    ConvergenceLimits, DecimationFilter, DidimOptions, Estimate, Experiment, IdimLsOptions,
+    PositionFilter, Start, VerdictLimits, didim, idim_ls,
 };
 use didim_core::robot::Robot;
+use didim_core::trajectory::ReferenceInterpolation;
+use didim_sim::tx40_paper;
 
 use crate::cells::{Cell, Noise};
 use crate::deviations::Limit;
@@ -26,6 +30,7 @@ pub(crate) fn methods() -> Vec<Method> {
     vec![
         least_squares("IDIM-LS, 200 Hz", 200.0, excused_200_hz),
         least_squares("IDIM-LS, 50 Hz", 50.0, |_| &Limit::ALL),
+        simulated("DIDIM", |_| &[]),
     ]
 }
 
@@ -46,6 +51,40 @@ fn decimation_filter() -> DecimationFilter {
     DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 125 }
 }
 
+/// DIDIM with the gains of the simulated arm's controller. Where it starts does not matter to where
+/// it ends; IDIM-LS is the fastest start.
+pub(crate) fn simulated(name: &'static str, excused: fn(Cell) -> &'static [Limit]) -> Method {
+    let identify = |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
+        let arm = tx40_paper().unwrap();
+        let options = DidimOptions {
+            regression: regression(names, 200.0),
+            decimated: true,
+            controller: SimulatedController::Cabinet {
+                timing: arm.controller().timing,
+                joints: arm.controller().joints.clone(),
+                rescale_to_inertia_kg_m2: None,
+            },
+            reference: ReferenceInterpolation::default(),
+            integrator: arm.simulation().integrator,
+            substeps: arm.simulation().substeps,
+            start: Start::IdimLs,
+            convergence: ConvergenceLimits::default(),
+        };
+        didim(robot, base, experiment, &options).unwrap().estimate
+    };
+    Method { name, identify: Box::new(identify), excused }
+}
+
+/// What both methods do with an equation.
+fn regression(names: &[String], cutoff_hz: f64) -> IdimLsOptions {
+    IdimLsOptions {
+        position_filter: PositionFilter { order: 4, cutoff_hz },
+        decimation_filter: decimation_filter(),
+        parameters: Some(names.to_vec()),
+        limits: VerdictLimits::default(),
+    }
+}
+
 /// IDIM-LS with a position filter that cuts at this frequency \[Hz\].
 pub(crate) fn least_squares(
     name: &'static str,
@@ -53,13 +92,7 @@ pub(crate) fn least_squares(
     excused: fn(Cell) -> &'static [Limit],
 ) -> Method {
     let identify = move |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
-        let options = IdimLsOptions {
-            position_filter: PositionFilter { order: 4, cutoff_hz },
-            decimation_filter: decimation_filter(),
-            parameters: Some(names.to_vec()),
-            limits: Default::default(),
-        };
-        idim_ls(robot, base, experiment, &options).unwrap().estimate
+        idim_ls(robot, base, experiment, &regression(names, cutoff_hz)).unwrap().estimate
     };
     Method { name, identify: Box::new(identify), excused }
 }

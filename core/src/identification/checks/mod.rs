@@ -26,8 +26,9 @@ use crate::signal::ParallelDecimation;
 use columns::Columns;
 pub(super) use workspace::indefinite_posture;
 
-/// The position filter is held against one with so many times its cut-off.
-const WIDER_CUTOFF: f64 = 4.0;
+/// The position filter is held against one with so many times its cut-off, where the sample rate
+/// allows, and one in between.
+const WIDER: f64 = 4.0;
 
 /// A cut-off beyond this share of the Nyquist frequency filters nothing.
 const WIDEST_CUTOFF: f64 = 0.8;
@@ -47,8 +48,10 @@ pub enum Freedom {
     TorqueGain(usize),
     /// The base parameters that are taken as 0.
     LeftOutParameters,
-    /// The cut-off of the position filter.
+    /// What the position filter takes out of the motion.
     PositionFilter,
+    /// What the noise of the positions adds to it.
+    PositionNoise,
 }
 
 impl fmt::Display for Freedom {
@@ -60,6 +63,7 @@ impl fmt::Display for Freedom {
             Self::TorqueGain(joint) => write!(f, "torque gain of joint {joint}"),
             Self::LeftOutParameters => f.write_str("parameters left out"),
             Self::PositionFilter => f.write_str("position filter"),
+            Self::PositionNoise => f.write_str("noise of the positions"),
         }
     }
 }
@@ -212,26 +216,50 @@ impl Subject<'_> {
         observation_matrix(self.model, &selection, self.motion, self.decimation, counted).map(Some)
     }
 
-    /// What a wider position filter would change. If the motion behind it is the true one,
-    /// y = X' θ + ε, then the estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
+    /// What position filter and position noise do to the estimate, from what another cut-off f
+    /// would change: smoothing has an effect of f⁻², as far as it bends what changes suddenly, and
+    /// the noise of the velocity one of f³, as its power.
+    ///
+    /// ```text
+    /// θ(f) = θ₀ + s + n        with another cut-off        θ(r f) = θ₀ + r⁻² s + r³ n
+    /// ```
+    ///
+    /// Two wider filters give s and n, and −(s + n) is how far the parameter is from θ₀.
     fn position_filter_check(
         &self,
         columns: &Columns<'_>,
     ) -> Result<Option<ModelCheck>, IdentificationError> {
         let Some(filter) = self.position_filter else { return Ok(None) };
         let nyquist_hz = 0.5 * self.experiment.sample_rate_hz();
-        let wider = PositionFilter {
-            cutoff_hz: (WIDER_CUTOFF * filter.cutoff_hz).min(WIDEST_CUTOFF * nyquist_hz),
-            ..*filter
-        };
-        if wider.cutoff_hz <= filter.cutoff_hz {
+        let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
+        if widest <= 1.0 {
             return Ok(None);
         }
-        let motion = filtered_motion(self.experiment, &wider)?;
-        let difference = columns.torque_difference(&motion)?;
-        let shift = self.analysis.influence().tr_mul(&difference);
-        Ok(Some(self.check_of(Freedom::PositionFilter, None, &shift)))
+        let influence = self.analysis.influence();
+        // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
+        // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
+        let move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
+            let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..*filter };
+            let motion = filtered_motion(self.experiment, &other)?;
+            Ok(influence.tr_mul(&columns.torque_difference(&motion)?))
+        };
+        let (near, far) = (widest.sqrt(), widest);
+        let (moved_near, moved_far) = (move_with(near)?, move_with(far)?);
+        let ([s1, n1], [s2, n2]) = (effects(near), effects(far));
+        let determinant = s1 * n2 - s2 * n1;
+        let smoothing = (&moved_near * n2 - &moved_far * n1) / determinant;
+        let noise = (&moved_far * s1 - &moved_near * s2) / determinant;
+        let back = self.check_of(Freedom::PositionFilter, None, &-(&smoothing + &noise));
+        let parameter = self.selection.names().iter().position(|name| *name == back.parameter);
+        let smoothed = parameter.is_none_or(|k| smoothing[k].abs() >= noise[k].abs());
+        let freedom = if smoothed { Freedom::PositionFilter } else { Freedom::PositionNoise };
+        Ok(Some(ModelCheck { freedom, ..back }))
     }
+}
+
+/// What smoothing and noise change when the cut-off is multiplied by a ratio, per unit of each.
+fn effects(ratio: f64) -> [f64; 2] {
+    [ratio.powi(-2) - 1.0, ratio.powi(3) - 1.0]
 }
 
 /// The direction of a joint's own speed.
