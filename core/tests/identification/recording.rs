@@ -1,7 +1,7 @@
 //! The real recording of a TX40, against an independent implementation of the same recipe.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
@@ -9,6 +9,8 @@ use didim_core::identification::{
     Signals, VerdictLimits, idim_ls,
 };
 use didim_core::robot::{Robot, SignModel};
+
+use crate::dataset::{columns, datasets};
 
 const TX40: &str = include_str!("../../../config/robots/tx40.toml");
 
@@ -43,28 +45,6 @@ const EXPECTED: [(&str, f64, f64, f64, f64); 28] = [
     ("fv_m6", 0.62596938, 0.00949, 0.61858346, 0.00939),
     ("fc_m6", 1.9010842, 0.0659, 1.965221, 0.0669),
 ];
-
-/// The folder of the data sets, which are not part of the project.
-#[expect(clippy::disallowed_methods, clippy::print_stdout, reason = "where the data are")]
-fn datasets() -> Option<PathBuf> {
-    let folder = std::env::var("DIDIM_DATASETS").ok().map(PathBuf::from);
-    if folder.is_none() {
-        println!("SKIPPED: DIDIM_DATASETS is not set");
-    }
-    folder
-}
-
-#[expect(clippy::disallowed_methods, reason = "a test reads its data")]
-fn columns(path: &Path) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut columns = vec![Vec::new(); 6];
-    for line in text.lines().skip(1) {
-        for (column, field) in columns.iter_mut().zip(line.split(',')) {
-            column.push(field.trim().parse().unwrap());
-        }
-    }
-    columns
-}
 
 fn options() -> IdimLsOptions {
     IdimLsOptions {

@@ -69,6 +69,7 @@ pub fn didim(
         simulator: Simulator::new(robot, &fit, experiment, options)?,
         simulations: 0,
         steps: Vec::new(),
+        mover: 0,
     };
     let start = start::parameters(options.start, robot, base, &fit)?;
     let (observations, last) = iteration.run(start)?;
@@ -114,6 +115,8 @@ struct Iteration<'a> {
     simulator: Simulator<'a>,
     simulations: u32,
     steps: Vec<ConvergenceStep>,
+    /// The parameter that the last step changed most, of those selected.
+    mover: usize,
 }
 
 impl Iteration<'_> {
@@ -150,9 +153,10 @@ impl Iteration<'_> {
                 return Err(IdentificationError::FirstSimulation { cause });
             };
             let simulations = self.simulations;
-            if halvings == MAX_HALVINGS || simulations >= self.limits.max_simulations {
+            if halvings == MAX_HALVINGS {
                 return Err(IdentificationError::NoStep { simulations, halvings, cause });
             }
+            self.check_simulations_left()?;
             halvings += 1;
             *parameters = (&*parameters + previous) * 0.5;
         }
@@ -190,6 +194,7 @@ impl Iteration<'_> {
         let change = (&solution.parameters - simulated).component_div(&deviations);
         let mover = change.icamax();
         let parameter_change = change[mover].abs();
+        self.mover = mover;
         self.steps.push(ConvergenceStep {
             simulation: self.simulations,
             relative_error,
@@ -203,15 +208,21 @@ impl Iteration<'_> {
         {
             return Ok(true);
         }
-        if self.simulations < limits.max_simulations {
-            return Ok(false);
+        self.check_simulations_left()?;
+        Ok(false)
+    }
+
+    /// Whether another simulation may be run; if not, how far the last step was from the end.
+    fn check_simulations_left(&self) -> Result<(), IdentificationError> {
+        if self.simulations < self.limits.max_simulations {
+            return Ok(());
         }
-        let parameter = self.fit.selection.names()[mover].clone();
+        let last = self.steps.last();
         Err(IdentificationError::NotConverged {
             simulations: self.simulations,
-            relative_error_change,
-            parameter_change,
-            parameter,
+            relative_error_change: last.and_then(|step| step.relative_error_change),
+            parameter_change: last.map_or(f64::INFINITY, |step| step.parameter_change),
+            parameter: self.fit.selection.names().get(self.mover).cloned().unwrap_or_default(),
         })
     }
 }

@@ -61,7 +61,7 @@ pub struct ConvergenceLimits {
     /// Largest difference between the relative errors ‖y − Xθ‖/‖y‖ of two steps; 1e-3.
     pub relative_error_change: f64,
     /// Largest difference between any parameter and the one that was simulated, in standard
-    /// deviations of the parameter; 0.05.
+    /// deviations of the parameter under the weights of IDIM-LS; 0.05.
     pub parameter_change: f64,
     /// Simulations after which there is no result, failed ones included; 30.
     pub max_simulations: u32,
