@@ -6,10 +6,10 @@ use didim_core::identification::{ConvergenceLimits, SignalTiming};
 
 use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
 
-/// The step from a parameter error of 1 leaves about 0.1 of it, so that 1e-9 standard deviations
-/// (those of IDIM-LS, which are 1e-4 or less here) are far below the rounding of the regression:
-/// machine precision times a condition number of 1e3 to 1e4, and the same for what is left of the
-/// initial velocity's error after two seconds.
+/// Rounding of the regression: machine precision times a condition number of 1e3 to 1e4, for
+/// parameters a thousand times smaller than the largest. Changes of 1e-9 standard deviations (those
+/// of IDIM-LS, 1e-2 of the parameters or less), of which the next step leaves a tenth, are below it,
+/// and so is what two seconds leave of an error in the initial velocity.
 const TOLERANCE: f64 = 1e-9;
 
 fn check(name: &str, looped: &Looped, torque_timing: SignalTiming) {
@@ -22,7 +22,6 @@ fn check(name: &str, looped: &Looped, torque_timing: SignalTiming) {
         };
         let found = looped.identify(&experiment, &options).unwrap();
         let deviation = looped.deviation(&found);
-        println!("{name}: {deviation:.1e} after {} simulations", found.estimate.simulations);
         assert!(deviation < TOLERANCE, "{name}: {deviation}");
         assert!(found.estimate.relative_error < TOLERANCE);
     }

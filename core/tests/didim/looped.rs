@@ -97,7 +97,10 @@ impl Looped {
         let reference = SampledReference::new(RATE_HZ, &self.reference)
             .unwrap()
             .with_interpolation(self.interpolation);
-        let periods = (PERIOD_S / self.controller.timing.sample_period_s()).round() as usize;
+        let periods = match PERIOD_S / self.controller.timing.sample_period_s() {
+            ratio if ratio > 1.5 => 2,
+            _ => 1,
+        };
         let mut closed_loop = ClosedLoop::new(
             &self.arm.robot,
             &self.arm.truth,
