@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ControlError;
+use super::{ControlError, ControlTiming};
 use crate::MAX_JOINTS;
 
 /// The controllers of an arm, one per joint, and when they compute.
@@ -13,27 +13,6 @@ pub struct ControllerConfig {
     pub timing: ControlTiming,
     /// One controller per joint, in the order of the joints.
     pub joints: Vec<JointController>,
-}
-
-/// When a controller computes and how long its command acts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum ControlTiming {
-    /// Once per period from the position measured at t_k; the torque is held for one period. The
-    /// derivative is the backward difference of the error, ė_k = (e_k − e_{k−1}) / T.
-    Sampled {
-        /// Period T \[s\].
-        sample_period_s: f64,
-        /// Time from the measurement at t_k to the instant its command begins to act \[s\]; it
-        /// then acts for one period. 0, the default: from t_k to t_{k+1}.
-        #[serde(default)]
-        computation_delay_s: f64,
-    },
-    /// At every instant, from the true position and velocity; no quantisation, no hold.
-    Continuous {
-        /// Period at which the loop is recorded \[s\].
-        sample_period_s: f64,
-    },
 }
 
 /// The controller of one joint: law, feed-forward and saturation.
@@ -143,56 +122,6 @@ impl ControllerConfig {
     }
 }
 
-impl ControlTiming {
-    /// Period of the samples \[s\].
-    pub fn sample_period_s(self) -> f64 {
-        match self {
-            Self::Sampled { sample_period_s, .. } | Self::Continuous { sample_period_s } => {
-                sample_period_s
-            }
-        }
-    }
-
-    /// The mean time of the piece of torque that acts just after a sample, relative to the sample
-    /// \[s\]. A command acts for one period T; just after a sample it still acts for the rest of its
-    /// delay, or for a whole period where nothing is left: the mean is that end less T/2. A
-    /// continuous controller's torque just after a sample is that of the sample itself.
-    pub fn mean_time_after_sample_s(self) -> f64 {
-        match self {
-            Self::Continuous { .. } => 0.0,
-            Self::Sampled { sample_period_s, computation_delay_s } => {
-                let (_, rest_s) = split_delay(computation_delay_s, sample_period_s);
-                let end_s = if rest_s > 0.0 { rest_s } else { sample_period_s };
-                end_s - 0.5 * sample_period_s
-            }
-        }
-    }
-
-    fn validate(self) -> Result<(), ControlError> {
-        let sample_period_s = self.sample_period_s();
-        let computation_delay_s = match self {
-            Self::Sampled { computation_delay_s, .. } => computation_delay_s,
-            Self::Continuous { .. } => 0.0,
-        };
-        if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
-            return Err(ControlError::BadTiming {
-                key: "sample_period_s",
-                value: sample_period_s,
-                expected: "finite and positive",
-            });
-        }
-        // A delay of many periods is a mistake of units, and the commands under way take memory.
-        if !(0.0..=16.0 * sample_period_s).contains(&computation_delay_s) {
-            return Err(ControlError::BadTiming {
-                key: "computation_delay_s",
-                value: computation_delay_s,
-                expected: "between 0 and 16 sample periods",
-            });
-        }
-        Ok(())
-    }
-}
-
 impl ControlLaw {
     /// The torque gain K_τ \[N·m per unit of the control signal\], which multiplies every gain.
     fn torque_gain_mut(&mut self) -> &mut f64 {
@@ -274,18 +203,3 @@ impl JointController {
 
 /// Fills the list of gains of a law that has fewer.
 const NONE: (&str, f64) = ("", 0.0);
-
-/// A delay as whole periods and the rest of one \[s\]; a rest within rounding of a whole period is
-/// none.
-pub(crate) fn split_delay(delay_s: f64, period_s: f64) -> (usize, f64) {
-    let periods = delay_s / period_s;
-    let whole = (periods + 1e-9).floor();
-    let rest = periods - whole;
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the controller's validation keeps the delay within 16 periods"
-    )]
-    let whole = whole as usize;
-    (whole, if rest < 1e-9 { 0.0 } else { rest * period_s })
-}

@@ -12,13 +12,15 @@ mod error;
 mod law;
 mod sampled;
 mod simulated;
+mod timing;
 
-pub(crate) use config::split_delay;
-pub use config::{ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController};
+pub use config::{ControlLaw, ControllerConfig, FeedForward, JointController};
 pub use continuous::ContinuousController;
 pub use error::ControlError;
 pub use sampled::SampledController;
 pub use simulated::SimulatedController;
+pub use timing::ControlTiming;
+pub(crate) use timing::split_delay;
 
 /// What the joints are told to do at one instant: one entry per joint.
 #[derive(Clone, Copy, Debug)]

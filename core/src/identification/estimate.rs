@@ -60,7 +60,7 @@ pub struct ConvergenceStep {
     pub simulation: u32,
     /// ‖y − Xθ‖ / ‖y‖ with X of this simulation and θ of the step from it.
     pub relative_error: f64,
-    /// Its difference from the step before, absolute.
+    /// Its change from the step before, relative to that step's.
     pub relative_error_change: Option<f64>,
     /// Largest difference between a parameter of the step and the simulated one, in standard
     /// deviations of the step.

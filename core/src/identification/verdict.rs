@@ -27,7 +27,7 @@ pub struct VerdictLimits {
     /// deviations is impossible. 3.
     pub negative_deviations: f64,
     /// Furthest that a parameter may move, in its standard deviations, if the model is free where
-    /// the data want it to be ([`ModelCheck`]). 3: the standard deviation is then no longer the
+    /// the data want it to be ([`ModelCheck`]). 4: the standard deviation is then no longer the
     /// uncertainty.
     pub model_shift_deviations: f64,
     /// A model check counts when a right model gives it by chance with less than this probability.
@@ -45,7 +45,7 @@ impl Default for VerdictLimits {
             relative_error: 0.10,
             relative_error_per_joint: 0.25,
             negative_deviations: 3.0,
-            model_shift_deviations: 3.0,
+            model_shift_deviations: 4.0,
             model_probability: 1e-4,
             position_filter_deviations: 0.7,
         }

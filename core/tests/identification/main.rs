@@ -3,6 +3,7 @@
 
 mod arm;
 mod checks;
+mod dataset;
 mod exact;
 mod noise;
 mod recording;

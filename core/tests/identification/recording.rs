@@ -1,7 +1,7 @@
 //! The real recording of a TX40, against an independent implementation of the same recipe.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
@@ -9,6 +9,8 @@ use didim_core::identification::{
     Signals, VerdictLimits, idim_ls,
 };
 use didim_core::robot::{Robot, SignModel};
+
+use crate::dataset::{columns, datasets};
 
 const TX40: &str = include_str!("../../../config/robots/tx40.toml");
 
@@ -43,28 +45,6 @@ const EXPECTED: [(&str, f64, f64, f64, f64); 28] = [
     ("fv_m6", 0.62596938, 0.00949, 0.61858346, 0.00939),
     ("fc_m6", 1.9010842, 0.0659, 1.965221, 0.0669),
 ];
-
-/// The folder of the data sets, which are not part of the project.
-#[expect(clippy::disallowed_methods, clippy::print_stdout, reason = "where the data are")]
-fn datasets() -> Option<PathBuf> {
-    let folder = std::env::var("DIDIM_DATASETS").ok().map(PathBuf::from);
-    if folder.is_none() {
-        println!("SKIPPED: DIDIM_DATASETS is not set");
-    }
-    folder
-}
-
-#[expect(clippy::disallowed_methods, reason = "a test reads its data")]
-fn columns(path: &Path) -> Vec<Vec<f64>> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut columns = vec![Vec::new(); 6];
-    for line in text.lines().skip(1) {
-        for (column, field) in columns.iter_mut().zip(line.split(',')) {
-            column.push(field.trim().parse().unwrap());
-        }
-    }
-    columns
-}
 
 fn options() -> IdimLsOptions {
     IdimLsOptions {
@@ -128,7 +108,10 @@ fn check(found: &Identification, values: impl Fn(usize) -> (f64, f64), figures: 
         let (value, sigma) = values(index);
         assert_eq!(parameter.name, EXPECTED[index].0);
         close(parameter.value, value, 1e-6 * value.abs(), &parameter.name);
-        close(parameter.standard_deviation, sigma, 6e-3 * sigma, &parameter.name);
+        close(parameter.classical_standard_deviation, sigma, 6e-3 * sigma, &parameter.name);
+        // Two halves of the record differ by two to four classical σ.
+        let correction = parameter.standard_deviation / parameter.classical_standard_deviation;
+        assert!((1.5..3.0).contains(&correction), "{}: {correction}", parameter.name);
     }
     close(estimate.unweighted_condition_number, figures.condition_numbers.0, 0.051, "condition");
     close(estimate.condition_number, figures.condition_numbers.1, 0.051, "weighted condition");
@@ -139,7 +122,14 @@ fn check(found: &Identification, values: impl Fn(usize) -> (f64, f64), figures: 
         let durbin_watson = estimate.durbin_watson_per_joint[joint];
         close(durbin_watson, figures.durbin_watson[joint], 5.1e-3, "Durbin–Watson");
     }
-    assert!(estimate.verdict.applicable, "{:?}", estimate.verdict.reasons);
+    // Coulomb friction depends on the sign model by ten per cent, which its deviation does not say.
+    let [reason] = estimate.verdict.reasons.as_slice() else {
+        panic!("one reason: {:?}", estimate.verdict)
+    };
+    assert!(
+        reason.contains("friction law of joint 1") && reason.contains("sign model"),
+        "{reason}"
+    );
     // Kept samples 300, 400, …, 37,400.
     assert_eq!(found.fit.time_s.len(), 372);
     close(found.fit.time_s[371], 7.48, 1e-12, "time of the last row");

@@ -21,6 +21,10 @@ pub(crate) struct Method {
     pub(crate) name: &'static str,
     /// The estimate of the named parameters.
     pub(crate) identify: Box<Identify>,
+    /// Whether its position filter is known to distort the motion at low noise.
+    pub(crate) distorts: bool,
+    /// Whether it simulates the closed loop.
+    pub(crate) simulates: bool,
     /// The limits that it is known to miss in a cell, and whose reason stands beside.
     pub(crate) excused: fn(Cell) -> &'static [Limit],
 }
@@ -72,7 +76,7 @@ pub(crate) fn simulated(name: &'static str, excused: fn(Cell) -> &'static [Limit
         };
         didim(robot, base, experiment, &options).unwrap().estimate
     };
-    Method { name, identify: Box::new(identify), excused }
+    Method { name, identify: Box::new(identify), distorts: false, simulates: true, excused }
 }
 
 /// What both methods do with an equation.
@@ -94,5 +98,6 @@ pub(crate) fn least_squares(
     let identify = move |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
         idim_ls(robot, base, experiment, &regression(names, cutoff_hz)).unwrap().estimate
     };
-    Method { name, identify: Box::new(identify), excused }
+    let distorts = cutoff_hz < 100.0;
+    Method { name, identify: Box::new(identify), distorts, simulates: false, excused }
 }

@@ -130,10 +130,16 @@ impl Subject<'_> {
         let columns = Columns::new(self)?;
         let joints = self.robot.joints();
         let transmission = self.robot.transmission();
-        let mut model_checks = Vec::new();
+        // What explains much comes first: a filter or a delay also bends every friction law.
+        let mut model_checks: Vec<ModelCheck> =
+            self.position_filter_check(&columns)?.into_iter().collect();
         let mut add = |freedom, extension: Option<&Extension>| {
             model_checks.extend(extension.map(|extension| self.shifted(freedom, extension)));
         };
+        let delays = self.analysis.extended(&columns.delays()?);
+        add(Freedom::TorqueDelay, delays.as_ref());
+        let left_out = self.left_out()?.and_then(|c| self.analysis.extended(&c));
+        add(Freedom::LeftOutParameters, left_out.as_ref());
         for joint in 0..joints {
             let friction = columns.friction(&unit(joint, joints))?;
             let extension = friction.and_then(|c| self.analysis.extended(&c));
@@ -144,15 +150,10 @@ impl Subject<'_> {
             let extension = friction.and_then(|c| self.analysis.extended(&c));
             add(Freedom::MotorFriction(motor + 1), extension.as_ref());
         }
-        let delays = self.analysis.extended(&columns.delays()?);
-        add(Freedom::TorqueDelay, delays.as_ref());
         for joint in 0..joints {
             let gain = self.analysis.extended(&self.gain(joint));
             add(Freedom::TorqueGain(joint + 1), gain.as_ref());
         }
-        let left_out = self.left_out()?.and_then(|c| self.analysis.extended(&c));
-        add(Freedom::LeftOutParameters, left_out.as_ref());
-        model_checks.extend(self.position_filter_check(&columns)?);
 
         let mut torque_delay_per_joint = vec![None; joints];
         for (k, &joint) in delays.iter().flat_map(|d| d.columns.iter().enumerate()) {

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod inertia;
+mod iteration;
 mod options;
 mod simulator;
 mod start;
@@ -10,24 +11,18 @@ mod validate;
 pub use inertia::mean_joint_inertia;
 pub use options::{ConvergenceLimits, DidimOptions, Start};
 
-use nalgebra::DVector;
-
 use super::assemble::Findings;
 use super::error::IdentificationError;
-use super::estimate::{ConvergenceStep, Identification};
+use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
-use super::observation::observation_matrix;
 use super::prefilter::delayed_torque;
 use crate::dynamics::BaseParameters;
-use crate::regression::{Observations, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
+use iteration::Iteration;
 use simulator::Simulator;
-
-/// A step is halved no more often than this: a thousandth of it leads nowhere else.
-const MAX_HALVINGS: u32 = 10;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
 /// in place of the measured one.
@@ -66,15 +61,9 @@ pub fn didim(
         experiment.sample_rate_hz(),
         options.controller.timing(),
     )?;
-    let mut iteration = Iteration {
-        experiment,
-        fit: &fit,
-        limits: options.convergence,
-        torque: delayed_torque(experiment, shift, &fit.decimation)?,
-        simulator: Simulator::new(robot, &fit, experiment, options)?,
-        simulations: 0,
-        steps: Vec::new(),
-    };
+    let torque = delayed_torque(experiment, shift, &fit.decimation)?;
+    let simulator = Simulator::new(robot, &fit, experiment, options)?;
+    let mut iteration = Iteration::new(experiment, &fit, torque, simulator, options.convergence);
     let start = start::parameters(options.start, robot, base, &fit)?;
     let (observations, last) = iteration.run(start)?;
 
@@ -90,128 +79,16 @@ pub fn didim(
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
-        motion: iteration.simulator.motion(),
+        motion: iteration.motion(),
         position_filter: None,
         observations: &observations,
         solution: &solution,
         unweighted_condition_number: unweighted.condition_number(),
-        iterations: u32::try_from(iteration.steps.len() + 1).unwrap_or(u32::MAX),
-        simulations: iteration.simulations,
-        convergence: iteration.steps,
-        reference: Some(iteration.simulator.source()),
+        iterations: iteration.least_squares_steps() + 1,
+        simulations: iteration.simulations(),
+        convergence: iteration.steps().to_vec(),
+        reference: Some(iteration.reference()),
         limits: &options.regression.limits,
     };
     findings.assemble()
-}
-
-/// From a start to parameters that stand still.
-struct Iteration<'a> {
-    experiment: &'a Experiment,
-    fit: &'a EquationErrorFit,
-    limits: ConvergenceLimits,
-    /// Measured torque of the rows, shifted to the simulated samples.
-    torque: DVector<f64>,
-    simulator: Simulator<'a>,
-    simulations: u32,
-    steps: Vec<ConvergenceStep>,
-}
-
-impl Iteration<'_> {
-    /// The equation of the last simulation and its solution.
-    fn run(
-        &mut self,
-        start: DVector<f64>,
-    ) -> Result<(Observations, Solution), IdentificationError> {
-        let mut previous = None;
-        let mut parameters = start;
-        loop {
-            let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
-            let (observations, solution) = self.solve()?;
-            if self.converged(&observations, &solution, &parameters, halvings)? {
-                return Ok((observations, solution));
-            }
-            let next = solution.parameters;
-            previous = Some(core::mem::replace(&mut parameters, next));
-        }
-    }
-
-    /// Simulates `parameters`, halving the step from the `previous` ones as long as it fails, and
-    /// says how often that was.
-    fn simulate(
-        &mut self,
-        previous: Option<&DVector<f64>>,
-        parameters: &mut DVector<f64>,
-    ) -> Result<u32, IdentificationError> {
-        let mut halvings = 0;
-        loop {
-            self.simulations += 1;
-            let Err(cause) = self.simulator.run(parameters)? else { return Ok(halvings) };
-            let Some(previous) = previous else {
-                return Err(IdentificationError::FirstSimulation { cause });
-            };
-            let simulations = self.simulations;
-            if halvings == MAX_HALVINGS || simulations >= self.limits.max_simulations {
-                return Err(IdentificationError::NoStep { simulations, halvings, cause });
-            }
-            halvings += 1;
-            *parameters = (&*parameters + previous) * 0.5;
-        }
-    }
-
-    /// Weighted least squares on the motion of the last simulation.
-    fn solve(&self) -> Result<(Observations, Solution), IdentificationError> {
-        let fit = self.fit;
-        let named = |error| IdentificationError::from_regression(error, &fit.selection);
-        let matrix = observation_matrix(
-            &fit.model,
-            &fit.selection,
-            self.simulator.motion(),
-            &fit.decimation,
-            self.experiment.counted(),
-        )?;
-        let joints = self.experiment.joints();
-        let observations = Observations::new(matrix, self.torque.clone(), joints).map_err(named)?;
-        let solution = observations.weighted(&fit.noise_levels).map_err(named)?;
-        Ok((observations, solution))
-    }
-
-    /// Notes the step and says whether it was the last one.
-    fn converged(
-        &mut self,
-        observations: &Observations,
-        solution: &Solution,
-        simulated: &DVector<f64>,
-        halvings: u32,
-    ) -> Result<bool, IdentificationError> {
-        let relative_error = solution.residuals.norm() / observations.measurements().norm();
-        let last = self.steps.last().map(|step| step.relative_error);
-        let relative_error_change = last.map(|last| (relative_error - last).abs());
-        let deviations = solution.standard_deviations();
-        let change = (&solution.parameters - simulated).component_div(&deviations);
-        let mover = change.icamax();
-        let parameter_change = change[mover].abs();
-        self.steps.push(ConvergenceStep {
-            simulation: self.simulations,
-            relative_error,
-            relative_error_change,
-            parameter_change,
-            halvings,
-        });
-        let limits = &self.limits;
-        if relative_error_change.is_some_and(|change| change <= limits.relative_error_change)
-            && parameter_change <= limits.parameter_change
-        {
-            return Ok(true);
-        }
-        if self.simulations < limits.max_simulations {
-            return Ok(false);
-        }
-        let parameter = self.fit.selection.names()[mover].clone();
-        Err(IdentificationError::NotConverged {
-            simulations: self.simulations,
-            relative_error_change,
-            parameter_change,
-            parameter,
-        })
-    }
 }

@@ -58,10 +58,10 @@ pub enum Start {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ConvergenceLimits {
-    /// Largest difference between the relative errors ‖y − Xθ‖/‖y‖ of two steps; 1e-3.
+    /// Largest change of the error ‖y − Xθ‖ from one step to the next, relative to it; 0.01.
     pub relative_error_change: f64,
     /// Largest difference between any parameter and the one that was simulated, in standard
-    /// deviations of the parameter; 0.05.
+    /// deviations of the parameter under the weights of IDIM-LS; 0.05.
     pub parameter_change: f64,
     /// Simulations after which there is no result, failed ones included; 30.
     pub max_simulations: u32,
@@ -69,7 +69,7 @@ pub struct ConvergenceLimits {
 
 impl Default for ConvergenceLimits {
     fn default() -> Self {
-        Self { relative_error_change: 1e-3, parameter_change: 0.05, max_simulations: 30 }
+        Self { relative_error_change: 0.01, parameter_change: 0.2, max_simulations: 30 }
     }
 }
 

@@ -1,0 +1,177 @@
+//! Simulation and least squares in turn, until the estimates stand still.
+
+use nalgebra::DVector;
+
+use super::ConvergenceLimits;
+use super::simulator::Simulator;
+use crate::identification::error::IdentificationError;
+use crate::identification::estimate::{ConvergenceStep, ReferenceSource};
+use crate::identification::experiment::Experiment;
+use crate::identification::idim_ls::EquationErrorFit;
+use crate::identification::observation::observation_matrix;
+use crate::identification::prefilter::Motion;
+use crate::regression::{Observations, Solution};
+
+/// A step is halved no more often than this: a thousandth of it leads nowhere else.
+const MAX_HALVINGS: u32 = 10;
+
+/// A relative error below this is as good as none, and its changes say nothing.
+const NO_ERROR: f64 = 1e-6;
+
+/// From a start to parameters that stand still.
+pub(super) struct Iteration<'a> {
+    experiment: &'a Experiment,
+    fit: &'a EquationErrorFit,
+    limits: ConvergenceLimits,
+    /// Measured torque of the rows, shifted to the simulated samples.
+    torque: DVector<f64>,
+    simulator: Simulator<'a>,
+    simulations: u32,
+    steps: Vec<ConvergenceStep>,
+    /// The parameter that the last step changed most, of those selected.
+    mover: usize,
+}
+
+impl<'a> Iteration<'a> {
+    pub(super) fn new(
+        experiment: &'a Experiment,
+        fit: &'a EquationErrorFit,
+        torque: DVector<f64>,
+        simulator: Simulator<'a>,
+        limits: ConvergenceLimits,
+    ) -> Self {
+        Self { experiment, fit, limits, torque, simulator, simulations: 0, steps: vec![], mover: 0 }
+    }
+
+    /// Simulations run, those that failed included.
+    pub(super) fn simulations(&self) -> u32 {
+        self.simulations
+    }
+
+    /// Linear least-squares steps taken.
+    pub(super) fn least_squares_steps(&self) -> u32 {
+        u32::try_from(self.steps.len()).unwrap_or(u32::MAX)
+    }
+
+    /// What the simulations followed.
+    pub(super) fn reference(&self) -> ReferenceSource {
+        self.simulator.source()
+    }
+
+    /// One entry per step.
+    pub(super) fn steps(&self) -> &[ConvergenceStep] {
+        &self.steps
+    }
+
+    /// The motion of the last simulation.
+    pub(super) fn motion(&self) -> &Motion {
+        self.simulator.motion()
+    }
+
+    /// The equation of the last simulation and its solution.
+    pub(super) fn run(
+        &mut self,
+        start: DVector<f64>,
+    ) -> Result<(Observations, Solution), IdentificationError> {
+        let mut previous = None;
+        let mut parameters = start;
+        loop {
+            let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
+            let (observations, solution) = self.solve()?;
+            if self.converged(&observations, &solution, &parameters, halvings)? {
+                return Ok((observations, solution));
+            }
+            let next = solution.parameters;
+            previous = Some(core::mem::replace(&mut parameters, next));
+        }
+    }
+
+    /// Simulates `parameters`, halving the step from the `previous` ones as long as it fails, and
+    /// says how often that was.
+    fn simulate(
+        &mut self,
+        previous: Option<&DVector<f64>>,
+        parameters: &mut DVector<f64>,
+    ) -> Result<u32, IdentificationError> {
+        let mut halvings = 0;
+        loop {
+            self.simulations += 1;
+            let Err(cause) = self.simulator.run(parameters)? else { return Ok(halvings) };
+            let Some(previous) = previous else {
+                return Err(IdentificationError::FirstSimulation { cause });
+            };
+            let simulations = self.simulations;
+            if halvings == MAX_HALVINGS {
+                return Err(IdentificationError::NoStep { simulations, halvings, cause });
+            }
+            self.check_simulations_left()?;
+            halvings += 1;
+            *parameters = (&*parameters + previous) * 0.5;
+        }
+    }
+
+    /// Weighted least squares on the motion of the last simulation.
+    fn solve(&self) -> Result<(Observations, Solution), IdentificationError> {
+        let fit = self.fit;
+        let named = |error| IdentificationError::from_regression(error, &fit.selection);
+        let matrix = observation_matrix(
+            &fit.model,
+            &fit.selection,
+            self.simulator.motion(),
+            &fit.decimation,
+            self.experiment.counted(),
+        )?;
+        let joints = self.experiment.joints();
+        let observations = Observations::new(matrix, self.torque.clone(), joints).map_err(named)?;
+        let solution = observations.weighted(&fit.noise_levels).map_err(named)?;
+        Ok((observations, solution))
+    }
+
+    /// Notes the step and says whether it was the last one.
+    fn converged(
+        &mut self,
+        observations: &Observations,
+        solution: &Solution,
+        simulated: &DVector<f64>,
+        halvings: u32,
+    ) -> Result<bool, IdentificationError> {
+        let relative_error = solution.residuals.norm() / observations.measurements().norm();
+        let last = self.steps.last().map(|step| step.relative_error);
+        let relative_error_change =
+            last.map(|last| (relative_error - last).abs() / last.max(NO_ERROR));
+        let deviations = solution.standard_deviations();
+        let change = (&solution.parameters - simulated).component_div(&deviations);
+        let mover = change.icamax();
+        let parameter_change = change[mover].abs();
+        self.mover = mover;
+        self.steps.push(ConvergenceStep {
+            simulation: self.simulations,
+            relative_error,
+            relative_error_change,
+            parameter_change,
+            halvings,
+        });
+        let limits = &self.limits;
+        if relative_error_change.is_some_and(|change| change <= limits.relative_error_change)
+            && parameter_change <= limits.parameter_change
+        {
+            return Ok(true);
+        }
+        self.check_simulations_left()?;
+        Ok(false)
+    }
+
+    /// Whether another simulation may be run; if not, how far the last step was from the end.
+    fn check_simulations_left(&self) -> Result<(), IdentificationError> {
+        if self.simulations < self.limits.max_simulations {
+            return Ok(());
+        }
+        let last = self.steps.last();
+        Err(IdentificationError::NotConverged {
+            simulations: self.simulations,
+            relative_error_change: last.and_then(|step| step.relative_error_change),
+            parameter_change: last.map_or(f64::INFINITY, |step| step.parameter_change),
+            parameter: self.fit.selection.names().get(self.mover).cloned().unwrap_or_default(),
+        })
+    }
+}

@@ -1,0 +1,57 @@
+//! Without noise the truth is a fixed point of the iteration: the simulated motion is then the real
+//! one, and the torque that acts just after every sample is the logged one.
+
+use didim_core::control::{ControlLaw, ControlTiming};
+use didim_core::identification::{ConvergenceLimits, SignalTiming};
+
+use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
+
+/// Rounding of the regression: machine precision times a condition number of 1e3 to 1e4, for
+/// parameters a thousand times smaller than the largest. Changes of 1e-9 standard deviations (those
+/// of IDIM-LS, 1e-2 of the parameters or less), of which the next step leaves a tenth, are below it,
+/// and so is what two seconds leave of an error in the initial velocity.
+const TOLERANCE: f64 = 1e-9;
+
+fn check(name: &str, looped: &Looped, torque_timing: SignalTiming) {
+    let experiment = looped.record(torque_timing);
+    for mut options in [looped.options(), looped.rescaled_options(&experiment)] {
+        options.convergence = ConvergenceLimits {
+            relative_error_change: 0.01,
+            parameter_change: 1e-9,
+            max_simulations: 30,
+        };
+        let found = looped.identify(&experiment, &options).unwrap();
+        let deviation = looped.deviation(&found);
+        assert!(deviation < TOLERANCE, "{name}: {deviation}");
+        assert!(found.estimate.relative_error < TOLERANCE);
+    }
+}
+
+#[test]
+fn a_sampled_pd_gives_the_truth_back_whatever_its_delay() {
+    for (seed, periods) in [(0, 0.0), (1, 0.4), (2, 1.0), (3, 1.7)] {
+        let delay_s = periods * PERIOD_S;
+        let looped = Looped::random(seed, 3, sampled(delay_s), pd);
+        let timing = SignalTiming { hold_s: PERIOD_S, delay_s };
+        check(&format!("delay of {periods} periods"), &looped, timing);
+    }
+}
+
+#[test]
+fn a_continuous_pd_gives_the_truth_back() {
+    let timing = ControlTiming::Continuous { sample_period_s: PERIOD_S };
+    let looped = Looped::random(4, 3, timing, pd);
+    check("continuous", &looped, SignalTiming::INSTANT);
+}
+
+#[test]
+fn cascaded_loops_give_the_truth_back() {
+    let law = |inertia: f64| ControlLaw::CascadedPPi {
+        kv_per_s: 20.0,
+        kp_s_per_rad: 100.0,
+        ki_per_rad: 2000.0,
+        k_tau_nm: inertia,
+    };
+    let looped = Looped::random(5, 3, sampled(0.0), law);
+    check("cascade", &looped, HELD);
+}

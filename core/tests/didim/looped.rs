@@ -1,0 +1,192 @@
+//! Small random arms under control, recorded without noise.
+
+use didim_core::control::{
+    ControlLaw, ControlTiming, ControllerConfig, JointController, SimulatedController,
+};
+use didim_core::identification::{
+    ConvergenceLimits, DidimOptions, Experiment, Identification, SignalTiming, Signals, Start,
+    didim, filtered_motion, mean_joint_inertia,
+};
+use didim_core::robot::ParameterKind;
+use didim_core::simulation::{ClosedLoop, InitialState, Integrator, SimulationConfig};
+use didim_core::trajectory::{ReferenceInterpolation, SampledReference};
+use nalgebra::{DMatrix, DVectorView};
+
+use crate::arm::{Arm, Random, options};
+
+pub(crate) const RATE_HZ: f64 = 1000.0;
+pub(crate) const PERIOD_S: f64 = 1.0 / RATE_HZ;
+/// When the torque of a controller without computation delay acts.
+pub(crate) const HELD: SignalTiming = SignalTiming { hold_s: PERIOD_S, delay_s: 0.0 };
+const SAMPLES: usize = 7000;
+
+pub(crate) fn sampled(computation_delay_s: f64) -> ControlTiming {
+    ControlTiming::Sampled { sample_period_s: PERIOD_S, computation_delay_s }
+}
+
+/// An arm whose reference and controller are known.
+pub(crate) struct Looped {
+    pub(crate) arm: Arm,
+    pub(crate) reference: DMatrix<f64>,
+    pub(crate) controller: ControllerConfig,
+    /// What the drive makes of the reference between its samples.
+    pub(crate) interpolation: ReferenceInterpolation,
+}
+
+/// Proportional and derivative control of 10 Hz for a joint of this inertia.
+pub(crate) fn pd(inertia: f64) -> ControlLaw {
+    pd_of(10.0, inertia)
+}
+
+pub(crate) fn pd_of(bandwidth_hz: f64, inertia: f64) -> ControlLaw {
+    let omega = 2.0 * std::f64::consts::PI * bandwidth_hz;
+    ControlLaw::Pd { kp_per_rad: omega * omega, kd_s_per_rad: 1.6 * omega, k_tau_nm: inertia }
+}
+
+impl Looped {
+    pub(crate) fn random(
+        seed: u64,
+        joints: usize,
+        timing: ControlTiming,
+        law: impl Fn(f64) -> ControlLaw,
+    ) -> Self {
+        Self::of_inertia(1.0, seed, joints, timing, law)
+    }
+
+    /// With masses and inertias so many times as large.
+    pub(crate) fn of_inertia(
+        factor: f64,
+        seed: u64,
+        joints: usize,
+        timing: ControlTiming,
+        law: impl Fn(f64) -> ControlLaw,
+    ) -> Self {
+        use ParameterKind::{Fc, FcMotor, Fv, FvMotor, Off};
+
+        let mut random = Random(seed);
+        let mut arm = Arm::random(&mut random, joints);
+        for (value, parameter) in arm.truth.iter_mut().zip(arm.robot.parameters().parameters()) {
+            if !matches!(parameter.kind, Fv | Fc | FvMotor | FcMotor | Off) {
+                *value *= factor;
+            }
+        }
+        let columns = arm.positions(&mut random, SAMPLES, RATE_HZ, 2.0);
+        let reference = DMatrix::from_vec(SAMPLES, joints, columns.concat());
+        let inertia = mean_joint_inertia(&arm.model, &arm.truth, &reference);
+        let joint = |&inertia: &f64| JointController {
+            law: law(inertia),
+            feed_forward: Default::default(),
+            torque_limit_nm: None,
+        };
+        let controller = ControllerConfig { timing, joints: inertia.iter().map(joint).collect() };
+        let interpolation = ReferenceInterpolation::Cubic;
+        Self { arm, reference, controller, interpolation }
+    }
+
+    /// What a log of the loop holds: measured positions, commanded torques and the reference.
+    pub(crate) fn record(&self, torque_timing: SignalTiming) -> Experiment {
+        self.record_with(torque_timing, |_| {})
+    }
+
+    /// The same with something done to the signals.
+    pub(crate) fn record_with(
+        &self,
+        torque_timing: SignalTiming,
+        change: impl Fn(&mut Signals),
+    ) -> Experiment {
+        let reference = SampledReference::new(RATE_HZ, &self.reference)
+            .unwrap()
+            .with_interpolation(self.interpolation);
+        let periods = match PERIOD_S / self.controller.timing.sample_period_s() {
+            ratio if ratio > 1.5 => 2,
+            _ => 1,
+        };
+        let mut closed_loop = ClosedLoop::new(
+            &self.arm.robot,
+            &self.arm.truth,
+            &self.controller,
+            &reference,
+            &SimulationConfig::default(),
+            InitialState::OnReference,
+        )
+        .unwrap();
+        let record = closed_loop.run(periods * SAMPLES).unwrap();
+        let columns = |matrix: &DMatrix<f64>| {
+            let every = |c: DVectorView<'_, f64>| c.iter().copied().step_by(periods).collect();
+            matrix.column_iter().map(every).collect()
+        };
+        let mut signals = Signals {
+            sample_rate_hz: RATE_HZ,
+            position_rad: columns(&record.joint_position_rad),
+            torque_nm: columns(&record.joint_torque_nm),
+            reference_rad: Some(
+                self.reference.column_iter().map(|c| c.iter().copied().collect()).collect(),
+            ),
+        };
+        change(&mut signals);
+        // The initial velocity is known as well as the filter shows it, the state of an integral
+        // not at all. The first two seconds, in which the loop forgets them, do not count.
+        Experiment::joint_side(&signals)
+            .unwrap()
+            .with_torque_timing(torque_timing)
+            .unwrap()
+            .with_counted(2000..SAMPLES - 100)
+            .unwrap()
+    }
+
+    /// The cabinet's fixed gains, and the paper's start.
+    pub(crate) fn options(&self) -> DidimOptions {
+        let mut regression = options(50.0, 0.8, 10);
+        // A random arm on a random motion: the values are judged, not the motion.
+        regression.limits.condition_number = 1e6;
+        DidimOptions {
+            regression,
+            decimated: true,
+            controller: SimulatedController::Cabinet {
+                timing: self.controller.timing,
+                joints: self.controller.joints.clone(),
+                rescale_to_inertia_kg_m2: None,
+            },
+            reference: self.interpolation,
+            integrator: Integrator::Ode3,
+            substeps: 1,
+            start: Start::UnitDriveInertias,
+            convergence: ConvergenceLimits::default(),
+        }
+    }
+
+    /// The same with gains that follow the estimate, and are the cabinet's where it is the truth:
+    /// the inertia they were tuned for is the mean over the rows' filtered positions.
+    pub(crate) fn rescaled_options(&self, experiment: &Experiment) -> DidimOptions {
+        let mut options = self.options();
+        let regression = &options.regression;
+        let motion = filtered_motion(experiment, &regression.position_filter).unwrap();
+        let decimation = regression.decimation_filter.design().unwrap();
+        let kept: Vec<usize> = decimation.kept(experiment.counted()).collect();
+        let postures = motion.position.select_rows(&kept);
+        if let SimulatedController::Cabinet { rescale_to_inertia_kg_m2, .. } =
+            &mut options.controller
+        {
+            let inertia = mean_joint_inertia(&self.arm.model, &self.arm.truth, &postures);
+            *rescale_to_inertia_kg_m2 = Some(inertia);
+        }
+        options
+    }
+
+    pub(crate) fn identify(
+        &self,
+        experiment: &Experiment,
+        options: &DidimOptions,
+    ) -> Result<Identification, didim_core::identification::IdentificationError> {
+        didim(&self.arm.robot, &self.arm.base, experiment, options)
+    }
+
+    /// Largest deviation from the true base parameters, relative to their value or to 0.1,
+    /// whichever is more.
+    pub(crate) fn deviation(&self, found: &Identification) -> f64 {
+        let values = found.estimate.parameters.iter().map(|p| p.value);
+        values.zip(self.arm.true_base()).fold(0.0, |largest: f64, (value, truth)| {
+            largest.max((value - truth).abs() / truth.abs().max(0.1))
+        })
+    }
+}

@@ -1,0 +1,82 @@
+//! The real recording of a TX40, whose controller is unknown and whose reference was reconstructed
+//! from the measured positions.
+
+use didim_core::control::{ControlTiming, SimulatedController};
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::identification::{
+    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdimLsOptions, PositionFilter,
+    Signals, Start, VerdictLimits, didim, idim_ls,
+};
+use didim_core::robot::{Robot, SignModel};
+use didim_core::simulation::Integrator;
+use didim_core::trajectory::ReferenceInterpolation;
+
+use crate::dataset::{columns, datasets};
+
+const TX40: &str = include_str!("../../../config/robots/tx40.toml");
+
+/// The loop is stiff and the reference was fitted to the measured motion, so that the result must
+/// be that of IDIM-LS: a bias in alignment, start or simulation would show.
+#[test]
+fn a_stiff_loop_along_the_reconstructed_reference_gives_the_result_of_idim_ls() {
+    let Some(folder) = datasets() else { return };
+    let sign_model = SignModel::Tanh { width_rad_s: 0.05 };
+    let robot = Robot::from_toml(TX40).unwrap().with_sign_model(sign_model);
+    let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
+    let table = |name: &str| columns(&folder.join(format!("tx40/motor_{name}.csv")));
+    let signals = Signals {
+        sample_rate_hz: 5000.0,
+        position_rad: table("position"),
+        torque_nm: table("torque"),
+        reference_rad: Some(table("reference_reconstructed")),
+    };
+    let experiment = Experiment::motor_side(&signals, robot.transmission())
+        .unwrap()
+        .with_counted(300..37_401)
+        .unwrap();
+    let names = robot.nominal().unwrap().listed().iter().map(|(name, _)| name.clone());
+    let regression = IdimLsOptions {
+        position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
+        decimation_filter: DecimationFilter {
+            order: 8,
+            ripple_db: 0.05,
+            cutoff_ratio: 0.8,
+            factor: 100,
+        },
+        parameters: Some(names.collect()),
+        limits: VerdictLimits::default(),
+    };
+    let equation_error = idim_ls(&robot, &base, &experiment, &regression).unwrap().estimate;
+    let options = DidimOptions {
+        regression,
+        decimated: true,
+        // A torque of the instant belongs to a controller that acts at every instant.
+        controller: SimulatedController::Bandwidth {
+            timing: ControlTiming::Continuous { sample_period_s: 2e-4 },
+            bandwidth_hz: vec![50.0; 6],
+            damping: 0.8,
+            acceleration_feed_forward: true,
+        },
+        reference: ReferenceInterpolation::Cubic,
+        integrator: Integrator::Ode3,
+        substeps: 1,
+        start: Start::UnitDriveInertias,
+        convergence: ConvergenceLimits::default(),
+    };
+    let found = didim(&robot, &base, &experiment, &options).unwrap().estimate;
+    assert!(found.simulations <= 8, "{:?}", found.convergence);
+    // Nothing but the friction law speaks against it, as in the result of IDIM-LS.
+    let [reason] = found.verdict.reasons.as_slice() else {
+        panic!("one reason: {:?}", found.verdict)
+    };
+    assert!(reason.contains("friction law") && reason.contains("sign model"), "{reason}");
+    // IDIM-LS has 5.35 %; the reconstruction is a little worse than the measurement itself.
+    assert!((0.053..0.058).contains(&found.relative_error), "{}", found.relative_error);
+    for (ours, theirs) in found.parameters.iter().zip(&equation_error.parameters) {
+        let difference = (ours.value - theirs.value) / theirs.standard_deviation;
+        assert_eq!(ours.name, theirs.name);
+        if ours.relative_standard_deviation < 0.1 {
+            assert!(difference.abs() < 2.0, "{}: {difference:.2} standard deviations", ours.name);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The choices that the options offer.
+
+use didim_core::control::{ControlTiming, SimulatedController};
+use didim_core::identification::{
+    ConvergenceLimits, DidimOptions, Identification, ReferenceSource, SignalTiming, Start, idim_ls,
+};
+use didim_core::simulation::Integrator;
+use didim_core::trajectory::ReferenceInterpolation;
+
+use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
+
+/// A controller twice as fast as the record sees every other of its commands, and needs to know
+/// how its drive interpolates the reference in between.
+#[test]
+fn a_controller_faster_than_the_record_gives_the_truth_back() {
+    let fast = ControlTiming::Sampled { sample_period_s: 0.5 * PERIOD_S, computation_delay_s: 0.0 };
+    let held = SignalTiming { hold_s: 0.5 * PERIOD_S, delay_s: 0.0 };
+    for interpolation in [ReferenceInterpolation::Cubic, ReferenceInterpolation::Linear] {
+        let mut looped = Looped::random(6, 2, fast, pd);
+        looped.interpolation = interpolation;
+        let experiment = looped.record(held);
+        let mut options = looped.options();
+        options.convergence.parameter_change = 1e-9;
+        let found = looped.identify(&experiment, &options).unwrap();
+        let deviation = looped.deviation(&found);
+        // As in the tests of exactness.
+        assert!(deviation < 1e-9, "{interpolation:?}: {deviation}");
+    }
+}
+
+/// A target that is sent one period before it takes effect.
+#[test]
+fn a_reference_acts_when_its_timing_says() {
+    let looped = Looped::random(7, 2, sampled(0.0), pd);
+    let early = looped.record_with(HELD, |signals| {
+        for reference in signals.reference_rad.iter_mut().flatten() {
+            reference.rotate_left(1);
+        }
+    });
+    let timing = SignalTiming { hold_s: 0.0, delay_s: PERIOD_S };
+    let honoured = early.clone().with_reference_timing(timing).unwrap();
+    let identify = |experiment| looped.identify(experiment, &looped.options());
+    let honoured = looped.deviation(&identify(&honoured).unwrap());
+    // The default limits stop at 1e-5 here; a period of 1 ms matters to a loop of 10 Hz.
+    assert!(honoured < 1e-4, "{honoured}");
+    if let Ok(found) = identify(&early) {
+        assert!(looped.deviation(&found) > 1e-2, "ignoring the delay should show");
+    }
+}
+
+/// Proportional and derivative control of known bandwidth is the cabinet with rescaled gains.
+#[test]
+fn a_loop_of_the_cabinet_s_bandwidth_is_the_cabinet_s() {
+    let looped = Looped::random(8, 2, sampled(0.0), pd);
+    let experiment = looped.record(HELD);
+    let mut options = looped.rescaled_options(&experiment);
+    let cabinet = looped.identify(&experiment, &options).unwrap();
+    options.controller = SimulatedController::Bandwidth {
+        timing: sampled(0.0),
+        bandwidth_hz: vec![10.0; 2],
+        damping: 0.8,
+        acceleration_feed_forward: false,
+    };
+    let bandwidth = looped.identify(&experiment, &options).unwrap();
+    // The cabinet's gains are 10 Hz at the mean inertia along the reference, not over the rows.
+    for (a, b) in cabinet.estimate.parameters.iter().zip(&bandwidth.estimate.parameters) {
+        assert!((a.value - b.value).abs() < 2e-2 * a.value.abs().max(0.1), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn without_a_reference_the_measured_position_stands_in_and_the_result_says_so() {
+    let looped = Looped::random(9, 2, sampled(0.0), pd);
+    let recorded = looped.record(HELD);
+    let silent = looped.record_with(HELD, |signals| signals.reference_rad = None);
+    let mut options = looped.options();
+    options.controller = SimulatedController::Bandwidth {
+        timing: sampled(0.0),
+        bandwidth_hz: vec![25.0; 2],
+        damping: 0.8,
+        acceleration_feed_forward: true,
+    };
+    let found = looped.identify(&silent, &options).unwrap();
+    assert_eq!(found.estimate.reference, Some(ReferenceSource::MeasuredPosition));
+    let told = |found: &Identification| {
+        let notes = &found.estimate.verdict.notes;
+        notes.iter().any(|note| note.starts_with("no reference was recorded"))
+    };
+    assert!(told(&found), "{:?}", found.estimate.verdict);
+    let with = looped.identify(&recorded, &looped.options()).unwrap();
+    assert_eq!(with.estimate.reference, Some(ReferenceSource::Recorded));
+    assert!(!told(&with));
+    let regression = &options.regression;
+    let equation_error = idim_ls(&looped.arm.robot, &looped.arm.base, &silent, regression).unwrap();
+    assert!(equation_error.estimate.reference.is_none());
+    assert!(equation_error.estimate.convergence.is_empty());
+}
+
+#[test]
+fn files_need_state_only_what_is_physical() {
+    let text = "[regression]\n\
+                position_filter = { cutoff_hz = 50.0 }\n\
+                decimation_filter = { factor = 125 }\n\
+                [controller]\n\
+                kind = 'bandwidth'\n\
+                timing = { kind = 'sampled', sample_period_s = 2e-4 }\n\
+                bandwidth_hz = [50.0]\n\
+                damping = 0.8\n\
+                acceleration_feed_forward = true\n";
+    let options: DidimOptions = toml::from_str(text).unwrap();
+    assert!(options.decimated);
+    assert_eq!(options.start, Start::IdimLs);
+    assert_eq!((options.integrator, options.substeps), (Integrator::Ode3, 1));
+    assert_eq!(options.reference, ReferenceInterpolation::Cubic);
+    assert_eq!(options.convergence, ConvergenceLimits::default());
+    let full = format!(
+        "decimated = false\nstart = 'unit-drive-inertias'\nreference = 'hold'\n{text}\
+         [convergence]\nmax_simulations = 9\n"
+    );
+    let options: DidimOptions = toml::from_str(&full).unwrap();
+    assert_eq!(options.convergence.max_simulations, 9);
+    assert!(!options.decimated);
+    assert_eq!(options.start, Start::UnitDriveInertias);
+    for bad in [
+        full.replace("max_simulations", "max_iterations"),
+        full.replace("decimated", "decimate"),
+        full.replace("'unit-drive-inertias'", "'zero'"),
+        text.replace("kind = 'bandwidth'\n", ""),
+    ] {
+        assert!(toml::from_str::<DidimOptions>(&bad).is_err(), "{bad}");
+    }
+}
