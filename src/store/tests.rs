@@ -11,7 +11,6 @@ fn estimate(value: f64) -> Estimate {
         robot: "pendulum".into(),
         samples: 3,
         rows: 3,
-        parameters: vec![],
         condition_number: value,
         unweighted_condition_number: value,
         singular_values: SingularValues { max: value, min: 1.0 },
@@ -19,11 +18,8 @@ fn estimate(value: f64) -> Estimate {
         relative_error_per_joint: vec![0.1],
         rms_error_per_joint_nm: vec![f64::NAN],
         durbin_watson_per_joint: vec![2.0],
-        iterations: 1,
-        simulations: 0,
-        convergence: vec![],
-        reference: None,
         verdict: Verdict { applicable: true, ..Verdict::default() },
+        ..Estimate::default()
     }
 }
 

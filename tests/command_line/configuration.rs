@@ -46,7 +46,7 @@ const DAMAGES: &[Damage] = &[
     },
     Damage {
         file: CELL,
-        from: "position_filter = { cutoff_hz = 50.0 }",
+        from: "position_filter = { cutoff_hz = 200.0 }",
         to: "",
         names_line: false,
         says: &["tx40-packed-fd.toml", "missing field `position_filter`"],
@@ -60,7 +60,7 @@ const DAMAGES: &[Damage] = &[
     },
     Damage {
         file: CELL,
-        from: "position_filter = { cutoff_hz = 50.0 }",
+        from: "position_filter = { cutoff_hz = 200.0 }",
         to: "position_filter = { cut_off_hz = 50.0 }",
         names_line: true,
         says: &["unknown field `cut_off_hz`", "`cutoff_hz`"],
@@ -96,7 +96,7 @@ const DAMAGES: &[Damage] = &[
     // Values that cannot be meant.
     Damage {
         file: CELL,
-        from: "cutoff_hz = 50.0",
+        from: "cutoff_hz = 200.0",
         to: "cutoff_hz = 2500.0",
         names_line: false,
         says: &["identification.position_filter", "Nyquist", "2500"],

@@ -23,7 +23,7 @@ pub struct ParameterEstimate {
 }
 
 /// The extreme singular values of the weighted observation matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SingularValues {
     /// Largest.
     pub max: f64,
@@ -60,7 +60,7 @@ pub struct ConvergenceStep {
     pub simulation: u32,
     /// ‖y − Xθ‖ / ‖y‖ with X of this simulation and θ of the step from it.
     pub relative_error: f64,
-    /// Its change from the step before, relative to that step's.
+    /// Its change from the step before, relative to that step's, or to 1e-3 where that is less.
     pub relative_error_change: Option<f64>,
     /// Largest difference between a parameter of the step and the simulated one, in standard
     /// deviations of the step.
@@ -70,7 +70,7 @@ pub struct ConvergenceStep {
 }
 
 /// The result of one identification. Its JSON is a contract: see the command line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Estimate {
     /// Version of this record's layout.
     pub schema: u32,

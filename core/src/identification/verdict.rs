@@ -175,7 +175,13 @@ impl VerdictLimits {
             };
             let worst = kind.iter().max_by(by_shift)?;
             let (problem, remedy) = problem_and_remedy(worst.freedom);
-            let names: Vec<String> = kind.iter().map(|check| check.freedom.to_string()).collect();
+            // "friction law of joint 1, joint 2": what it is of, from the second on.
+            let names = kind.iter().enumerate().map(|(k, check)| {
+                let name = check.freedom.to_string();
+                let of = name.split(" of ").last().filter(|_| k > 0);
+                of.map_or(name.clone(), str::to_owned)
+            });
+            let names: Vec<String> = names.collect();
             Some(format!(
                 "the {} {problem}: otherwise {} would move by {:.1} standard deviations; {remedy}",
                 names.join(", "),

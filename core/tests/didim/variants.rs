@@ -39,9 +39,11 @@ fn a_reference_acts_when_its_timing_says() {
     });
     let timing = SignalTiming { hold_s: 0.0, delay_s: PERIOD_S };
     let honoured = early.clone().with_reference_timing(timing).unwrap();
-    let identify = |experiment| looped.identify(experiment, &looped.options());
+    let mut options = looped.options();
+    options.convergence.parameter_change = 0.01;
+    let identify = |experiment| looped.identify(experiment, &options);
     let honoured = looped.deviation(&identify(&honoured).unwrap());
-    // The default limits stop at 1e-5 here; a period of 1 ms matters to a loop of 10 Hz.
+    // These limits stop at 1e-5 here; a period of 1 ms matters to a loop of 10 Hz.
     assert!(honoured < 1e-4, "{honoured}");
     if let Ok(found) = identify(&early) {
         assert!(looped.deviation(&found) > 1e-2, "ignoring the delay should show");

@@ -15,8 +15,9 @@ use crate::regression::{Observations, Solution};
 /// A step is halved no more often than this: a thousandth of it leads nowhere else.
 const MAX_HALVINGS: u32 = 10;
 
-/// A relative error below this is as good as none, and its changes say nothing.
-const NO_ERROR: f64 = 1e-6;
+/// A relative error below this is small for any arm: its changes are held against this much, since
+/// without noise it would shrink for ever.
+const SMALL_ERROR: f64 = 1e-3;
 
 /// From a start to parameters that stand still.
 pub(super) struct Iteration<'a> {
@@ -138,7 +139,7 @@ impl<'a> Iteration<'a> {
         let relative_error = solution.residuals.norm() / observations.measurements().norm();
         let last = self.steps.last().map(|step| step.relative_error);
         let relative_error_change =
-            last.map(|last| (relative_error - last).abs() / last.max(NO_ERROR));
+            last.map(|last| (relative_error - last).abs() / last.max(SMALL_ERROR));
         let deviations = solution.standard_deviations();
         let change = (&solution.parameters - simulated).component_div(&deviations);
         let mover = change.icamax();

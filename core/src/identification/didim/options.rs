@@ -58,7 +58,8 @@ pub enum Start {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ConvergenceLimits {
-    /// Largest change of the error ‖y − Xθ‖ from one step to the next, relative to it; 0.01.
+    /// Largest change of the error ‖y − Xθ‖ from one step to the next, relative to it, or to 0.1 %
+    /// of ‖y‖ where it is less; 0.01.
     pub relative_error_change: f64,
     /// Largest difference between any parameter and the one that was simulated, in standard
     /// deviations of the parameter under the weights of IDIM-LS; 0.05.
