@@ -40,13 +40,9 @@ pub(crate) fn methods() -> Vec<Method> {
 
 fn excused_200_hz(cell: Cell) -> &'static [Limit] {
     match cell {
-        // The rows are 25 ms apart and the disturbance's correlation time is 20 ms: σ takes rows
-        // for independent that are not.
-        Cell { coloured: true, .. } => &[Limit::Rms, Limit::Within2, Limit::Within3],
         // The noise of the measured velocity softens the reversal of friction in the regressor.
-        Cell { noise: Noise::High, .. } => &[Limit::Mean],
-        // σ is too small by √(1/0.8) = 1.12, which the limit of 1.1 is to find.
-        Cell { noise: Noise::Low, .. } => &[Limit::Rms],
+        Cell { noise: Noise::High, coloured: false, .. } => &[Limit::Mean],
+        _ => &[],
     }
 }
 
