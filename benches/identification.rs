@@ -1,13 +1,22 @@
-//! IDIM-LS on 45,000 samples of six joints, 28 parameters: the paper's arm, simulated.
-#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
+//! IDIM-LS on 45,000 samples of six joints and DIDIM on 34,500, 28 parameters: the paper's arm,
+//! simulated.
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a benchmark prints, and fails by panicking"
+)]
 
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    DecimationFilter, Experiment, IdimLsOptions, PositionFilter, SignalTiming, Signals, idim_ls,
+    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdimLsOptions, PositionFilter,
+    SignalTiming, Signals, Start, VerdictLimits, didim, idim_ls,
 };
+use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{PlaybackConfig, Scenario};
 use nalgebra::DMatrix;
 
@@ -17,45 +26,49 @@ fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
 }
 
-/// 9 s at 5 kHz: rest, the motion, which is what counts, and rest.
-fn experiment(scenario: &Scenario) -> Experiment {
-    let lead_in_s = 0.5;
-    let playback = PlaybackConfig { lead_in_s, tail_s: 2.0, cycles: Some(1) };
+/// So many samples at 5 kHz: rest, the motion, which is what counts, and rest.
+fn experiment_of(scenario: &Scenario, samples: usize, lead_in_s: f64, tail_s: f64) -> Experiment {
+    let playback = PlaybackConfig { lead_in_s, tail_s, cycles: Some(1) };
     let record =
-        scenario.clone().with_playback(playback).unwrap().played_loop().unwrap().run(SAMPLES);
+        scenario.clone().with_playback(playback).unwrap().played_loop().unwrap().run(samples);
     let record = record.unwrap();
     let signals = Signals {
         sample_rate_hz: record.sample_rate_hz,
         position_rad: columns(&record.motor_position_rad),
         torque_nm: columns(&record.motor_torque_nm),
-        reference_rad: None,
+        reference_rad: Some(columns(&record.motor_reference_rad)),
     };
     let hold_s = scenario.controller().timing.sample_period_s();
+    let rest = (lead_in_s * record.sample_rate_hz).round() as usize;
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
         .unwrap()
-        .with_counted(2500..2500 + scenario.samples())
+        .with_counted(rest..rest + scenario.samples())
         .unwrap()
+}
+
+fn regression(scenario: &Scenario, cutoff_hz: f64, factor: usize) -> IdimLsOptions {
+    let essential = scenario.robot().nominal().unwrap().listed();
+    IdimLsOptions {
+        position_filter: PositionFilter { order: 4, cutoff_hz },
+        decimation_filter: DecimationFilter {
+            order: 8,
+            ripple_db: 0.05,
+            cutoff_ratio: 0.8,
+            factor,
+        },
+        parameters: Some(essential.iter().map(|(name, _)| name.clone()).collect()),
+        limits: VerdictLimits::default(),
+    }
 }
 
 fn identification(criterion: &mut Criterion) {
     let scenario = didim_sim::tx40_paper().unwrap();
     let robot = scenario.robot();
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    let experiment = experiment(&scenario);
-    let essential = robot.nominal().unwrap().listed();
-    let options = IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor: 100,
-        },
-        parameters: Some(essential.iter().map(|(name, _)| name.clone()).collect()),
-        limits: Default::default(),
-    };
+    let experiment = experiment_of(&scenario, SAMPLES, 0.5, 2.0);
+    let options = regression(&scenario, 200.0, 100);
     let found = idim_ls(robot, &base, &experiment, &options).unwrap().estimate;
     assert_eq!((found.samples, found.parameters.len()), (SAMPLES, 28));
     assert!(found.verdict.applicable, "{:?}", found.verdict.reasons);
@@ -68,5 +81,37 @@ fn identification(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, identification);
+/// The paper's case: 34,500 samples, fixed gains, from every drive inertia 1 and everything else 0.
+fn simulated(criterion: &mut Criterion) {
+    let scenario = didim_sim::tx40_paper().unwrap();
+    let robot = scenario.robot();
+    let base = BaseParameters::compute(&Model::new(robot)).unwrap();
+    let experiment = experiment_of(&scenario, scenario.samples(), 0.0, 0.0);
+    let options = DidimOptions {
+        regression: regression(&scenario, 200.0, 125),
+        decimated: true,
+        controller: SimulatedController::Cabinet {
+            timing: scenario.controller().timing,
+            joints: scenario.controller().joints.clone(),
+            rescale_to_inertia_kg_m2: None,
+        },
+        reference: ReferenceInterpolation::default(),
+        integrator: scenario.simulation().integrator,
+        substeps: scenario.simulation().substeps,
+        start: Start::UnitDriveInertias,
+        convergence: ConvergenceLimits::default(),
+    };
+    let found = didim(robot, &base, &experiment, &options).unwrap().estimate;
+    assert_eq!((found.samples, found.parameters.len()), (34_500, 28));
+    println!("didim_34500x6: {} simulations", found.simulations);
+
+    let mut group = criterion.benchmark_group("didim_34500x6");
+    group.sample_size(10).warm_up_time(Duration::from_millis(500));
+    group.bench_function("28_parameters", |bencher| {
+        bencher.iter(|| didim(robot, &base, &experiment, &options).unwrap());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, identification, simulated);
 criterion_main!(benches);

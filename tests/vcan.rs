@@ -258,8 +258,15 @@ fn replay(cell: &Installation, log: &Path) -> Vec<String> {
 
 /// The sender says what it sent; the witness has heard that and nothing else; the daemon accounts
 /// for every sample; and its result is the one of a replay of what the witness heard.
-fn everything_is_accounted_for(name: &str, period_s: f64, interface: &str) -> Result<(), Late> {
-    let cell = installation(name, interface, &[]);
+fn everything_is_accounted_for(
+    name: &str,
+    method: &str,
+    period_s: f64,
+    interface: &str,
+) -> Result<(), Late> {
+    let shipped = if name == PACKED { "idim-ls" } else { "didim" };
+    let [from, to] = [shipped, method].map(|method| format!("method = \"{method}\""));
+    let cell = installation(name, interface, &[(&from, &to)]);
     let witness = Witness::listen(interface);
     let daemon = Daemon::start(&cell, None);
     // 10 s on the bus: the motion of 6.8 s between rests.
@@ -290,17 +297,23 @@ fn everything_is_accounted_for(name: &str, period_s: f64, interface: &str) -> Re
     assert_eq!(live, replay(&cell, &log), "the daemon's results, and those of the replay");
     let result = json(&live[0]);
     assert_eq!(result["estimate"]["verdict"]["applicable"], true, "{result}");
+    assert_eq!(result["estimate"]["method"], method);
     Ok(())
 }
 
 #[test]
 fn packed_frames_at_5_khz_are_accounted_for_and_identified_as_offline() {
-    in_time(|interface| everything_is_accounted_for(PACKED, 2e-4, interface));
+    in_time(|interface| everything_is_accounted_for(PACKED, "idim-ls", 2e-4, interface));
+}
+
+#[test]
+fn packed_frames_at_5_khz_are_identified_by_didim_as_offline() {
+    in_time(|interface| everything_is_accounted_for(PACKED, "didim", 2e-4, interface));
 }
 
 #[test]
 fn cia_402_at_500_hz_is_accounted_for_and_identified_as_offline() {
-    in_time(|interface| everything_is_accounted_for("tx40-cia402", 2e-3, interface));
+    in_time(|interface| everything_is_accounted_for("tx40-cia402", "didim", 2e-3, interface));
 }
 
 /// `didim run` as [`Daemon::start`] calls it, to its end.

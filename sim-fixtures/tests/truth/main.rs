@@ -6,6 +6,7 @@
 mod common;
 
 mod cells;
+mod cutoff;
 mod deviations;
 mod hold;
 mod methods;

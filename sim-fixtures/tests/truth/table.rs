@@ -109,6 +109,17 @@ impl Table {
     }
 }
 
+/// Writes a figure beside the document, where the tables are written too.
+pub(crate) fn write_figure(name: &str, svg: &str) {
+    let path = std::path::Path::new(DOCUMENT).with_file_name("figures").join(name);
+    if std::env::var(WRITE).is_ok_and(|value| value == "1") {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, svg).unwrap();
+    } else {
+        assert!(path.is_file(), "{} is missing; {WRITE}=1 writes it", path.display());
+    }
+}
+
 #[test]
 fn numbers_may_differ_by_their_tolerance_and_words_may_not() {
     let column = Column::within("largest mean", 0.05);

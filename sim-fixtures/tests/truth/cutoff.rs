@@ -1,0 +1,159 @@
+//! What the position filter of IDIM-LS costs: smoothing at a low cut-off, noise at a high one.
+
+use std::fmt::Write as _;
+
+use didim_core::identification::Freedom;
+
+use crate::cells::{Cell, Noise, Parameters};
+use crate::common::experiment::experiment;
+use crate::deviations::{Run, Summary, in_parallel};
+use crate::methods::least_squares;
+use crate::table::{Column, Table, write_figure};
+
+const SEEDS: usize = 8;
+const CUTOFFS_HZ: [f64; 6] = [25.0, 50.0, 100.0, 200.0, 400.0, 800.0];
+const NOISES: [Noise; 2] = [Noise::Low, Noise::High];
+
+/// One cut-off at one noise level.
+struct Point {
+    summary: Summary,
+    /// What the verdict takes the largest bias for, in σ: the mean over the runs.
+    expected: f64,
+}
+
+/// The best cut-off depends on the noise; what the verdict expects of the bias is what it is.
+#[test]
+fn the_verdict_knows_what_the_position_filter_does() {
+    let methods = CUTOFFS_HZ.map(|hz| least_squares("IDIM-LS", hz, |_| &[]));
+    let cell = |noise| Cell { parameters: Parameters::Paper, noise, coloured: false };
+    let (base, names) = (Parameters::Paper.base(), Parameters::Paper.names());
+    let runs = in_parallel(NOISES.len() * SEEDS, |index| {
+        let (noise, seed) = (NOISES[index / SEEDS], index % SEEDS + 1);
+        let scenario = cell(noise).scenario(seed as u64);
+        let experiment = experiment(&scenario);
+        let run = |method: &crate::methods::Method| {
+            let estimate = (method.identify)(scenario.robot(), &base, &experiment, &names);
+            let of_filter =
+                |freedom| matches!(freedom, Freedom::PositionFilter | Freedom::PositionNoise);
+            let check = estimate.model_checks.iter().find(|check| of_filter(check.freedom));
+            let expected = check.unwrap().shift_deviations.abs();
+            (Run::new(&estimate, &scenario), expected)
+        };
+        methods.iter().map(run).collect::<Vec<_>>()
+    });
+    let (mut points, mut rows) = (Vec::new(), Vec::new());
+    for (noise, runs) in NOISES.into_iter().zip(runs.chunks(SEEDS)) {
+        for (index, cutoff_hz) in CUTOFFS_HZ.into_iter().enumerate() {
+            let summary = Summary::new(runs.iter().map(|run| &run[index].0));
+            let expected = runs.iter().map(|run| run[index].1).sum::<f64>() / SEEDS as f64;
+            let (mean, name) = &summary.largest_mean;
+            // The mean of 8 has a standard error of 0.35; the largest of 28 is beyond two of them
+            // without any bias.
+            if mean.abs() > 2.0 {
+                let what = format!("{noise:?}, {cutoff_hz} Hz: {expected} for {mean} of {name}");
+                assert_eq!(summary.applicable, 0, "{what}");
+                assert!((0.4..2.5).contains(&(expected / mean.abs())), "{what}");
+            }
+            rows.push(vec![
+                if noise == Noise::Low { "low" } else { "high" }.to_owned(),
+                format!("{cutoff_hz:.0}"),
+                format!("{:.2}", summary.rms),
+                format!("{mean:.2} {name}"),
+                format!("{expected:.2}"),
+                format!("{} of {SEEDS}", summary.applicable),
+            ]);
+            points.push(Point { summary, expected });
+        }
+    }
+    let columns = vec![
+        Column::exact("noise"),
+        Column::exact("cut-off [Hz]"),
+        Column::within("rms z", 0.02),
+        Column::within("largest mean z", 0.05),
+        Column::within("bias that the verdict expects [σ]", 0.05),
+        Column::exact("applicable"),
+    ];
+    let table = Table { name: "position filter", columns, rows };
+    println!("{}", table.markdown());
+    write_figure("position-filter.svg", &figure(&points));
+    table.check();
+}
+
+const PANEL: (f64, f64) = (400.0, 260.0);
+/// Room for the labels: left, top, right, bottom.
+const ROOM: [f64; 4] = [48.0, 56.0, 14.0, 40.0];
+const LARGEST_Z: f64 = 10.0;
+const SMALLEST_Z: f64 = 0.1;
+
+/// Bias over cut-off, a panel per noise level, both scales logarithmic.
+fn figure(points: &[Point]) -> String {
+    let [left, top, right, bottom] = ROOM;
+    let (width, height) = PANEL;
+    let (wide, tall) = (width - left - right, height - top - bottom);
+    let [first, last] = [CUTOFFS_HZ[0], CUTOFFS_HZ[CUTOFFS_HZ.len() - 1]];
+    let x = |hz: f64| left + (hz / first).ln() / (last / first).ln() * wide;
+    let y = |z: f64| {
+        let z = z.clamp(SMALLEST_Z, LARGEST_Z);
+        top + (LARGEST_Z / z).ln() / (LARGEST_Z / SMALLEST_Z).ln() * tall
+    };
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {height}\" role=\"img\">\
+         <title>Bias of IDIM-LS over the cut-off of its position filter</title><style>\
+         text{{font:12px system-ui,sans-serif;fill:#1d2530}}.paper{{fill:#fff}}\
+         .grid{{stroke:#d9dee5}}path{{fill:none;stroke-width:2}}.found{{stroke:#b3261e}}\
+         .expected{{stroke:#3d7a4f;stroke-dasharray:5 3}}.limit{{stroke:#9fb3c8}}\
+         @media screen and (prefers-color-scheme:dark){{text{{fill:#e4e8ed}}.paper{{fill:#14181d}}\
+         .grid{{stroke:#333c46}}.found{{stroke:#ff8a73}}.expected{{stroke:#7fc796}}}}</style>\
+         <rect class=\"paper\" width=\"{}\" height=\"{height}\"/>\n",
+        2.0 * width,
+        2.0 * width
+    );
+    for (panel, (noise, points)) in NOISES.iter().zip(points.chunks(CUTOFFS_HZ.len())).enumerate() {
+        let name = if *noise == Noise::Low { "low noise" } else { "high noise" };
+        writeln!(svg, "<g transform=\"translate({} 0)\">", panel as f64 * width).unwrap();
+        writeln!(
+            svg,
+            "<text x=\"{left}\" y=\"20\" font-weight=\"600\">{name}: largest bias of 28 parameters \
+             [σ]</text><path class=\"found\" d=\"M{left} 38h24\"/><text x=\"{}\" y=\"42\">found\
+             </text><path class=\"expected\" d=\"M{} 38h24\"/><text x=\"{}\" y=\"42\">expected by \
+             the verdict</text>",
+            left + 30.0,
+            left + 80.0,
+            left + 110.0
+        )
+        .unwrap();
+        for z in [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0] {
+            writeln!(
+                svg,
+                "<path class=\"grid\" style=\"stroke-width:1\" d=\"M{left} {0:.1}h{wide}\"/>\
+                 <text x=\"{1}\" y=\"{2:.1}\" text-anchor=\"end\">{z}</text>",
+                y(z),
+                left - 6.0,
+                y(z) + 4.0
+            )
+            .unwrap();
+        }
+        for hz in CUTOFFS_HZ {
+            writeln!(
+                svg,
+                "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\">{hz} Hz</text>",
+                x(hz),
+                top + tall + 20.0
+            )
+            .unwrap();
+        }
+        let curve = |value: &dyn Fn(&Point) -> f64| {
+            let points = CUTOFFS_HZ.iter().zip(points);
+            let points = points.map(|(hz, point)| format!("{:.1} {:.1}", x(*hz), y(value(point))));
+            format!("M{}", points.collect::<Vec<_>>().join("L"))
+        };
+        let found = curve(&|point| point.summary.largest_mean.0.abs());
+        let expected = curve(&|point| point.expected);
+        writeln!(
+            svg,
+            "<path class=\"expected\" d=\"{expected}\"/><path class=\"found\" d=\"{found}\"/></g>"
+        )
+        .unwrap();
+    }
+    svg + "</svg>\n"
+}
