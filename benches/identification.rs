@@ -27,8 +27,10 @@ fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 }
 
 /// So many samples at 5 kHz: rest, the motion, which is what counts, and rest.
-fn experiment_of(scenario: &Scenario, samples: usize, lead_in_s: f64, tail_s: f64) -> Experiment {
-    let playback = PlaybackConfig { lead_in_s, tail_s, cycles: Some(1) };
+fn experiment_of(scenario: &Scenario, samples: usize, rest: usize) -> Experiment {
+    let hold_s = scenario.controller().timing.sample_period_s();
+    let lead_in_s = rest as f64 * hold_s;
+    let playback = PlaybackConfig { lead_in_s, tail_s: 2.0, cycles: Some(1) };
     let record =
         scenario.clone().with_playback(playback).unwrap().played_loop().unwrap().run(samples);
     let record = record.unwrap();
@@ -38,8 +40,6 @@ fn experiment_of(scenario: &Scenario, samples: usize, lead_in_s: f64, tail_s: f6
         torque_nm: columns(&record.motor_torque_nm),
         reference_rad: Some(columns(&record.motor_reference_rad)),
     };
-    let hold_s = scenario.controller().timing.sample_period_s();
-    let rest = (lead_in_s * record.sample_rate_hz).round() as usize;
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
@@ -67,7 +67,7 @@ fn identification(criterion: &mut Criterion) {
     let scenario = didim_sim::tx40_paper().unwrap();
     let robot = scenario.robot();
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    let experiment = experiment_of(&scenario, SAMPLES, 0.5, 2.0);
+    let experiment = experiment_of(&scenario, SAMPLES, 2500);
     let options = regression(&scenario, 200.0, 100);
     let found = idim_ls(robot, &base, &experiment, &options).unwrap().estimate;
     assert_eq!((found.samples, found.parameters.len()), (SAMPLES, 28));
@@ -86,7 +86,7 @@ fn simulated(criterion: &mut Criterion) {
     let scenario = didim_sim::tx40_paper().unwrap();
     let robot = scenario.robot();
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    let experiment = experiment_of(&scenario, scenario.samples(), 0.0, 0.0);
+    let experiment = experiment_of(&scenario, scenario.samples(), 0);
     let options = DidimOptions {
         regression: regression(&scenario, 200.0, 125),
         decimated: true,
