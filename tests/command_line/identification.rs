@@ -51,6 +51,7 @@ fn one_object_with_the_promised_keys() {
         "relative_error_per_joint",
         "rms_error_per_joint_nm",
         "durbin_watson_per_joint",
+        "relative_prediction_deviation_per_joint",
         "durbin_watson_expected",
         "whiteness_per_joint",
         "effective_rows_per_joint",

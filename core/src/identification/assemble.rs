@@ -1,6 +1,6 @@
 //! From a solved regression to the record that leaves the library.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::checks::{Subject, indefinite_posture};
 use super::error::IdentificationError;
@@ -55,7 +55,8 @@ impl Findings<'_> {
         let filter = RowFilter::new(rows, decimation.cutoff_ratio().min(1.0), noise_power);
         let analysis = ResidualAnalysis::new(observations, solution, &filter);
         let classical = solution.standard_deviations();
-        let deviations = analysis.covariance().diagonal().map(f64::sqrt);
+        let covariance = analysis.covariance();
+        let deviations = covariance.diagonal().map(f64::sqrt);
         let mut standard = vec![0.0; self.model.parameter_names().len()];
         for (&column, &value) in selection.columns().iter().zip(solution.parameters.iter()) {
             standard[column] = value;
@@ -102,6 +103,10 @@ impl Findings<'_> {
             relative_error: statistics.relative_error,
             relative_error_per_joint: statistics.relative_error_per_joint,
             rms_error_per_joint_nm: statistics.rms_per_joint,
+            relative_prediction_deviation_per_joint: prediction_deviations(
+                observations,
+                &covariance,
+            ),
             durbin_watson_per_joint: statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
             whiteness_per_joint: analysis.spectrum().whiteness_per_joint(),
@@ -125,6 +130,17 @@ impl Findings<'_> {
         };
         Ok(Identification { estimate, fit })
     }
+}
+
+/// `√(tr(X_j Σ X_jᵀ)) / ‖y_j‖` of every joint.
+fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
+    let (x, y) = (observations.matrix(), observations.measurements());
+    let deviation = |joint: usize| {
+        let range = observations.joint_rows(joint);
+        let x = x.rows_range(range.clone());
+        (x * covariance).dot(&x).max(0.0).sqrt() / y.rows_range(range).norm()
+    };
+    (0..observations.joints()).map(deviation).collect()
 }
 
 fn per_joint(observations: &Observations, rows: &DVector<f64>) -> Vec<Vec<f64>> {

@@ -96,6 +96,9 @@ pub struct Estimate {
     pub relative_error_per_joint: Vec<f64>,
     /// Root mean square of the residual per joint \[N·m or N\].
     pub rms_error_per_joint_nm: Vec<f64>,
+    /// How uncertain the parameters make the torque of each joint along this motion: root mean
+    /// square of the standard deviation of X θ, relative to that of the torque.
+    pub relative_prediction_deviation_per_joint: Vec<f64>,
     /// Durbin–Watson statistic of the residual per joint.
     pub durbin_watson_per_joint: Vec<f64>,
     /// What white noise behind the decimation filter has.

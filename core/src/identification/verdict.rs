@@ -17,6 +17,9 @@ pub struct VerdictLimits {
     /// Largest condition number of the weighted, decimated observation matrix. 5000: the paper's
     /// useful results have up to 1178 (its tables 2 and 5), its poor one 7622.
     pub condition_number: f64,
+    /// How uncertain the parameters may make the torque of a joint along the window's own motion,
+    /// relative to that torque. 0.10: a short or quiet window then has too little to tell.
+    pub prediction_deviation: f64,
     /// Largest relative error ‖y − Xθ‖/‖y‖ over all joints. 0.10: a good model of an industrial arm
     /// reaches 0.04 to 0.07.
     pub relative_error: f64,
@@ -42,6 +45,7 @@ impl Default for VerdictLimits {
     fn default() -> Self {
         Self {
             condition_number: 5000.0,
+            prediction_deviation: 0.10,
             relative_error: 0.10,
             relative_error_per_joint: 0.25,
             negative_deviations: 3.0,
@@ -70,6 +74,7 @@ impl VerdictLimits {
     pub fn validate(&self) -> Result<(), LimitError> {
         for (name, value) in [
             ("condition_number", self.condition_number),
+            ("prediction_deviation", self.prediction_deviation),
             ("relative_error", self.relative_error),
             ("relative_error_per_joint", self.relative_error_per_joint),
             ("negative_deviations", self.negative_deviations),
@@ -116,6 +121,16 @@ impl VerdictLimits {
                  apart; move along a richer trajectory or identify fewer",
                 estimate.condition_number, self.condition_number
             ));
+        }
+        for (joint, &deviation) in (1..).zip(&estimate.relative_prediction_deviation_per_joint) {
+            if exceeds(deviation, self.prediction_deviation) {
+                reasons.push(format!(
+                    "the parameters leave the torque of joint {joint} uncertain by {:.1} %, above \
+                     {:.1} %: move longer or more, or identify fewer parameters",
+                    100.0 * deviation,
+                    100.0 * self.prediction_deviation
+                ));
+            }
         }
         if exceeds(estimate.relative_error, self.relative_error) {
             reasons.push(format!(

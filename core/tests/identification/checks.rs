@@ -174,3 +174,22 @@ fn a_position_filter_that_is_too_narrow_is_named() {
         assert_eq!(named, expected, "{cutoff_hz} Hz: {:?}", estimate.verdict.reasons);
     }
 }
+
+/// A window so short that σ is no small part of the parameters: the torque that they predict is
+/// uncertain, and the verdict says of which joint.
+#[test]
+fn a_window_that_tells_too_little_is_named() {
+    let mut bench = bench(50);
+    let mut random = Random(50);
+    for torque in &mut bench.torque {
+        torque.iter_mut().for_each(|tau| *tau += 100.0 * random.normal());
+    }
+    bench.options.limits.relative_error = 1.0;
+    bench.options.limits.relative_error_per_joint = 1.0;
+    let estimate = bench.identify();
+    let largest =
+        estimate.relative_prediction_deviation_per_joint.iter().copied().fold(0.0, f64::max);
+    let told = estimate.verdict.reasons.iter().any(|r| r.contains("leave the torque of joint"));
+    assert_eq!(told, largest > 0.1, "{largest}: {:?}", estimate.verdict.reasons);
+    assert!(told, "{:?}", estimate.relative_prediction_deviation_per_joint);
+}
