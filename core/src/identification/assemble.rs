@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::checks::{Subject, indefinite_posture};
+use super::checks::{PositionError, Subject, indefinite_posture};
 use super::error::IdentificationError;
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
@@ -10,7 +10,6 @@ use super::estimate::{
 };
 use super::experiment::Experiment;
 use super::method::Method;
-use super::options::PositionFilter;
 use super::prefilter::{Motion, row_times};
 use super::selection::Selection;
 use super::verdict::VerdictLimits;
@@ -30,8 +29,8 @@ pub(super) struct Findings<'a> {
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
-    /// The filter of the positions, where the motion is the measured one.
-    pub(super) position_filter: Option<&'a PositionFilter>,
+    /// Where the noise of the positions may do harm.
+    pub(super) position_error: PositionError,
     pub(super) observations: &'a Observations,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
@@ -69,7 +68,7 @@ impl Findings<'_> {
             experiment: self.experiment,
             decimation,
             motion: self.motion,
-            position_filter: self.position_filter,
+            position_error: &self.position_error,
             observations,
             analysis: &analysis,
             standard: &standard,

@@ -114,7 +114,8 @@ pub struct Estimate {
     pub model_checks: Vec<ModelCheck>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
-    /// Closed-loop simulations run, those that failed included.
+    /// Closed-loop simulations of the iteration, those that failed included; the check for position
+    /// noise takes two more.
     pub simulations: u32,
     /// The way there, for methods that iterate.
     #[serde(skip_serializing_if = "Vec::is_empty")]

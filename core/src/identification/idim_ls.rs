@@ -1,6 +1,7 @@
 //! IDIM-LS: the inverse dynamic identification model and least squares (paper, section 3.1).
 
 use super::assemble::Findings;
+use super::checks::PositionError;
 use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
@@ -48,7 +49,7 @@ pub fn idim_ls(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
-        position_filter: Some(&options.position_filter),
+        position_error: PositionError::InTheRegressor(options.position_filter),
         observations: &fit.observations,
         solution: &fit.weighted,
         unweighted_condition_number: fit.ordinary.condition_number(),

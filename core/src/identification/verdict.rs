@@ -267,8 +267,9 @@ fn problem_and_remedy(freedom: Freedom) -> (&'static str, &'static str) {
         }
         Freedom::PositionFilter => ("distorts the motion", "raise its cut-off"),
         Freedom::PositionNoise => (
-            "bends the regressor",
-            "lower the cut-off of the position filter, or simulate the motion (didim)",
+            "bends the friction law",
+            "lower it at its source, or allow for the bias; with idim-ls, lower the cut-off of the \
+             position filter",
         ),
     }
 }

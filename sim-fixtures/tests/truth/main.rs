@@ -52,7 +52,9 @@ fn standard_deviations_say_how_far_the_truth_is() {
             let mut row = cell.columns().to_vec();
             let missed = summary.missed();
             let excused = (method.excused)(*cell);
-            if !missed.iter().all(|limit| excused.contains(limit)) {
+            // What is biased must not be called applicable, at least not as a rule.
+            let told = summary.largest_mean.0.abs() <= 0.7 || 2 * summary.applicable <= seeds;
+            if !told || !missed.iter().all(|limit| excused.contains(limit)) {
                 not_excused.push(format!("{row:?}, {}: {missed:?} {summary:?}", method.name));
             }
             let missed: Vec<_> = missed.into_iter().map(Limit::name).collect();

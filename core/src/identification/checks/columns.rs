@@ -89,9 +89,21 @@ impl<'a> Columns<'a> {
         &self,
         other: &Motion,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let difference = &self.torque - torque_along(self.subject, other);
+        self.rows_of(&(&self.torque - torque_along(self.subject, other)))
+    }
+
+    /// Torque of the estimate along the whole motion, samples × joints \[N·m\].
+    pub(super) fn torque(&self) -> &DMatrix<f64> {
+        &self.torque
+    }
+
+    /// Torques along the whole motion, samples × joints, filtered and decimated.
+    pub(super) fn rows_of(
+        &self,
+        torque: &DMatrix<f64>,
+    ) -> Result<DVector<f64>, IdentificationError> {
         let mut rows = Vec::with_capacity(self.rows());
-        for column in difference.column_iter() {
+        for column in torque.column_iter() {
             rows.extend(self.filtered(column.iter().copied().collect())?.iter());
         }
         Ok(DVector::from_vec(rows))

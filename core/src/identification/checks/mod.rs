@@ -97,6 +97,17 @@ pub struct TorqueDelay {
     pub standard_deviation_s: f64,
 }
 
+/// Where the noise of the measured positions may do harm.
+pub(super) enum PositionError {
+    /// Nowhere: positions were not used.
+    None,
+    /// In the regressor, behind this filter, which may do harm itself.
+    InTheRegressor(PositionFilter),
+    /// In the loop that was recorded, and not in the one that was simulated: torques under half the
+    /// noise and all of it, samples × joints \[N·m\].
+    InTheLoop([DMatrix<f64>; 2]),
+}
+
 /// What the checks need.
 pub(super) struct Subject<'a> {
     pub(super) robot: &'a Robot,
@@ -107,8 +118,7 @@ pub(super) struct Subject<'a> {
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
-    /// The filter of the positions where the motion is measured.
-    pub(super) position_filter: Option<&'a PositionFilter>,
+    pub(super) position_error: &'a PositionError,
     pub(super) observations: &'a Observations,
     pub(super) analysis: &'a ResidualAnalysis<'a>,
     /// Standard parameters of the estimate.
@@ -132,7 +142,7 @@ impl Subject<'_> {
         let transmission = self.robot.transmission();
         // What explains much comes first: a filter or a delay also bends every friction law.
         let mut model_checks: Vec<ModelCheck> =
-            self.position_filter_check(&columns)?.into_iter().collect();
+            self.position_check(&columns)?.into_iter().collect();
         let mut add = |freedom, extension: Option<&Extension>| {
             model_checks.extend(extension.map(|extension| self.shifted(freedom, extension)));
         };
@@ -217,6 +227,24 @@ impl Subject<'_> {
         observation_matrix(self.model, &selection, self.motion, self.decimation, counted).map(Some)
     }
 
+    /// What the noise of the positions does.
+    fn position_check(
+        &self,
+        columns: &Columns<'_>,
+    ) -> Result<Option<ModelCheck>, IdentificationError> {
+        match self.position_error {
+            PositionError::None => Ok(None),
+            PositionError::InTheRegressor(filter) => self.position_filter_check(columns, filter),
+            // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
+            // the noise and biases the estimate.
+            PositionError::InTheLoop([half, all]) => {
+                let even = columns.rows_of(&((all - half * 2.0 + columns.torque()) * 2.0))?;
+                let shift = -self.analysis.influence().tr_mul(&even);
+                Ok(Some(self.check_of(Freedom::PositionNoise, None, &shift)))
+            }
+        }
+    }
+
     /// What position filter and position noise do to the estimate, from what another cut-off f
     /// would change: smoothing has an effect of f⁻², as far as it bends what changes suddenly, and
     /// the noise of the velocity one of f³, as its power.
@@ -229,8 +257,8 @@ impl Subject<'_> {
     fn position_filter_check(
         &self,
         columns: &Columns<'_>,
+        filter: &PositionFilter,
     ) -> Result<Option<ModelCheck>, IdentificationError> {
-        let Some(filter) = self.position_filter else { return Ok(None) };
         let nyquist_hz = 0.5 * self.experiment.sample_rate_hz();
         let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
         if widest <= 1.0 {

@@ -1,9 +1,10 @@
 //! Simulation and least squares in turn, until the estimates stand still.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::ConvergenceLimits;
 use super::simulator::Simulator;
+use crate::control::ControlTiming;
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{ConvergenceStep, ReferenceSource};
 use crate::identification::experiment::Experiment;
@@ -11,6 +12,7 @@ use crate::identification::idim_ls::EquationErrorFit;
 use crate::identification::observation::observation_matrix;
 use crate::identification::prefilter::Motion;
 use crate::regression::{Observations, Solution};
+use crate::simulation::{NoiseConfig, SimulationError};
 
 /// A step is halved no more often than this: a thousandth of it leads nowhere else.
 const MAX_HALVINGS: u32 = 10;
@@ -62,6 +64,20 @@ impl<'a> Iteration<'a> {
     /// One entry per step.
     pub(super) fn steps(&self) -> &[ConvergenceStep] {
         &self.steps
+    }
+
+    /// When the simulated controller computes.
+    pub(super) fn timing(&self) -> ControlTiming {
+        self.simulator.timing()
+    }
+
+    /// See [`Simulator::torque_with_noise`].
+    pub(super) fn torque_with_noise(
+        &self,
+        parameters: &DVector<f64>,
+        noise: NoiseConfig,
+    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
+        self.simulator.torque_with_noise(parameters, noise)
     }
 
     /// The motion of the last simulation.

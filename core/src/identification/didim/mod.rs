@@ -4,6 +4,7 @@ mod alignment;
 mod inertia;
 mod iteration;
 mod options;
+mod position_noise;
 mod simulator;
 mod start;
 mod validate;
@@ -12,6 +13,7 @@ pub use inertia::mean_joint_inertia;
 pub use options::{ConvergenceLimits, DidimOptions, Start};
 
 use super::assemble::Findings;
+use super::checks::PositionError;
 use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
@@ -71,6 +73,14 @@ pub fn didim(
     let noise_levels = observations.noise_levels(&last.residuals);
     let solution = observations.weighted(&noise_levels).map_err(named)?;
     let unweighted = observations.ordinary().map_err(named)?;
+    let noisy = position_noise::noisy_torques(
+        robot,
+        experiment,
+        &fit,
+        &options.regression.position_filter,
+        &iteration,
+        &solution.parameters,
+    )?;
     let findings = Findings {
         method: Method::Didim,
         robot,
@@ -80,7 +90,7 @@ pub fn didim(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: iteration.motion(),
-        position_filter: None,
+        position_error: noisy.map_or(PositionError::None, PositionError::InTheLoop),
         observations: &observations,
         solution: &solution,
         unweighted_condition_number: unweighted.condition_number(),

@@ -11,27 +11,35 @@ use crate::identification::experiment::Experiment;
 use crate::identification::idim_ls::EquationErrorFit;
 use crate::identification::prefilter::Motion;
 use crate::robot::Robot;
-use crate::simulation::{ClosedLoop, InitialState, SetupError, SimulationConfig, SimulationError};
+use crate::simulation::{
+    ClosedLoop, InitialState, NoiseConfig, SetupError, SimulationConfig, SimulationError,
+    StepOutput,
+};
 use crate::trajectory::SampledReference;
 
 /// A record's sample period this close to a whole multiple of the controller's, relative to it, is
 /// one: rates and periods are written with few digits.
 const WHOLE_MULTIPLE: f64 = 1e-6;
 
-/// Everything about the loop but the estimate.
+/// Simulates the loop with one estimate after the other.
 pub(super) struct Simulator<'a> {
+    setting: Setting<'a>,
+    source: ReferenceSource,
+    /// Controller periods per sample of the record.
+    periods: usize,
+    motion: Motion,
+}
+
+/// Everything about the loop but the estimate.
+struct Setting<'a> {
     robot: &'a Robot,
     fit: &'a EquationErrorFit,
     controller: &'a SimulatedController,
     reference: SampledReference,
-    source: ReferenceSource,
     config: SimulationConfig,
     initial: InitialState,
     /// Measured positions of the rows, over which inertias are averaged.
     postures: DMatrix<f64>,
-    /// Controller periods per sample of the record.
-    periods: usize,
-    motion: Motion,
 }
 
 impl<'a> Simulator<'a> {
@@ -57,12 +65,11 @@ impl<'a> Simulator<'a> {
             .with_delay_s(delay_s);
         let first = |signal: &DMatrix<f64>| signal.row(0).iter().copied().collect();
         let kept: Vec<usize> = fit.decimation.kept(experiment.counted()).collect();
-        Ok(Self {
+        let setting = Setting {
             robot,
             fit,
             controller: &options.controller,
             reference,
-            source,
             config: SimulationConfig {
                 integrator: options.integrator,
                 substeps: options.substeps,
@@ -73,9 +80,13 @@ impl<'a> Simulator<'a> {
                 velocity_rad_s: first(&fit.motion.velocity),
             },
             postures: fit.motion.position.select_rows(&kept),
-            periods,
-            motion: fit.motion.clone(),
-        })
+        };
+        Ok(Self { setting, source, periods, motion: fit.motion.clone() })
+    }
+
+    /// When the controller computes.
+    pub(super) fn timing(&self) -> ControlTiming {
+        self.setting.controller.timing()
     }
 
     /// Where the reference comes from.
@@ -92,6 +103,41 @@ impl<'a> Simulator<'a> {
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<(), SimulationError>, IdentificationError> {
+        let mut closed_loop = self.setting.closed_loop(parameters, None)?;
+        Ok(record(&mut closed_loop, self.periods, &mut self.motion))
+    }
+
+    /// The torque that acts just after every sample, samples × joints \[N·m\], in a simulation with
+    /// this noise.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub(super) fn torque_with_noise(
+        &self,
+        parameters: &DVector<f64>,
+        noise: NoiseConfig,
+    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
+        let mut closed_loop = self.setting.closed_loop(parameters, Some(noise))?;
+        let mut torque = DMatrix::zeros(self.motion.position.nrows(), self.motion.position.ncols());
+        let recorded = each_sample(&mut closed_loop, self.periods, torque.nrows(), |k, sample| {
+            set(&mut torque, k, &sample.true_torque_nm);
+        });
+        Ok(recorded.map(|()| torque))
+    }
+
+    /// The motion of the last simulation that [`run`](Self::run) completed.
+    pub(super) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+}
+
+impl Setting<'_> {
+    /// The loop with these selected parameters, every other parameter 0.
+    fn closed_loop(
+        &self,
+        parameters: &DVector<f64>,
+        noise: Option<NoiseConfig>,
+    ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
         let model = &self.fit.model;
         let mut standard = vec![0.0; model.parameter_names().len()];
         for (&column, &value) in self.fit.selection.columns().iter().zip(parameters.iter()) {
@@ -101,21 +147,15 @@ impl<'a> Simulator<'a> {
         let inertia = mean_joint_inertia(model, &standard, &self.postures);
         let controller = self.controller.for_inertia(&inertia);
         let controller = controller.map_err(|error| setup(SetupError::Control(error)))?;
-        let mut closed_loop = ClosedLoop::new(
+        ClosedLoop::new(
             self.robot,
             &standard,
             &controller,
             &self.reference,
-            &self.config,
+            &SimulationConfig { noise, ..self.config.clone() },
             self.initial.clone(),
         )
-        .map_err(setup)?;
-        Ok(record(&mut closed_loop, self.periods, &mut self.motion))
-    }
-
-    /// The motion of the last simulation that [`run`](Self::run) completed.
-    pub(super) fn motion(&self) -> &Motion {
-        &self.motion
+        .map_err(setup)
     }
 }
 
@@ -125,23 +165,36 @@ fn record(
     periods: usize,
     motion: &mut Motion,
 ) -> Result<(), SimulationError> {
-    let set = |signal: &mut DMatrix<f64>, k: usize, values: &[f64; MAX_JOINTS]| {
-        for (entry, value) in signal.row_mut(k).iter_mut().zip(values) {
-            *entry = *value;
-        }
-    };
-    for k in 0..motion.position.nrows() {
+    each_sample(closed_loop, periods, motion.position.nrows(), |k, sample| {
+        set(&mut motion.position, k, &sample.true_position_rad);
+        set(&mut motion.velocity, k, &sample.true_velocity_rad_s);
+        set(&mut motion.acceleration, k, &sample.true_acceleration_rad_s2);
+    })
+}
+
+/// Hands over one sample of the loop in so many `periods`, `samples` in all.
+fn each_sample(
+    closed_loop: &mut ClosedLoop<&SampledReference>,
+    periods: usize,
+    samples: usize,
+    mut take: impl FnMut(usize, &StepOutput),
+) -> Result<(), SimulationError> {
+    for k in 0..samples {
         if k > 0 {
             for _ in 1..periods {
                 closed_loop.step()?;
             }
         }
-        let sample = closed_loop.step()?;
-        set(&mut motion.position, k, &sample.true_position_rad);
-        set(&mut motion.velocity, k, &sample.true_velocity_rad_s);
-        set(&mut motion.acceleration, k, &sample.true_acceleration_rad_s2);
+        take(k, closed_loop.step()?);
     }
     Ok(())
+}
+
+/// One row of a signal.
+fn set(signal: &mut DMatrix<f64>, k: usize, values: &[f64; MAX_JOINTS]) {
+    for (entry, value) in signal.row_mut(k).iter_mut().zip(values) {
+        *entry = *value;
+    }
 }
 
 /// # Errors

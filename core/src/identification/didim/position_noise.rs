@@ -1,0 +1,75 @@
+//! What the noise of the measured positions does to the loop, and a simulation without it lacks.
+//!
+//! The controller differentiates the noise, the motors follow, and the joints shake. Where friction
+//! bends, that softens it: the torque of the noisy loop has a part that is even in the noise, and
+//! does not average out.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::iteration::Iteration;
+use crate::MAX_JOINTS;
+use crate::control::ControlTiming;
+use crate::identification::error::IdentificationError;
+use crate::identification::experiment::Experiment;
+use crate::identification::idim_ls::EquationErrorFit;
+use crate::identification::options::PositionFilter;
+use crate::robot::Robot;
+use crate::simulation::NoiseConfig;
+
+/// Chooses the noise: the same for every experiment, so that the same input gives the same result.
+const SEED: u64 = 1;
+
+/// Torques of the loop with these parameters under half the noise of the positions and all of it,
+/// the same noise otherwise, each samples × joints \[N·m\]. None under a continuous controller,
+/// which measures nothing, or where the noisy loop fails.
+pub(super) fn noisy_torques(
+    robot: &Robot,
+    experiment: &Experiment,
+    fit: &EquationErrorFit,
+    filter: &PositionFilter,
+    iteration: &Iteration<'_>,
+    parameters: &DVector<f64>,
+) -> Result<Option<[DMatrix<f64>; 2]>, IdentificationError> {
+    if matches!(iteration.timing(), ControlTiming::Continuous { .. }) {
+        return Ok(None);
+    }
+    let level = motor_noise(robot, experiment, fit, filter);
+    let mut torques = Vec::with_capacity(2);
+    for share in [0.5, 1.0] {
+        let noise = NoiseConfig {
+            motor_position_rad: Some(level.iter().map(|level| share * level).collect()),
+            ..NoiseConfig::with_seed(SEED)
+        };
+        match iteration.torque_with_noise(parameters, noise)? {
+            Ok(torque) => torques.push(torque),
+            Err(_) => return Ok(None),
+        }
+    }
+    Ok(<[DMatrix<f64>; 2]>::try_from(torques).ok())
+}
+
+/// Standard deviation of the white noise of each motor's measured angle \[rad\]: what the position
+/// filter takes out of the counted samples, scaled up by what it leaves in.
+fn motor_noise(
+    robot: &Robot,
+    experiment: &Experiment,
+    fit: &EquationErrorFit,
+    filter: &PositionFilter,
+) -> Vec<f64> {
+    let joints = robot.joints();
+    let noise = experiment.position_rad() - &fit.motion.position;
+    let mut sums = vec![0.0; joints];
+    let (mut joint, mut motor) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+    for k in experiment.counted() {
+        for (value, entry) in joint.iter_mut().zip(noise.row(k).iter()) {
+            *value = *entry;
+        }
+        robot.transmission().motor_position(&joint[..joints], &mut motor[..joints]);
+        for (sum, value) in sums.iter_mut().zip(&motor) {
+            *sum += value * value;
+        }
+    }
+    let taken_out = 1.0 - 2.0 * filter.cutoff_hz / experiment.sample_rate_hz();
+    let samples = experiment.counted().len() as f64;
+    sums.into_iter().map(|sum| (sum / samples / taken_out.max(0.1)).sqrt()).collect()
+}
