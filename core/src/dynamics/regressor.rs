@@ -3,6 +3,7 @@
 use super::kinematics::Motion;
 use super::vector::Vector3;
 use super::{Model, Workspace};
+use crate::MAX_JOINTS;
 use crate::robot::JointKind;
 use crate::scalar::Scalar;
 
@@ -53,6 +54,22 @@ impl Model {
         }
         self.drives.for_each_inertia(ddq, |row, column, c| out[row * width + column] += c);
         self.drives.for_each_friction(dq, |row, column, c| out[row * width + column] += c);
+    }
+
+    /// Which entries of the regressor can differ from 0, in its layout: a joint feels only what
+    /// hangs on it, and the drives that act on it.
+    pub fn regressor_pattern(&self) -> Vec<bool> {
+        let (n, width) = (self.joints(), self.parameter_names().len());
+        let mut pattern = vec![false; n * width];
+        for (link, &first) in self.first_columns.iter().enumerate() {
+            for row in pattern.chunks_mut(width).take(link + 1) {
+                row[first..first + 10].fill(true);
+            }
+        }
+        let any = &[0.0; MAX_JOINTS][..n];
+        self.drives.for_each_inertia(any, |row, column, _| pattern[row * width + column] = true);
+        self.drives.for_each_friction(any, |row, column, _| pattern[row * width + column] = true);
+        pattern
     }
 }
 

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::options::PositionFilter;
+use crate::MAX_JOINTS;
 use crate::signal::{ParallelDecimation, central_difference, delay_linear};
 
 /// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
@@ -19,6 +20,19 @@ pub struct Motion {
     pub velocity: DMatrix<f64>,
     /// q̈.
     pub acceleration: DMatrix<f64>,
+}
+
+impl Motion {
+    /// q, q̇ and q̈ of sample `k`, 0 beyond the joints.
+    pub(super) fn at(&self, k: usize) -> [[f64; MAX_JOINTS]; 3] {
+        [&self.position, &self.velocity, &self.acceleration].map(|signals| {
+            let mut values = [0.0; MAX_JOINTS];
+            for (to, from) in values.iter_mut().zip(signals.row(k).iter()) {
+                *to = *from;
+            }
+            values
+        })
+    }
 }
 
 /// The motion of an experiment: positions filtered without phase over the whole record, then
@@ -75,15 +89,16 @@ pub(super) fn delayed_torque(
     decimation: &ParallelDecimation,
 ) -> Result<DVector<f64>, IdentificationError> {
     check_inside(experiment, delay)?;
-    let kept = decimation.kept(experiment.counted());
-    let mut rows = Vec::with_capacity(kept.clone().count() * experiment.joints());
-    for (joint, logged) in (1..).zip(experiment.torque_nm().column_iter()) {
-        let failed = |cause| IdentificationError::Signal { signal: "torque", joint, cause };
-        let mut torque = delay_linear(logged.as_slice(), delay).map_err(failed)?;
-        decimation.filter(&mut torque).map_err(failed)?;
-        rows.extend(kept.clone().filter_map(|k| torque.get(k)));
+    let mut torque = experiment.torque_nm().clone();
+    for (joint, mut logged) in (1..).zip(torque.column_iter_mut()) {
+        let delayed = delay_linear(logged.as_slice(), delay)
+            .map_err(|cause| IdentificationError::Signal { signal: "torque", joint, cause })?;
+        logged.copy_from_slice(&delayed);
     }
-    Ok(DVector::from_vec(rows))
+    let rows = decimation
+        .decimate_columns(&torque, experiment.counted())
+        .map_err(|cause| IdentificationError::Signal { signal: "torque", joint: 1, cause })?;
+    Ok(DVector::from_column_slice(rows.as_slice()))
 }
 
 /// Whether the record holds the torque of every counted sample, but for one at either end.

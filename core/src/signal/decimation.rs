@@ -3,8 +3,11 @@
 
 use core::ops::Range;
 
+use nalgebra::{DMatrix, RowDVector};
+
 use super::design::chebyshev1_low_pass;
 use super::error::SignalError;
+use super::record::{Record, check_finite};
 use super::sections::SecondOrderSections;
 
 /// The parallel filter F_p of equation 6, applied without phase, and the factor n_d.
@@ -84,16 +87,52 @@ impl ParallelDecimation {
             .map_or(Ok(()), |filter| filter.filter_zero_phase(signal, filter.default_padding()))
     }
 
-    /// [`filter`](Self::filter) of `L` interleaved signals.
+    /// Filters m signals over all `samples` of a record and gives the [`kept`](Self::kept) ones
+    /// (kept × m).
+    ///
+    /// `read` writes the m values of a sample. It is called once for a sample, in order, so that
+    /// the unfiltered signals need not be in memory together. A signal has the same bits whatever
+    /// the others are, and those of [`filter`](Self::filter) but for rounding.
     ///
     /// # Errors
-    /// As [`SecondOrderSections::filter_zero_phase_lanes`].
-    pub fn filter_lanes<const L: usize>(
+    /// As [`SecondOrderSections::filter_zero_phase`], with the first sample that has a bad value in
+    /// any signal.
+    pub fn decimate(
         &self,
-        signals: &mut [[f64; L]],
-    ) -> Result<(), SignalError> {
-        self.filter.as_ref().map_or(Ok(()), |filter| {
-            filter.filter_zero_phase_lanes(signals, filter.default_padding())
+        samples: usize,
+        signals: usize,
+        counted: Range<usize>,
+        mut read: impl FnMut(usize, &mut [f64]),
+    ) -> Result<DMatrix<f64>, SignalError> {
+        let end = counted.end.min(samples);
+        let kept = counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor);
+        let Some(filter) = &self.filter else {
+            let (mut values, mut rows) =
+                (RowDVector::zeros(signals), DMatrix::zeros(kept.len(), signals));
+            for (k, mut row) in kept.zip(rows.row_iter_mut()) {
+                read(k, values.as_mut_slice());
+                check_finite(k, values.as_slice())?;
+                row.copy_from(&values);
+            }
+            return Ok(rows);
+        };
+        let record = Record::open(samples, signals, filter.default_padding(), read)?;
+        filter.filter_zero_phase_at_multiples(record, self.factor, kept)
+    }
+
+    /// [`decimate`](Self::decimate) of signals in memory, samples × m.
+    ///
+    /// # Errors
+    /// As [`decimate`](Self::decimate).
+    pub fn decimate_columns(
+        &self,
+        signals: &DMatrix<f64>,
+        counted: Range<usize>,
+    ) -> Result<DMatrix<f64>, SignalError> {
+        self.decimate(signals.nrows(), signals.ncols(), counted, |k, values| {
+            for (value, entry) in values.iter_mut().zip(signals.row(k).iter()) {
+                *value = *entry;
+            }
         })
     }
 }

@@ -10,6 +10,8 @@ mod design;
 mod difference;
 mod error;
 mod interpolation;
+mod jump;
+mod record;
 mod sections;
 mod zero_phase;
 

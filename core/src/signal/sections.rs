@@ -16,12 +16,31 @@ impl Section {
         (self.b[0] + self.b[1] + self.b[2]) / (1.0 + self.a[0] + self.a[1])
     }
 
-    /// State of the transposed direct form II that a constant input of 1 settles to, and the
-    /// output it gives (SciPy's `lfilter_zi`).
+    /// State that a constant input of 1 settles to, and the output it gives.
     pub(super) fn steady_state(&self) -> ([f64; 2], f64) {
+        let ([b0, _, b2], [_, a2]) = (self.b, self.a);
         let y = self.steady_gain();
-        // The recursion y = b0 x + z1, z1' = b1 x − a1 y + z2, z2' = b2 x − a2 y, at rest.
-        ([y - self.b[0], self.b[2] - self.a[1] * y], y)
+        ([y - b0, (1.0 - a2) * y + b2 - b0], y)
+    }
+
+    /// One sample through the section, whose state moves on.
+    ///
+    /// ```text
+    /// transposed direct form II   y = b0 x + z1     z1' = b1 x − a1 y + z2     z2' = b2 x − a2 y
+    /// in z1 and w = z1 + z2       z1' = (b0 + b1) x + w − (1 + a1) y
+    ///                             w'  = (b0 + b1 + b2) x + w − (1 + a1 + a2) y
+    /// ```
+    ///
+    /// At a low cut-off z2 is nearly −z1. Their sum, the slope of the output, would be lost in the
+    /// rounding of both, and is kept instead.
+    #[inline]
+    pub(super) fn step(&self, x: f64, z1: &mut f64, w: &mut f64) -> f64 {
+        let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
+        let y = b0 * x + *z1;
+        // What does not wait for y comes first.
+        *z1 = (b0 + b1) * x + *w - (1.0 + a1) * y;
+        *w = (b0 + b1 + b2) * x + *w - (1.0 + a1 + a2) * y;
+        y
     }
 }
 
@@ -45,6 +64,11 @@ impl SecondOrderSections {
     /// Number of poles.
     pub fn order(&self) -> usize {
         self.order
+    }
+
+    /// State variables of a pass: two per section.
+    pub(super) fn states(&self) -> usize {
+        2 * self.sections.len()
     }
 
     /// One row per section, `[b0, b1, b2, 1, a1, a2]`, as SciPy writes them.

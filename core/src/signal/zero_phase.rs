@@ -95,14 +95,18 @@ impl SecondOrderSections {
 }
 
 /// Transposed direct form II states of every section, for `L` signals.
-struct State<'a, const L: usize> {
+pub(super) struct State<'a, const L: usize> {
     filter: &'a SecondOrderSections,
-    z: Vec<[[f64; L]; 2]>,
+    pub(super) z: Vec<[[f64; L]; 2]>,
 }
 
 impl<'a, const L: usize> State<'a, L> {
+    pub(super) fn zero(filter: &'a SecondOrderSections) -> Self {
+        Self { filter, z: vec![[[0.0; L]; 2]; filter.sections.len()] }
+    }
+
     /// The state that a constant input of `level` settles to.
-    fn settled(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
+    pub(super) fn settled(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
         let z = filter
             .sections
             .iter()
@@ -117,7 +121,7 @@ impl<'a, const L: usize> State<'a, L> {
     }
 
     /// Filters samples in place, in the order of the slice.
-    fn forward(&mut self, samples: &mut [[f64; L]]) {
+    pub(super) fn forward(&mut self, samples: &mut [[f64; L]]) {
         for block in samples.chunks_mut(BLOCK) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut());
@@ -126,7 +130,7 @@ impl<'a, const L: usize> State<'a, L> {
     }
 
     /// Filters samples in place, last one first.
-    fn backward(&mut self, samples: &mut [[f64; L]]) {
+    pub(super) fn backward(&mut self, samples: &mut [[f64; L]]) {
         for block in samples.rchunks_mut(BLOCK) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut().rev());
@@ -142,14 +146,10 @@ impl Section {
         state: &mut [[f64; L]; 2],
         samples: impl Iterator<Item = &'s mut [f64; L]>,
     ) {
-        let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         let [mut z1, mut z2] = *state;
         for x in samples {
             for l in 0..L {
-                let y = b0 * x[l] + z1[l];
-                z1[l] = b1 * x[l] - a1 * y + z2[l];
-                z2[l] = b2 * x[l] - a2 * y;
-                x[l] = y;
+                x[l] = self.step(x[l], &mut z1[l], &mut z2[l]);
             }
         }
         *state = [z1, z2];

@@ -25,6 +25,22 @@ fn regressor_times_parameters_is_the_inverse_dynamics() {
 }
 
 #[test]
+fn regressor_is_zero_outside_its_pattern() {
+    for (mut random, robot) in random_robots(ROBOTS) {
+        let model = Model::new(&robot);
+        let (n, p) = (model.joints(), model.parameter_names().len());
+        let pattern = model.regressor_pattern();
+        let mut regressor = vec![f64::NAN; n * p];
+        let (q, dq, ddq) = (random.vector(n, 3.0), random.vector(n, 4.0), random.vector(n, 9.0));
+        model.regressor(&mut Workspace::new(), &q, &dq, &ddq, &mut regressor);
+        assert_eq!(pattern.len(), regressor.len());
+        assert!(pattern.iter().zip(&regressor).all(|(&can, &entry)| can || entry == 0.0));
+        // The last joint does not carry the first link.
+        assert!(n == 1 || !pattern[(n - 1) * p]);
+    }
+}
+
+#[test]
 fn mass_times_acceleration_plus_bias_is_the_inverse_dynamics() {
     for (mut random, robot) in random_robots(ROBOTS) {
         let (n, model) = (robot.joints(), Model::new(&robot));

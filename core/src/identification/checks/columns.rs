@@ -15,16 +15,13 @@ const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
 /// Columns for one subject.
 pub(super) struct Columns<'a> {
     subject: &'a Subject<'a>,
-    kept: Vec<usize>,
     /// Torque of the estimate along the whole motion, samples × joints \[N·m\].
     torque: DMatrix<f64>,
 }
 
 impl<'a> Columns<'a> {
-    pub(super) fn new(subject: &'a Subject<'a>) -> Result<Self, IdentificationError> {
-        let kept = subject.decimation.kept(subject.experiment.counted()).collect();
-        let torque = torque_along(subject, subject.motion);
-        Ok(Self { subject, kept, torque })
+    pub(super) fn new(subject: &'a Subject<'a>) -> Self {
+        Self { subject, torque: torque_along(subject, subject.motion) }
     }
 
     /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
@@ -50,36 +47,38 @@ impl<'a> Columns<'a> {
             return Ok(None);
         }
         let sign = self.subject.robot.sign_model();
-        let laws = BENDS.map(|bend| -> Vec<f64> {
-            speed.iter().map(|u| (u / (bend * highest)).tanh() - sign.value(*u)).collect()
-        });
-        let mut columns = DMatrix::zeros(self.rows(), laws.len());
-        for (law, mut column) in laws.into_iter().zip(columns.column_iter_mut()) {
-            let filtered = self.filtered(law)?;
-            for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                column
-                    .rows_mut(joint * self.kept.len(), self.kept.len())
-                    .axpy(*share, &filtered, 0.0);
-            }
+        let counted = self.subject.experiment.counted();
+        let laws =
+            self.subject.decimation.decimate(speed.len(), BENDS.len(), counted, |k, laws| {
+                let u = speed[k];
+                for (law, bend) in laws.iter_mut().zip(BENDS) {
+                    *law = (u / (bend * highest)).tanh() - sign.value(u);
+                }
+            });
+        let laws = laws.map_err(IdentificationError::RegressorFilter)?;
+        let rows = laws.nrows();
+        let mut columns = DMatrix::zeros(rows * direction.len(), laws.ncols());
+        for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+            columns.rows_mut(joint * rows, rows).copy_from(&(&laws * *share));
         }
         Ok(Some(columns))
     }
 
     /// One column per joint, for its delay in s: `τ(t − δ) ≈ τ(t) − δ dτ/dt`.
     pub(super) fn delays(&self) -> Result<DMatrix<f64>, IdentificationError> {
-        let joints = self.torque.ncols();
-        let mut columns = DMatrix::zeros(self.rows(), joints);
-        for joint in 0..joints {
-            let torque: Vec<f64> = self.torque.column(joint).iter().copied().collect();
-            let rate = central_difference(&torque, self.subject.experiment.sample_rate_hz())
-                .map_err(|cause| IdentificationError::Signal {
-                    signal: "predicted torque",
-                    joint: joint + 1,
-                    cause,
-                })?;
-            let filtered = self.filtered(rate)?;
-            let mut part = columns.view_mut((joint * self.kept.len(), joint), (self.kept.len(), 1));
-            part.copy_from(&(-filtered));
+        let rate_hz = self.subject.experiment.sample_rate_hz();
+        let mut rates = self.torque.clone();
+        for (joint, mut torque) in (1..).zip(rates.column_iter_mut()) {
+            let signal = "predicted torque";
+            let rate = central_difference(torque.as_slice(), rate_hz)
+                .map_err(|cause| IdentificationError::Signal { signal, joint, cause })?;
+            torque.copy_from_slice(&rate);
+        }
+        let rates = self.filtered(&rates)?;
+        let (rows, joints) = rates.shape();
+        let mut columns = DMatrix::zeros(rows * joints, joints);
+        for (joint, rate) in rates.column_iter().enumerate() {
+            columns.view_mut((joint * rows, joint), (rows, 1)).copy_from(&-rate);
         }
         Ok(columns)
     }
@@ -102,24 +101,14 @@ impl<'a> Columns<'a> {
         &self,
         torque: &DMatrix<f64>,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let mut rows = Vec::with_capacity(self.rows());
-        for column in torque.column_iter() {
-            rows.extend(self.filtered(column.iter().copied().collect())?.iter());
-        }
-        Ok(DVector::from_vec(rows))
+        Ok(DVector::from_column_slice(self.filtered(torque)?.as_slice()))
     }
 
-    /// Rows of all joints.
-    fn rows(&self) -> usize {
-        self.kept.len() * self.torque.ncols()
-    }
-
-    /// A signal behind the parallel filter, at the rows of one joint.
-    fn filtered(&self, mut signal: Vec<f64>) -> Result<DVector<f64>, IdentificationError> {
-        let failed = IdentificationError::RegressorFilter;
-        self.subject.decimation.filter(&mut signal).map_err(failed)?;
-        let rows = self.kept.iter().filter_map(|&k| signal.get(k)).copied();
-        Ok(DVector::from_iterator(self.kept.len(), rows))
+    /// Signals (samples × m) behind the parallel filter, at the rows of one joint.
+    fn filtered(&self, signals: &DMatrix<f64>) -> Result<DMatrix<f64>, IdentificationError> {
+        let counted = self.subject.experiment.counted();
+        let filtered = self.subject.decimation.decimate_columns(signals, counted);
+        filtered.map_err(IdentificationError::RegressorFilter)
     }
 }
 
@@ -128,17 +117,9 @@ fn torque_along(subject: &Subject<'_>, motion: &Motion) -> DMatrix<f64> {
     let (samples, joints) = motion.position.shape();
     let mut torque = DMatrix::zeros(samples, joints);
     let mut workspace = Workspace::new();
-    let [mut q, mut dq, mut ddq, mut tau] = [[0.0; MAX_JOINTS]; 4];
+    let mut tau = [0.0; MAX_JOINTS];
     for k in 0..samples {
-        for (values, signal) in [
-            (&mut q, &motion.position),
-            (&mut dq, &motion.velocity),
-            (&mut ddq, &motion.acceleration),
-        ] {
-            for (value, entry) in values.iter_mut().zip(signal.row(k).iter()) {
-                *value = *entry;
-            }
-        }
+        let [q, dq, ddq] = motion.at(k);
         subject.model.inverse_dynamics(
             &mut workspace,
             subject.standard,

@@ -137,7 +137,7 @@ pub(super) struct Checks {
 impl Subject<'_> {
     /// Every freedom in turn.
     pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
-        let columns = Columns::new(self)?;
+        let columns = Columns::new(self);
         let joints = self.robot.joints();
         let transmission = self.robot.transmission();
         // What explains much comes first: a filter or a delay also bends every friction law.

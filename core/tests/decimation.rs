@@ -1,0 +1,141 @@
+//! Decimation of many signals at once against the plain recursion of one.
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly")]
+
+use core::ops::Range;
+
+use didim_core::signal::{ParallelDecimation, SignalError};
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Uniform};
+
+/// Random values of sizes far apart, on a random walk about a level, signals × samples.
+fn random(seed: u64, signals: usize, samples: usize) -> DMatrix<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let unit = Uniform::new(-1.0, 1.0).unwrap();
+    let mut matrix = DMatrix::zeros(signals, samples);
+    for mut signal in matrix.row_iter_mut() {
+        let scale = 10_f64.powf(6.0 * unit.sample(&mut random));
+        let mut level = 20.0 * unit.sample(&mut random);
+        for value in signal.iter_mut() {
+            level += 0.1 * unit.sample(&mut random);
+            *value = scale * (level + unit.sample(&mut random));
+        }
+    }
+    matrix
+}
+
+/// Sample by sample, as the decimation asks for them.
+fn decimated(
+    decimation: &ParallelDecimation,
+    signals: &DMatrix<f64>,
+    counted: Range<usize>,
+) -> Result<DMatrix<f64>, SignalError> {
+    let mut next = None;
+    decimation.decimate(signals.ncols(), signals.nrows(), counted, |k, values| {
+        assert!(next.is_none_or(|next| next == k), "sample {k} after {next:?} was due");
+        next = Some(k + 1);
+        values.copy_from_slice(signals.column(k).as_slice());
+    })
+}
+
+/// The same by the recursion over every sample of one signal after the other.
+fn recursion(
+    decimation: &ParallelDecimation,
+    signals: &DMatrix<f64>,
+    counted: Range<usize>,
+) -> DMatrix<f64> {
+    let kept: Vec<usize> = decimation.kept(counted).filter(|&k| k < signals.ncols()).collect();
+    let mut all = DMatrix::zeros(kept.len(), signals.nrows());
+    for (signal, mut column) in signals.row_iter().zip(all.column_iter_mut()) {
+        let mut signal: Vec<f64> = signal.iter().copied().collect();
+        decimation.filter(&mut signal).unwrap();
+        for (to, &k) in column.iter_mut().zip(&kept) {
+            *to = signal[k];
+        }
+    }
+    all
+}
+
+/// Largest difference of a signal, relative to its largest value.
+fn difference(actual: &DMatrix<f64>, expected: &DMatrix<f64>, signals: &DMatrix<f64>) -> f64 {
+    assert_eq!(actual.shape(), expected.shape());
+    (0..signals.nrows())
+        .map(|s| (actual.column(s) - expected.column(s)).amax() / signals.row(s).amax())
+        .fold(0.0, f64::max)
+}
+
+/// What both ways of summing may differ by: the rounding of the recursion itself reaches 1e-13 of
+/// the signal at order 12 and a factor of 150, held against 34 digits.
+const ROUNDING: f64 = 1e-12;
+
+proptest! {
+    #[test]
+    fn jumps_give_what_the_recursion_gives(
+        seed in any::<u64>(), order in 1_usize..=12, cutoff_ratio in 0.5..0.95_f64,
+        factor in 1_usize..=150, samples in 40_usize..2500, signals in 1_usize..=40,
+        start in 0_usize..2500, length in 0_usize..3000,
+    ) {
+        let decimation = ParallelDecimation::chebyshev1(order, 0.05, cutoff_ratio, factor).unwrap();
+        let signals = random(seed, signals, samples);
+        let counted = start.min(samples)..start + length;
+        let actual = decimated(&decimation, &signals, counted.clone()).unwrap();
+        let difference = difference(&actual, &recursion(&decimation, &signals, counted), &signals);
+        prop_assert!(difference < ROUNDING, "{difference}");
+    }
+}
+
+#[test]
+fn jumps_give_what_the_recursion_gives_for_many_signals_and_long_records() {
+    let decimation = ParallelDecimation::chebyshev1(8, 0.05, 0.8, 100).unwrap();
+    // One sample less and one more than a whole number of jumps.
+    for (seed, samples, count) in [(1, 9_999, 200), (2, 10_000, 168), (3, 10_001, 7), (4, 28, 1)] {
+        let signals = random(seed, count, samples);
+        for counted in [0..samples, 250..samples - 1, samples..samples + 9, 0..1] {
+            let actual = decimated(&decimation, &signals, counted.clone()).unwrap();
+            let expected = recursion(&decimation, &signals, counted);
+            let difference = difference(&actual, &expected, &signals);
+            assert!(difference < ROUNDING, "{samples} samples: {difference}");
+        }
+    }
+}
+
+#[test]
+fn a_signal_has_the_same_bits_whatever_the_others_are() {
+    let decimation = ParallelDecimation::chebyshev1(8, 0.05, 0.8, 100).unwrap();
+    let signals = random(5, 61, 3210);
+    let all = decimated(&decimation, &signals, 0..3210).unwrap();
+    for (first, count) in [(0, 1), (7, 1), (60, 1), (3, 5), (20, 33)] {
+        let some = signals.rows(first, count).into_owned();
+        let some = decimated(&decimation, &some, 0..3210).unwrap();
+        for (a, b) in some.iter().zip(all.columns(first, count).iter()) {
+            assert_eq!(a.to_bits(), b.to_bits(), "{count} signals from {first}");
+        }
+    }
+}
+
+#[test]
+fn without_a_filter_the_counted_samples_stay_as_they_are() {
+    let signals = random(6, 3, 50);
+    let rows = decimated(&ParallelDecimation::none(), &signals, 10..45).unwrap();
+    assert_eq!(rows, signals.columns(10, 35).transpose());
+    let rows = decimated(&ParallelDecimation::none(), &signals, 40..60).unwrap();
+    assert_eq!(rows.nrows(), 10);
+}
+
+#[test]
+fn the_first_bad_sample_of_any_signal_is_named() {
+    let decimation = ParallelDecimation::chebyshev1(8, 0.05, 0.8, 100).unwrap();
+    for index in [0, 20, 100, 512, 999] {
+        let mut signals = random(7, 9, 1000);
+        signals[(8, 999)] = f64::INFINITY;
+        signals[(4, index)] = f64::NAN;
+        let refused = decimated(&decimation, &signals, 0..300);
+        assert_eq!(refused, Err(SignalError::NotFinite { index }));
+    }
+    let refused = decimated(&decimation, &random(8, 2, 27), 0..27);
+    assert_eq!(refused, Err(SignalError::TooShort { samples: 27, needed: 28 }));
+    let refused = decimated(&decimation, &DMatrix::zeros(1, 0), 0..0);
+    assert_eq!(refused, Err(SignalError::TooShort { samples: 0, needed: 28 }));
+}
