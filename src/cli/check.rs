@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use didim_core::control::SimulatedController;
 
 use super::CliError;
 use super::output::print;
@@ -32,6 +33,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         cell.sample_rate_hz(),
         if cell.layout.has_reference() { "with reference" } else { "without reference" },
     );
+    text += &controller(&cell);
     for (drive, axis) in cell.drives.iter().zip(1..) {
         text += &format!(
             "drive {axis}: position gain from {}; torque gain from {}\n",
@@ -64,4 +66,25 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     print(&text)
+}
+
+/// What simulates the loop, and what it follows.
+fn controller(cell: &Cell) -> String {
+    let Some(didim) = &cell.didim else {
+        return "controller: not described; only idim-ls can identify\n".to_owned();
+    };
+    let gains = match &didim.controller {
+        SimulatedController::Cabinet { rescale_to_inertia_kg_m2: None, .. } => {
+            "the cabinet's gains, fixed"
+        }
+        SimulatedController::Cabinet { .. } => "the cabinet's gains, rescaled with the estimate",
+        SimulatedController::Bandwidth { .. } => "gains of a stated bandwidth",
+    };
+    let period_us = 1e6 * didim.controller.timing().sample_period_s();
+    let follows = if cell.layout.has_reference() {
+        "follows the recorded reference"
+    } else {
+        "follows the measured position, as there is no reference: nearly idim-ls"
+    };
+    format!("controller: {gains}, every {period_us:.0} µs; {follows}\n")
 }

@@ -29,6 +29,42 @@ struct Damage {
 }
 
 const DAMAGES: &[Damage] = &[
+    // What controls the arm.
+    Damage {
+        file: CELL,
+        from: "kind = \"cabinet\"",
+        to: "kind = \"cabinett\"",
+        names_line: true,
+        says: &["unknown variant `cabinett`", "bandwidth"],
+    },
+    Damage {
+        file: CELL,
+        from: "timing = { kind = \"sampled\", sample_period_s = 2e-4 }",
+        to: "timing = { kind = \"sampled\", sample_period_s = 3e-4 }",
+        names_line: false,
+        says: &["controller", "0.0003"],
+    },
+    Damage {
+        file: CELL,
+        from: "timing = { kind = \"sampled\", sample_period_s = 2e-4 }",
+        to: "timing = { kind = \"sampled\", sample_period_s = 2e-4, computation_delay_s = 1e-4 }",
+        names_line: false,
+        says: &["controller", "0.0001", "delay"],
+    },
+    Damage {
+        file: CELL,
+        from: "  { law = { kind = \"pd\", kp_per_rad = 358.86, kd_s_per_rad = 0.1954, k_tau_nm = 6.56 } },\n",
+        to: "",
+        names_line: false,
+        says: &["controller", "joints", "5", "6"],
+    },
+    Damage {
+        file: CELL,
+        from: "start = \"unit-drive-inertias\"",
+        to: "start = \"zero\"",
+        names_line: true,
+        says: &["unknown variant `zero`", "idim-ls"],
+    },
     // Keys of the cell.
     Damage {
         file: CELL,

@@ -9,6 +9,8 @@ use didim_sim::Scenario;
 pub(crate) struct Run {
     /// z = (value − truth)/σ of every parameter, by name.
     pub(crate) deviations: Vec<(String, f64)>,
+    /// Σ z² with the classical σ.
+    classical: f64,
     pub(crate) applicable: bool,
 }
 
@@ -18,8 +20,11 @@ impl Run {
             let truth = scenario.truth_of(&p.name).unwrap();
             (p.name.clone(), (p.value - truth) / p.standard_deviation)
         };
-        let deviations = estimate.parameters.iter().map(deviation).collect();
-        Self { deviations, applicable: estimate.verdict.applicable }
+        let deviations: Vec<(String, f64)> = estimate.parameters.iter().map(deviation).collect();
+        let classical = (deviations.iter().zip(&estimate.parameters))
+            .map(|((_, z), p)| (z * p.standard_deviation / p.classical_standard_deviation).powi(2))
+            .sum();
+        Self { deviations, classical, applicable: estimate.verdict.applicable }
     }
 }
 
@@ -54,6 +59,8 @@ impl Limit {
 pub(crate) struct Summary {
     /// Root mean square of z, over parameters and runs.
     pub(crate) rms: f64,
+    /// The same with the classical σ.
+    pub(crate) classical_rms: f64,
     /// Share of |z| ≤ 2 and |z| ≤ 3 \[%\].
     pub(crate) within_2: f64,
     pub(crate) within_3: f64,
@@ -87,6 +94,10 @@ impl Summary {
             .unwrap();
         Self {
             rms: mean_square.sqrt(),
+            classical_rms: {
+                let sum: f64 = runs.iter().map(|run| run.classical).sum();
+                (sum / all.len() as f64).sqrt()
+            },
             within_2: share(2.0),
             within_3: share(3.0),
             largest_mean: (means[index], names[index].clone()),

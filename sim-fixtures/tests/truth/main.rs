@@ -60,6 +60,7 @@ fn standard_deviations_say_how_far_the_truth_is() {
             let missed: Vec<_> = missed.into_iter().map(Limit::name).collect();
             row.extend([
                 method.name.to_owned(),
+                format!("{:.2}", summary.classical_rms),
                 format!("{:.2}", summary.rms),
                 format!("{:.2}", summary.scatter),
                 format!("{:.1}", summary.within_2),
@@ -76,6 +77,7 @@ fn standard_deviations_say_how_far_the_truth_is() {
         Column::exact("noise"),
         Column::exact("disturbance"),
         Column::exact("method"),
+        Column::within("rms z, classical σ", 0.02),
         Column::within("rms z", 0.02),
         Column::within("scatter", 0.02),
         Column::within("within 2 σ [%]", 0.5),
