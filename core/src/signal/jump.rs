@@ -21,6 +21,7 @@ use super::zero_phase::State;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Jump {
+    /// Length of x.
     samples: usize,
     /// `[F P; A G]` transposed, the samples and then the states by the states of both passes.
     passes: DMatrix<f64>,
