@@ -25,14 +25,17 @@ pub struct Motion {
 impl Motion {
     /// q, q̇ and q̈ of sample `k`, 0 beyond the joints.
     pub(super) fn at(&self, k: usize) -> [[f64; MAX_JOINTS]; 3] {
-        [&self.position, &self.velocity, &self.acceleration].map(|signals| {
-            let mut values = [0.0; MAX_JOINTS];
-            for (to, from) in values.iter_mut().zip(signals.row(k).iter()) {
-                *to = *from;
-            }
-            values
-        })
+        [&self.position, &self.velocity, &self.acceleration].map(|signals| sample(signals, k))
     }
+}
+
+/// Row `k`, 0 beyond the joints.
+fn sample(signals: &DMatrix<f64>, k: usize) -> [f64; MAX_JOINTS] {
+    let mut values = [0.0; MAX_JOINTS];
+    for (joint, value) in values.iter_mut().enumerate().take(signals.ncols()) {
+        *value = signals[(k, joint)];
+    }
+    values
 }
 
 /// The motion of an experiment: positions filtered without phase over the whole record, then
@@ -46,16 +49,19 @@ pub fn filtered_motion(
 ) -> Result<Motion, IdentificationError> {
     let rate = experiment.sample_rate_hz();
     let sections = filter.design(rate).map_err(IdentificationError::PositionFilter)?;
-    let mut position = experiment.position_rad().clone();
-    let mut velocity = DMatrix::zeros(position.nrows(), position.ncols());
+    let recorded = experiment.position_rad();
+    let (samples, joints) = recorded.shape();
+    let mut lanes: Vec<_> = (0..samples).map(|k| sample(recorded, k)).collect();
+    let failed =
+        |joint| move |cause| IdentificationError::Signal { signal: "position", joint, cause };
+    sections.filter_zero_phase_lanes(&mut lanes, sections.default_padding()).map_err(failed(1))?;
+    let position = DMatrix::from_fn(samples, joints, |k, joint| lanes[k][joint]);
+    let mut velocity = DMatrix::zeros(samples, joints);
     let mut acceleration = velocity.clone();
-    for joint in 0..position.ncols() {
-        let failed =
-            |cause| IdentificationError::Signal { signal: "position", joint: joint + 1, cause };
-        let mut q = position.column_mut(joint);
-        sections.filter_zero_phase(q.as_mut_slice(), sections.default_padding()).map_err(failed)?;
-        let dq = central_difference(q.as_slice(), rate).map_err(failed)?;
-        let ddq = central_difference(&dq, rate).map_err(failed)?;
+    for joint in 0..joints {
+        let q = position.column(joint);
+        let dq = central_difference(q.as_slice(), rate).map_err(failed(joint + 1))?;
+        let ddq = central_difference(&dq, rate).map_err(failed(joint + 1))?;
         velocity.column_mut(joint).copy_from_slice(&dq);
         acceleration.column_mut(joint).copy_from_slice(&ddq);
     }

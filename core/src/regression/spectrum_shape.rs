@@ -73,11 +73,11 @@ impl SmoothSpectrum {
 
     /// g(φ).
     pub(super) fn at(&self, phi: f64) -> f64 {
-        let (mut re, mut im) = (1.0, 0.0);
-        for (i, a) in (1..).zip(&self.coefficients) {
-            let (sin, cos) = (phi * f64::from(i)).sin_cos();
-            re += a * cos;
-            im -= a * sin;
+        // Horner's scheme in e^{−jφ}.
+        let (sin, cos) = phi.sin_cos();
+        let (mut re, mut im) = (0.0, 0.0);
+        for a in self.coefficients.iter().rev().chain([&1.0]) {
+            (re, im) = (re * cos + im * sin + a, im * cos - re * sin);
         }
         self.level / (re * re + im * im)
     }
@@ -85,15 +85,17 @@ impl SmoothSpectrum {
 
 /// `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, the ends of the sum halved.
 fn autocovariances(periodogram: &[f64], lags: usize) -> Vec<f64> {
-    let steps = periodogram.len().saturating_sub(1).max(1) as f64;
     let last = periodogram.len().saturating_sub(1);
+    let steps = last.max(1);
+    let cosines: Vec<f64> =
+        (0..2 * steps).map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos()).collect();
     (0..=lags)
         .map(|lag| {
             let terms = periodogram.iter().enumerate().map(|(k, power)| {
                 let end = if k == 0 || k == last { 0.5 } else { 1.0 };
-                end * power * (core::f64::consts::PI * k as f64 * lag as f64 / steps).cos()
+                end * power * cosines[k * lag % (2 * steps)]
             });
-            terms.sum::<f64>() / steps
+            terms.sum::<f64>() / steps as f64
         })
         .collect()
 }

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, RowDVector};
 
 use super::design::chebyshev1_low_pass;
 use super::error::SignalError;
+use super::jump::Jump;
 use super::record::{Record, check_finite};
 use super::sections::SecondOrderSections;
 
@@ -17,7 +18,7 @@ use super::sections::SecondOrderSections;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelDecimation {
     /// None leaves every signal as it is.
-    filter: Option<SecondOrderSections>,
+    filter: Option<(SecondOrderSections, Jump)>,
     factor: usize,
     cutoff_ratio: f64,
 }
@@ -38,7 +39,8 @@ impl ParallelDecimation {
             return Err(SignalError::Factor);
         }
         let filter = chebyshev1_low_pass(order, ripple_db, cutoff_ratio / factor as f64)?;
-        Ok(Self { filter: Some(filter), factor, cutoff_ratio })
+        let jump = Jump::over(&filter, factor - 1);
+        Ok(Self { filter: Some((filter, jump)), factor, cutoff_ratio })
     }
 
     /// No filter, and every sample is kept: the paper's strict output error framework.
@@ -60,7 +62,7 @@ impl ParallelDecimation {
     /// Nyquist frequency after decimation: `1/n_d Σ_i |H|⁴` over the n_d frequencies that fold onto
     /// this one.
     pub fn noise_power(&self, ratio: f64) -> f64 {
-        let Some(filter) = &self.filter else { return 1.0 };
+        let Some((filter, _)) = &self.filter else { return 1.0 };
         let factor = self.factor as f64;
         let folded = (0..self.factor).map(|i| {
             let around = (ratio + 2.0 * i as f64) / factor;
@@ -82,9 +84,9 @@ impl ParallelDecimation {
     /// # Errors
     /// As [`SecondOrderSections::filter_zero_phase`].
     pub fn filter(&self, signal: &mut [f64]) -> Result<(), SignalError> {
-        self.filter
-            .as_ref()
-            .map_or(Ok(()), |filter| filter.filter_zero_phase(signal, filter.default_padding()))
+        self.filter.as_ref().map_or(Ok(()), |(filter, _)| {
+            filter.filter_zero_phase(signal, filter.default_padding())
+        })
     }
 
     /// Filters m signals over all `samples` of a record and gives the [`kept`](Self::kept) ones
@@ -106,7 +108,7 @@ impl ParallelDecimation {
     ) -> Result<DMatrix<f64>, SignalError> {
         let end = counted.end.min(samples);
         let kept = counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor);
-        let Some(filter) = &self.filter else {
+        let Some((filter, jump)) = &self.filter else {
             let (mut values, mut rows) =
                 (RowDVector::zeros(signals), DMatrix::zeros(kept.len(), signals));
             for (k, mut row) in kept.zip(rows.row_iter_mut()) {
@@ -117,7 +119,7 @@ impl ParallelDecimation {
             return Ok(rows);
         };
         let record = Record::open(samples, signals, filter.default_padding(), read)?;
-        filter.filter_zero_phase_at_multiples(record, self.factor, kept)
+        jump.filter_zero_phase(filter, record, kept)
     }
 
     /// [`decimate`](Self::decimate) of signals in memory, samples × m.
@@ -130,8 +132,8 @@ impl ParallelDecimation {
         counted: Range<usize>,
     ) -> Result<DMatrix<f64>, SignalError> {
         self.decimate(signals.nrows(), signals.ncols(), counted, |k, values| {
-            for (value, entry) in values.iter_mut().zip(signals.row(k).iter()) {
-                *value = *entry;
+            for (signal, value) in values.iter_mut().enumerate() {
+                *value = signals[(k, signal)];
             }
         })
     }

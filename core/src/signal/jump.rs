@@ -19,7 +19,10 @@ use super::zero_phase::State;
 /// forward    z' = A z + F x
 /// backward   s' = A s + P z + G x
 /// ```
-struct Jump {
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Jump {
+    /// Length of x.
+    samples: usize,
     /// `[F P; A G]` transposed, the samples and then the states by the states of both passes.
     passes: DMatrix<f64>,
     /// A transposed.
@@ -28,7 +31,7 @@ struct Jump {
 
 impl Jump {
     /// Over so many samples, from what the recursion makes of each unit state and unit sample.
-    fn over(filter: &SecondOrderSections, samples: usize) -> Self {
+    pub(super) fn over(filter: &SecondOrderSections, samples: usize) -> Self {
         let states = filter.states();
         let mut passes = DMatrix::zeros(samples + states, 2 * states);
         for (unit, mut row) in passes.row_iter_mut().enumerate() {
@@ -47,27 +50,24 @@ impl Jump {
             }
         }
         let power = passes.view((samples, 0), (states, states)).into_owned();
-        Self { passes, power }
+        Self { samples, passes, power }
     }
-}
 
-impl SecondOrderSections {
-    /// Filters the m signals of a record as [`filter_zero_phase`](Self::filter_zero_phase) does and
-    /// gives the samples at these multiples of `factor` (so many × m), which are in the record.
+    /// Filters the m signals of a record as [`SecondOrderSections::filter_zero_phase`] does and
+    /// gives one sample after each jump: the `wanted` ones (so many × m), which are in the record.
     ///
-    /// The memory that it takes is that of the result for every state of the filter.
+    /// For the time it takes, it has every state of the filter in memory at each of them.
     ///
     /// # Errors
     /// [`SignalError::NotFinite`] as for one signal.
-    pub(super) fn filter_zero_phase_at_multiples(
+    pub(super) fn filter_zero_phase(
         &self,
+        filter: &SecondOrderSections,
         mut record: Record<impl FnMut(usize, &mut [f64])>,
-        factor: usize,
         wanted: Range<usize>,
     ) -> Result<DMatrix<f64>, SignalError> {
-        let (room, states, between) = (record.room, self.states(), factor - 1);
-        let jump = Jump::over(self, between);
-        let mut state = SideBySide::settled(self, record.before(record.padding()).as_slice());
+        let (room, states, factor) = (record.room, filter.states(), self.samples + 1);
+        let mut state = SideBySide::settled(filter, record.before(record.padding()).as_slice());
         for k in (1..=record.padding()).rev() {
             state.step(record.before(k).as_mut_slice());
         }
@@ -77,7 +77,7 @@ impl SecondOrderSections {
         // P z + G x of every jump.
         let mut carried = DMatrix::zeros(room, last * states);
         // The samples that are jumped over, and the states before them.
-        let mut block = DMatrix::zeros(room, between + states);
+        let mut block = DMatrix::zeros(room, self.samples + states);
         let mut after = DMatrix::zeros(room, 2 * states);
         for multiple in 0..last {
             let mut sample = kept.column_mut(multiple);
@@ -86,8 +86,8 @@ impl SecondOrderSections {
             for (k, mut sample) in (1..factor).zip(block.column_iter_mut()) {
                 record.read(multiple * factor + k, sample.as_mut_slice())?;
             }
-            block.columns_mut(between, states).copy_from(&state.z);
-            after.gemm(1.0, &block, &jump.passes, 0.0);
+            block.columns_mut(self.samples, states).copy_from(&state.z);
+            after.gemm(1.0, &block, &self.passes, 0.0);
             state.z.copy_from(&after.columns(0, states));
             carried
                 .columns_mut(multiple * states, states)
@@ -105,7 +105,7 @@ impl SecondOrderSections {
             }
             state.step(sample.as_mut_slice());
         }
-        let mut state = SideBySide::settled(self, end.column(end.ncols() - 1).as_slice());
+        let mut state = SideBySide::settled(filter, end.column(end.ncols() - 1).as_slice());
         for k in (0..end.ncols()).rev() {
             state.step(end.column_mut(k).as_mut_slice());
         }
@@ -114,7 +114,7 @@ impl SecondOrderSections {
         let mut jumped = DMatrix::zeros(room, states);
         for multiple in (wanted.start..last).rev() {
             jumped.copy_from(&carried.columns(multiple * states, states));
-            jumped.gemm(1.0, &state.z, &jump.power, 1.0);
+            jumped.gemm(1.0, &state.z, &self.power, 1.0);
             core::mem::swap(&mut state.z, &mut jumped);
             state.step(kept.column_mut(multiple).as_mut_slice());
         }

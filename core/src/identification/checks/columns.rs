@@ -33,10 +33,7 @@ impl<'a> Columns<'a> {
         &self,
         direction: &[f64],
     ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
-        let velocity = &self.subject.motion.velocity;
-        let speed: Vec<f64> = (velocity.row_iter())
-            .map(|dq| dq.iter().zip(direction).map(|(dq, s)| dq * s).sum())
-            .collect();
+        let speed = &self.subject.motion.velocity * DVector::from_column_slice(direction);
         let highest = self
             .subject
             .experiment
