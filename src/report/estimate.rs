@@ -107,5 +107,5 @@ fn value(p: &ParameterEstimate) -> String {
 }
 
 fn relative(p: &ParameterEstimate) -> String {
-    format!("{:.2} %", 100.0 * p.relative_standard_deviation)
+    format!("{} %", significant(100.0 * p.relative_standard_deviation, 2))
 }

@@ -82,7 +82,7 @@ fn the_verdict_knows_what_the_position_filter_does() {
 
 const PANEL: (f64, f64) = (400.0, 260.0);
 /// Room for the labels: left, top, right, bottom.
-const ROOM: [f64; 4] = [48.0, 56.0, 14.0, 40.0];
+const ROOM: [f64; 4] = [48.0, 56.0, 26.0, 40.0];
 const LARGEST_Z: f64 = 10.0;
 const SMALLEST_Z: f64 = 0.1;
 
