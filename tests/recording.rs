@@ -55,7 +55,7 @@ fn check(estimate: &Value, value: impl Fn(usize) -> f64, figures: &Figures) {
         let durbin_watson = figures.durbin_watson[joint];
         close(&estimate["durbin_watson_per_joint"][joint], durbin_watson, 5.1e-3, "Durbin–Watson");
     }
-    // Coulomb friction depends on the sign model by ten per cent, and the verdict says so.
+    // Coulomb friction depends on the sign model by 5 %, and the verdict says so.
     let reasons = estimate["verdict"]["reasons"].as_array().unwrap();
     assert_eq!(reasons.len(), 1, "{reasons:?}");
     assert!(reasons[0].as_str().unwrap().contains("friction law of joint 1"), "{reasons:?}");

@@ -80,9 +80,9 @@ pub struct IdentificationSection {
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,
-    /// How the closed loop is simulated, and when the iteration ends.
+    /// How the closed loop is simulated, and when the iteration ends; needs `[controller]`.
     #[serde(default)]
-    pub didim: DidimSection,
+    pub didim: Option<DidimSection>,
 }
 
 /// `[identification.didim]`; see [`DidimOptions`](didim_core::identification::DidimOptions).

@@ -12,8 +12,9 @@ mod values;
 use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{DidimOptions, IdimLsOptions, Method};
+use didim_core::identification::{DidimOptions, IdentificationError, IdimLsOptions, Method};
 use didim_core::robot::Robot;
+use didim_core::simulation::SetupError;
 use didim_drivers::layout::CompiledLayout;
 use didim_drivers::units::{DriveSpec, Scales};
 
@@ -164,29 +165,31 @@ impl Cell {
                 ));
             }
         }
-        let didim = file.controller.map(|controller| {
-            let section = file.identification.didim;
-            DidimOptions {
-                regression: options.clone(),
-                decimated: section.decimated,
-                controller,
-                reference: section.reference,
-                integrator: section.integrator,
-                substeps: section.substeps,
-                start: section.start,
-                convergence: section.convergence,
-            }
-        });
-        if let Some(didim) = &didim {
-            didim
-                .validate(&robot, sample_rate_hz, layout.torque_timing())
-                .map_err(|source| wrong("controller", source.to_string()))?;
-        } else if file.identification.method != Method::IdimLs {
+        let simulates = file.identification.method != Method::IdimLs;
+        if file.controller.is_none() && (simulates || file.identification.didim.is_some()) {
+            let key = if simulates { "identification.method" } else { "identification.didim" };
             let method = file.identification.method;
             return Err(wrong(
-                "identification.method",
-                format!("{method} simulates the closed loop; describe its [controller]"),
+                key,
+                format!(
+                    "the closed loop can be simulated only when [controller] describes what controls the arm ({method} is the method)"
+                ),
             ));
+        }
+        let section = file.identification.didim.unwrap_or_default();
+        let didim = file.controller.map(|controller| DidimOptions {
+            regression: options.clone(),
+            decimated: section.decimated,
+            controller,
+            reference: section.reference,
+            integrator: section.integrator,
+            substeps: section.substeps,
+            start: section.start,
+            convergence: section.convergence,
+        });
+        if let Some(didim) = &didim {
+            let checked = didim.validate(&robot, sample_rate_hz, layout.torque_timing());
+            checked.map_err(|source| wrong(didim_key(&source), source.to_string()))?;
         }
         Ok(Self {
             name: file.name,
@@ -211,6 +214,18 @@ impl Cell {
     /// The nominal sample rate of the bus \[Hz\].
     pub fn sample_rate_hz(&self) -> f64 {
         1e9 / self.layout.period_ns()
+    }
+}
+
+/// Where in the cell file the mistake is.
+fn didim_key(error: &IdentificationError) -> &'static str {
+    match error {
+        IdentificationError::Convergence { .. } => "identification.didim.convergence",
+        IdentificationError::NoNominalParameters { .. } => "identification.didim.start",
+        IdentificationError::Setup(SetupError::BadValue { what: "substeps", .. }) => {
+            "identification.didim.substeps"
+        }
+        _ => "controller",
     }
 }
 

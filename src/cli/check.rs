@@ -8,6 +8,7 @@ use didim_core::control::SimulatedController;
 use super::CliError;
 use super::output::print;
 use crate::cell::{BusAddress, Cell};
+use crate::report::table::significant;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -86,5 +87,5 @@ fn controller(cell: &Cell) -> String {
     } else {
         "follows the measured position, as there is no reference: nearly idim-ls"
     };
-    format!("controller: {gains}, every {period_us:.0} µs; {follows}\n")
+    format!("controller: {gains}, every {} µs; {follows}\n", significant(period_us, 4))
 }

@@ -42,14 +42,14 @@ const DAMAGES: &[Damage] = &[
         from: "timing = { kind = \"sampled\", sample_period_s = 2e-4 }",
         to: "timing = { kind = \"sampled\", sample_period_s = 3e-4 }",
         names_line: false,
-        says: &["controller", "0.0003"],
+        says: &["controller", "300.000 µs"],
     },
     Damage {
         file: CELL,
         from: "timing = { kind = \"sampled\", sample_period_s = 2e-4 }",
         to: "timing = { kind = \"sampled\", sample_period_s = 2e-4, computation_delay_s = 1e-4 }",
         names_line: false,
-        says: &["controller", "0.0001", "delay"],
+        says: &["controller", "100.000 µs", "delay"],
     },
     Damage {
         file: CELL,

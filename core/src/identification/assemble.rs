@@ -119,7 +119,9 @@ impl Findings<'_> {
             verdict: Verdict::default(),
         };
         let indefinite = indefinite_posture(self.robot, self.model, &standard);
-        estimate.verdict = self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref());
+        estimate.verdict =
+            self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref(), decimation);
+        estimate.verdict.notes.extend(checks.notes);
         let measured = observations.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
         let fit = Fit {

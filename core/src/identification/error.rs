@@ -148,8 +148,9 @@ pub enum IdentificationError {
     /// The samples of the simulated controller do not meet those of the record. Remedy: state the
     /// real controller's period; the record's must be a whole multiple of it.
     #[error(
-        "a controller period of {controller_period_s} s does not divide the record's sample \
-         period of {sample_period_s} s into whole parts; state the controller's own period"
+        "a controller period of {:.3} µs does not divide the record's sample period of {:.3} µs \
+         into 1 to 200 whole parts; state the controller's own period (timing.sample_period_s)",
+        1e6 * controller_period_s, 1e6 * sample_period_s
     )]
     ControllerPeriod {
         /// Period of the simulated controller \[s\].
@@ -157,11 +158,23 @@ pub enum IdentificationError {
         /// Sample period of the record \[s\].
         sample_period_s: f64,
     },
+    /// Without the decimation filter every sample is a row, and there are too many. Remedy: decimate.
+    #[error(
+        "{rows} rows of {parameters} parameters without the decimation filter take too much memory; \
+         decimate, or take a shorter part"
+    )]
+    TooManyRows {
+        /// Rows of the observation matrix, all joints.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
     /// A torque command that is held acts when the controller says so, and layout and controller
     /// say different things. Remedy: make them agree.
     #[error(
-        "the logged torque is held from {logged_s} s after its sample on, the simulated \
-         controller's from {simulated_s} s on (computation_delay_s); make the two agree"
+        "the logged torque is held from {:.3} µs after its sample on (delay_us in the layout), the \
+         simulated controller's from {:.3} µs on (computation_delay_s); make the two agree",
+        1e6 * logged_s, 1e6 * simulated_s
     )]
     TorqueDelay {
         /// Delay of the logged torque \[s\].

@@ -62,6 +62,9 @@ pub fn idim_ls(
     findings.assemble()
 }
 
+/// Entries of an observation matrix without decimation: 160 MB, and a few copies of it.
+const MOST_ENTRIES: usize = 20_000_000;
+
 /// What the equation error says before it is judged: the result of IDIM-LS, and where the methods
 /// that simulate begin.
 pub(super) struct EquationErrorFit {
@@ -100,6 +103,10 @@ impl EquationErrorFit {
         if rows <= selection.names().len() {
             let parameters = selection.names().len();
             return Err(IdentificationError::TooFewRows { rows, parameters });
+        }
+        if decimation.is_none() && rows * selection.names().len() > MOST_ENTRIES {
+            let parameters = selection.names().len();
+            return Err(IdentificationError::TooManyRows { rows, parameters });
         }
 
         let motion = filtered_motion(experiment, &options.position_filter)?;

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::checks::{Freedom, ModelCheck};
+use super::checks::{CERTAIN, Freedom, ModelCheck};
 use super::estimate::{Estimate, ReferenceSource, Verdict};
 use crate::robot::ParameterKind;
+use crate::signal::ParallelDecimation;
 
 /// What a result must satisfy to be called applicable.
 ///
@@ -14,6 +15,9 @@ use crate::robot::ParameterKind;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VerdictLimits {
+    /// Fewest independent rows (rows times the passband of the decimation filter) for each
+    /// parameter. 8: with fewer, the residuals tell too little of their own spectrum.
+    pub rows_per_parameter: f64,
     /// Largest condition number of the weighted, decimated observation matrix. 5000: the paper's
     /// useful results have up to 1178 (its tables 2 and 5), its poor one 7622.
     pub condition_number: f64,
@@ -44,6 +48,7 @@ pub struct VerdictLimits {
 impl Default for VerdictLimits {
     fn default() -> Self {
         Self {
+            rows_per_parameter: 8.0,
             condition_number: 5000.0,
             prediction_deviation: 0.10,
             relative_error: 0.10,
@@ -73,6 +78,7 @@ impl VerdictLimits {
     /// [`LimitError`] names the first that is not.
     pub fn validate(&self) -> Result<(), LimitError> {
         for (name, value) in [
+            ("rows_per_parameter", self.rows_per_parameter),
             ("condition_number", self.condition_number),
             ("prediction_deviation", self.prediction_deviation),
             ("relative_error", self.relative_error),
@@ -97,8 +103,25 @@ impl VerdictLimits {
         estimate: &Estimate,
         kinds: &[ParameterKind],
         indefinite: Option<&[f64]>,
+        decimation: &ParallelDecimation,
     ) -> Verdict {
         let mut reasons = self.excitation_and_error(estimate);
+        let independent = decimation.cutoff_ratio() * estimate.rows as f64;
+        let per_parameter = independent / estimate.parameters.len() as f64;
+        if exceeds(self.rows_per_parameter, per_parameter) {
+            reasons.push(format!(
+                "{per_parameter:.1} independent rows for each parameter are fewer than {}: too few \
+                 to say how uncertain they are; move longer or identify fewer parameters",
+                self.rows_per_parameter
+            ));
+        }
+        if decimation.is_none() {
+            reasons.push(
+                "identified without the decimation filter, which is for comparison only: what the \
+                 loop makes of the reference's counts stays in the regressor; decimate"
+                    .to_owned(),
+            );
+        }
         reasons.extend(self.impossible_signs(estimate, kinds));
         reasons.extend(indefinite.map(|posture| {
             let posture: Vec<String> = posture.iter().map(|q| format!("{q:.2}")).collect();
@@ -109,7 +132,8 @@ impl VerdictLimits {
             )
         }));
         reasons.extend(self.model_errors(&estimate.model_checks));
-        Verdict { applicable: reasons.is_empty(), reasons, notes: self.notes(estimate) }
+        let notes = self.notes(estimate, decimation);
+        Verdict { applicable: reasons.is_empty(), reasons, notes }
     }
 
     /// Too little excitation, too large an error.
@@ -198,7 +222,8 @@ impl VerdictLimits {
             });
             let names: Vec<String> = names.collect();
             Some(format!(
-                "the {} {problem}: otherwise {} would move by {:.1} standard deviations; {remedy}",
+                "the {} {problem}: allowing for it, {} would move by {:.1} standard deviations; \
+                 {remedy}",
                 names.join(", "),
                 worst.parameter,
                 worst.shift_deviations.abs()
@@ -213,12 +238,14 @@ impl VerdictLimits {
             Freedom::PositionFilter | Freedom::PositionNoise => self.position_filter_deviations,
             _ => self.model_shift_deviations,
         };
-        check.probability.is_none_or(|p| p < self.model_probability)
-            && exceeds(check.shift_deviations.abs(), limit)
+        let by_chance = check.probability.is_some_and(|p| p >= self.model_probability);
+        let shift = check.shift_deviations.abs();
+        let uncertain = check.shift_uncertainty.is_some_and(|u| shift <= CERTAIN * u);
+        !by_chance && !uncertain && exceeds(shift, limit)
     }
 
     /// What must be known with a result and does not speak against its use.
-    fn notes(&self, estimate: &Estimate) -> Vec<String> {
+    fn notes(&self, estimate: &Estimate, decimation: &ParallelDecimation) -> Vec<String> {
         let mut notes = Vec::new();
         if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
             notes.push(
@@ -245,9 +272,9 @@ impl VerdictLimits {
             .collect();
         if !coloured.is_empty() {
             notes.push(format!(
-                "the residuals of joint {} are not white behind the decimation filter; the \
-                 standard deviations allow for it",
-                coloured.join(", ")
+                "the residuals of joint {} are not white{}; the standard deviations allow for it",
+                coloured.join(", "),
+                if decimation.is_none() { "" } else { " behind the decimation filter" }
             ));
         }
         notes
@@ -268,8 +295,8 @@ fn problem_and_remedy(freedom: Freedom) -> (&'static str, &'static str) {
         Freedom::PositionFilter => ("distorts the motion", "raise its cut-off"),
         Freedom::PositionNoise => (
             "bends the friction law",
-            "lower it at its source, or allow for the bias; with idim-ls, lower the cut-off of the \
-             position filter",
+            "measure positions with less noise; with idim-ls, lower the cut-off of the position \
+             filter",
         ),
     }
 }

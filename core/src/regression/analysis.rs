@@ -1,6 +1,6 @@
 //! What the residuals of a weighted solution say about it.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::observations::Observations;
 use super::solution::Solution;
@@ -24,14 +24,9 @@ pub struct ResidualAnalysis<'a> {
 impl<'a> ResidualAnalysis<'a> {
     /// Of a solution of [`Observations::weighted`], whose rows have passed `filter`.
     pub fn new(system: &'a Observations, solution: &'a Solution, filter: &'a RowFilter) -> Self {
-        let mut basis = system.matrix().clone();
-        divide_by_levels(system, &mut basis, &solution.noise_levels);
-        // (XᵀΩ⁻¹X)⁻¹ = L Lᵀ, so that Lᵀ (XᵀΩ⁻¹X) L = 1.
-        basis = match Cholesky::new(solution.covariance.clone()) {
-            Some(factor) => basis * factor.l(),
-            // Rounding only: the covariance of a weighted solution is positive definite.
-            None => DMatrix::zeros(basis.nrows(), 0),
-        };
+        let mut weighted = system.matrix().clone();
+        divide_by_levels(system, &mut weighted, &solution.noise_levels);
+        let basis = weighted * &solution.r_inverse;
         let mut leverage = filter.no_leverage(system.joints());
         filter.add_leverage(&basis, &mut leverage);
         let spectrum = ResidualSpectrum::fit(system, &leverage, &solution.residuals, filter);

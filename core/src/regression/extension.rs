@@ -1,9 +1,10 @@
 //! What a fit would gain, and where its parameters would go, if the model had more columns.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::analysis::{ResidualAnalysis, divide_by_levels};
+use super::error::RegressionError;
 use super::spectrum::ResidualSpectrum;
 
 /// A column of which less than this share lies outside of the others adds nothing that could be
@@ -21,20 +22,32 @@ pub struct Extension {
     pub covariance: DMatrix<f64>,
     /// What the further columns would add to θ (b).
     pub shift: DVector<f64>,
+    /// Standard deviation of the shift, from the covariance of c (b).
+    pub shift_deviation: DVector<f64>,
     /// The probability of coefficients as far from zero as these if all are zero in truth, by
-    /// Wald's statistic `cᵀ Cov⁻¹ c` of χ² distribution.
+    /// Wald's statistic `cᵀ Cov⁻¹ c / k` of F distribution with k columns and as many degrees of
+    /// freedom as independent rows are left over.
     pub probability: f64,
 }
 
+/// With fewer degrees of freedom left over, no probability as small as the verdict's can be told.
+const FEWEST_FREEDOMS: f64 = 20.0;
+
 impl ResidualAnalysis<'_> {
-    /// Adds columns C (r × k, unweighted) to the solution; none when no column is independent of X.
-    pub fn extended(&self, further: &DMatrix<f64>) -> Option<Extension> {
+    /// Adds columns C (r × k, unweighted) to the solution; none when no column is independent of X,
+    /// or when too few rows are left over to judge by.
+    ///
+    /// # Errors
+    /// [`RegressionError::OutOfRange`] when the covariance of the coefficients cannot be inverted.
+    pub fn extended(&self, further: &DMatrix<f64>) -> Result<Option<Extension>, RegressionError> {
         let levels = &self.solution.noise_levels;
         let mut weighted = further.clone();
         divide_by_levels(self.system, &mut weighted, levels);
         let (columns, outside) = independent_parts(&self.basis, &weighted);
-        if columns.is_empty() {
-            return None;
+        let used = (self.system.matrix().ncols() + columns.len()) as f64;
+        let left_over = self.spectrum().independent_rows() - used;
+        if columns.is_empty() || left_over < FEWEST_FREEDOMS {
+            return Ok(None);
         }
         // Of the residuals, which are orthogonal to X, the part along the new directions.
         let residuals = self.weighted_residuals();
@@ -49,23 +62,31 @@ impl ResidualAnalysis<'_> {
         let mut influence = outside.clone();
         divide_by_levels(self.system, &mut influence, levels);
         let covariance = spectrum.covariance_of(&influence);
-        let statistic = along.dot(&Cholesky::new(covariance.clone())?.solve(&along));
+        let singular = RegressionError::OutOfRange;
+        let factor = Cholesky::new(covariance.clone()).ok_or_else(|| singular.clone())?;
+        let statistic = along.dot(&factor.solve(&along));
 
         // C = X(…) + B T with B the orthonormal directions, so that c = T⁻¹ Bᵀε.
         let chosen = weighted.select_columns(&columns);
-        let back = outside.tr_mul(&chosen).try_inverse()?;
+        let back = outside.tr_mul(&chosen).try_inverse().ok_or(singular)?;
         let coefficients = &back * along;
-        // θ moves by −(XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹C c.
-        let unweighted = further.select_columns(&columns) * &coefficients;
-        let shift = -self.influence().tr_mul(&unweighted);
-        let degrees = columns.len() as f64;
-        Some(Extension {
+        // θ moves by −(XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹C c = −R⁻¹Qᵀ (Ω^{-1/2} C) c.
+        let moved = &self.solution.r_inverse * self.basis.tr_mul(&chosen);
+        let covariance = &back * covariance * back.transpose();
+        let spread = &moved * &covariance;
+        let count = columns.len() as f64;
+        let distribution = FisherSnedecor::new(count, left_over);
+        Ok(Some(Extension {
             columns,
-            covariance: &back * covariance * back.transpose(),
+            shift: -(&moved * &coefficients),
+            shift_deviation: DVector::from_iterator(
+                moved.nrows(),
+                moved.row_iter().zip(spread.row_iter()).map(|(m, s)| m.dot(&s).max(0.0).sqrt()),
+            ),
+            covariance,
             coefficients,
-            shift,
-            probability: ChiSquared::new(degrees).map_or(1.0, |chi| chi.sf(statistic)),
-        })
+            probability: distribution.map_or(f64::NAN, |f| f.sf(statistic / count)),
+        }))
     }
 }
 

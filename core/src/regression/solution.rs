@@ -20,6 +20,8 @@ pub struct Solution {
     pub residuals: DVector<f64>,
     /// The noise level σ_j that the rows of each joint were divided by; 1 where they were not.
     pub noise_levels: Vec<f64>,
+    /// R⁻¹ (b × b) of the matrix that was solved, Q R: times it, that matrix has orthonormal columns.
+    pub(super) r_inverse: DMatrix<f64>,
 }
 
 impl Solution {
@@ -98,6 +100,7 @@ fn finish(
         singular_values: factor.singular_values,
         residuals,
         noise_levels,
+        r_inverse: factor.r_inverse,
     })
 }
 

@@ -114,7 +114,7 @@ impl core::fmt::Debug for Transform {
 
 impl Transform {
     fn for_rows(rows: usize) -> Self {
-        // The scalar planner gives the same bits on every processor.
+        // The scalar planner: results do not depend on what the processor can do.
         Self { fft: FftPlannerScalar::new().plan_fft_forward((2 * rows).next_power_of_two()) }
     }
 
@@ -230,6 +230,11 @@ impl ResidualSpectrum {
             }
         }
         covariance
+    }
+
+    /// Independent rows of all joints, by the filter alone: rows times the passband.
+    pub(super) fn independent_rows(&self) -> f64 {
+        self.filter.independent(self.rows) * self.joints.len() as f64
     }
 
     /// Of every joint, how many independent rows its rows are worth where a mean is formed:

@@ -48,6 +48,11 @@ impl ParallelDecimation {
         Self { filter: None, factor: 1, cutoff_ratio: 1.0 }
     }
 
+    /// Whether there is no filter.
+    pub fn is_none(&self) -> bool {
+        self.filter.is_none()
+    }
+
     /// The factor n_d: one sample in so many is kept.
     pub fn factor(&self) -> usize {
         self.factor

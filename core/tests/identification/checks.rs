@@ -1,7 +1,7 @@
 //! Errors put in on purpose: each is found under its own name, and nothing is found where none is.
 
 use didim_core::identification::{
-    Estimate, Experiment, Freedom, IdimLsOptions, ModelCheck, idim_ls,
+    Estimate, Experiment, Freedom, IdimLsOptions, ModelCheck, SignalTiming, idim_ls,
 };
 use nalgebra::DMatrix;
 
@@ -24,14 +24,14 @@ struct Bench {
     options: IdimLsOptions,
 }
 
-/// The torque of each joint acts later by so many tenths of a sample.
+/// What is logged as the torque of each joint acts later by so many tenths of a sample.
 fn bench_with_delays(seed: u64, tenths: [isize; 3]) -> Bench {
     let mut random = Random(seed);
     let arm = Arm::random(&mut random, 3);
     let motion = arm.motion(&mut random, SAMPLES * FINE, RATE_HZ * FINE as f64, 2.0);
     let every_tenth = |signal: &[f64], shift: isize| -> Vec<f64> {
         let last = signal.len() as isize - 1;
-        let at = |k: usize| (k * FINE) as isize - shift;
+        let at = |k: usize| (k * FINE) as isize + shift;
         (0..SAMPLES).map(|k| signal[at(k).clamp(0, last) as usize]).collect()
     };
     let columns = |m: &DMatrix<f64>| -> Vec<Vec<f64>> {
@@ -100,6 +100,27 @@ fn a_torque_delay_is_estimated_per_joint_with_its_deviation() {
     }
     let rms = f64::sqrt(squares);
     assert!((0.7..1.3).contains(&rms), "{rms}");
+}
+
+/// What is estimated is what is missing in the timing: stated in addition, it is gone.
+#[test]
+fn the_estimated_delay_belongs_to_the_stated_one() {
+    let bench = bench_with_delays(3, [7, 7, 7]);
+    let signals = signals(RATE_HZ, bench.position.clone(), bench.torque.clone());
+    let experiment = Experiment::joint_side(&signals).unwrap();
+    let experiment = experiment.with_counted(100..SAMPLES - 100).unwrap();
+    let identify = |delay_s: f64| -> f64 {
+        let timing = SignalTiming { hold_s: 0.0, delay_s };
+        let experiment = experiment.clone().with_torque_timing(timing).unwrap();
+        let robot = &bench.arm.robot;
+        let found = idim_ls(robot, &bench.arm.base, &experiment, &bench.options).unwrap();
+        let delays = found.estimate.torque_delay_per_joint.into_iter().flatten();
+        delays.map(|delay| delay.delay_s).sum::<f64>() / 3.0
+    };
+    let missing = identify(0.0);
+    let truth = 7.0 / (RATE_HZ * FINE as f64);
+    assert!((missing / truth - 1.0).abs() < 0.2, "{missing} instead of {truth}");
+    assert!(identify(missing).abs() < 0.1 * truth, "{}", identify(missing));
 }
 
 /// The check that fails is the one of the error that was made, and it tells its size.

@@ -122,7 +122,7 @@ fn check(found: &Identification, values: impl Fn(usize) -> (f64, f64), figures: 
         let durbin_watson = estimate.durbin_watson_per_joint[joint];
         close(durbin_watson, figures.durbin_watson[joint], 5.1e-3, "Durbin–Watson");
     }
-    // Coulomb friction depends on the sign model by ten per cent, which its deviation does not say.
+    // Coulomb friction depends on the sign model by 5 %, which its deviation does not say.
     let reasons = &estimate.verdict.reasons;
     assert_eq!(reasons.len(), 1, "{reasons:?}");
     assert!(reasons[0].contains("friction law of joint 1, joint 2"), "{reasons:?}");

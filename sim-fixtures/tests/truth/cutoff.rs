@@ -52,8 +52,10 @@ fn the_verdict_knows_what_the_position_filter_does() {
             if mean.abs() > 2.0 {
                 let what = format!("{noise:?}, {cutoff_hz} Hz: {expected} for {mean} of {name}");
                 assert_eq!(summary.applicable, 0, "{what}");
-                // Too much is expected where noise saturates friction, which its power law ignores.
-                assert!(expected > 0.4 * mean.abs(), "{what}");
+                // Smoothing is expected to within a factor of two; of noise too much, which
+                // saturates friction where the power law goes on.
+                let most = if noise == Noise::Low { 2.0 } else { 10.0 };
+                assert!((0.5..most).contains(&(expected / mean.abs())), "{what}");
             }
             rows.push(vec![
                 if noise == Noise::Low { "low" } else { "high" }.to_owned(),

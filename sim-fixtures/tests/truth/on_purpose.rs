@@ -51,14 +51,24 @@ impl Wrong {
 
     fn expected(self, method: &Method) -> Expected {
         match self {
-            // The paper's position filter is an error of its own at this noise.
-            _ if method.distorts => Expected::Detectable,
             Self::Nothing => Expected::Right,
             // Who simulates the loop knows the controller: an arm with 5 % more of everything
             // would follow its reference otherwise.
             Self::AllGains if !method.simulates => Expected::Invisible,
             Self::PayloadAllParameters => Expected::Invisible,
             _ => Expected::Detectable,
+        }
+    }
+
+    /// What the verdict has to speak of, where the data show the error.
+    fn named(self) -> &'static str {
+        match self {
+            Self::SignModel | Self::Stribeck => "friction law",
+            Self::GainOfJoint3 => "torque gain",
+            Self::Payload => "parameters left out",
+            // To a simulated loop, an arm with more of everything answers late.
+            Self::Hold | Self::AllGains => "delay of the torques",
+            Self::Nothing | Self::PayloadAllParameters => "",
         }
     }
 
@@ -135,6 +145,8 @@ struct Effect {
     relative_error: f64,
     applicable: usize,
     first_reason: Option<String>,
+    /// The reasons of each run, in one text.
+    reasons: Vec<String>,
 }
 
 impl Effect {
@@ -146,6 +158,10 @@ impl Effect {
             largest: largest.clone(),
             relative_error: relative.sum::<f64>() / estimates.len() as f64,
             applicable: estimates.iter().filter(|(_, run)| run.applicable).count(),
+            reasons: estimates
+                .iter()
+                .map(|(estimate, _)| estimate.verdict.reasons.join("; "))
+                .collect(),
             first_reason: estimates
                 .iter()
                 .find_map(|(estimate, _)| estimate.verdict.reasons.first().cloned()),
@@ -183,7 +199,8 @@ fn effects(methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
 /// show it.
 #[test]
 fn errors_put_in_on_purpose_are_not_applicable() {
-    let methods = methods();
+    // The paper's position filter is an error of its own, and has its own table.
+    let methods: Vec<Method> = methods().into_iter().filter(|method| !method.distorts).collect();
     let effects = effects(&methods);
     let mut wrong_verdicts = Vec::new();
     for (wrong, method, effect) in &effects {
@@ -191,7 +208,9 @@ fn errors_put_in_on_purpose_are_not_applicable() {
         let right = match wrong.expected(&methods[*method]) {
             // 84 normal values have one beyond 5 once in 20 000 times.
             Expected::Right => effect.applicable == SEEDS && effect.largest.1.abs() < 5.0,
-            Expected::Detectable => effect.applicable == 0 && effect.first_reason.is_some(),
+            Expected::Detectable => {
+                effect.applicable == 0 && effect.reasons.iter().all(|r| r.contains(wrong.named()))
+            }
             Expected::Invisible => effect.applicable == SEEDS && effect.largest.1.abs() > 5.0,
         };
         if !right {

@@ -25,10 +25,11 @@ impl<'a> Columns<'a> {
     }
 
     /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
-    /// joints: tanh(u/w) for bends w far apart, and u|u|. None where nothing moves.
+    /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. None where
+    /// nothing moves.
     ///
-    /// Together with the model's own law they come close to any odd law that changes slowly above
-    /// the first bend, Stribeck's among them.
+    /// Above the last bend all of them vanish: what the model calls Coulomb friction stays what it
+    /// is there, and moves only as far as the shape below is another.
     pub(super) fn friction(
         &self,
         direction: &[f64],
@@ -61,7 +62,8 @@ impl<'a> Columns<'a> {
         Ok(Some(columns))
     }
 
-    /// One column per joint, for its delay in s: `τ(t − δ) ≈ τ(t) − δ dτ/dt`.
+    /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
+    /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`.
     pub(super) fn delays(&self) -> Result<DMatrix<f64>, IdentificationError> {
         let rate_hz = self.subject.experiment.sample_rate_hz();
         let mut rates = self.torque.clone();
@@ -75,7 +77,7 @@ impl<'a> Columns<'a> {
         let (rows, joints) = rates.shape();
         let mut columns = DMatrix::zeros(rows * joints, joints);
         for (joint, rate) in rates.column_iter().enumerate() {
-            columns.view_mut((joint * rows, joint), (rows, 1)).copy_from(&-rate);
+            columns.view_mut((joint * rows, joint), (rows, 1)).copy_from(&rate);
         }
         Ok(columns)
     }

@@ -30,6 +30,9 @@ pub(super) use workspace::indefinite_posture;
 /// allows, and one in between.
 const WIDER: f64 = 4.0;
 
+/// With less room above its cut-off, smoothing and noise cannot be told apart.
+const NARROWEST_COMPARISON: f64 = 1.5;
+
 /// A cut-off beyond this share of the Nyquist frequency filters nothing.
 const WIDEST_CUTOFF: f64 = 0.8;
 
@@ -82,11 +85,18 @@ pub struct ModelCheck {
     /// The probability that a right model makes as much of this freedom by chance; none where
     /// nothing is estimated.
     pub probability: Option<f64>,
-    /// The parameter that would move furthest in its standard deviations.
+    /// The parameter that would move furthest in its standard deviations, of those that would move
+    /// by more than the freedom's own uncertainty if there are any.
     pub parameter: String,
     /// How far, in its corrected standard deviations, as the model has them now.
     pub shift_deviations: f64,
+    /// How uncertain that is, in the same unit: one standard deviation; none where nothing is
+    /// estimated.
+    pub shift_uncertainty: Option<f64>,
 }
+
+/// A shift counts when it is so many times its own uncertainty.
+pub(super) const CERTAIN: f64 = 3.0;
 
 /// When the torque of a joint acts, over what its timing says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -99,8 +109,8 @@ pub struct TorqueDelay {
 
 /// Where the noise of the measured positions may do harm.
 pub(super) enum PositionError {
-    /// Nowhere: positions were not used.
-    None,
+    /// It is not known: the loop could not be simulated with it.
+    Unknown,
     /// In the regressor, behind this filter, which may do harm itself.
     InTheRegressor(PositionFilter),
     /// In the loop that was recorded, and not in the one that was simulated: torques under half the
@@ -132,6 +142,8 @@ pub(super) struct Checks {
     pub(super) model_checks: Vec<ModelCheck>,
     /// Of each joint; none where the motion does not tell it.
     pub(super) torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+    /// What has not been checked, and why.
+    pub(super) notes: Vec<String>,
 }
 
 impl Subject<'_> {
@@ -141,28 +153,40 @@ impl Subject<'_> {
         let joints = self.robot.joints();
         let transmission = self.robot.transmission();
         // What explains much comes first: a filter or a delay also bends every friction law.
-        let mut model_checks: Vec<ModelCheck> =
-            self.position_check(&columns)?.into_iter().collect();
-        let mut add = |freedom, extension: Option<&Extension>| {
-            model_checks.extend(extension.map(|extension| self.shifted(freedom, extension)));
+        let mut model_checks = Vec::new();
+        let mut notes = Vec::new();
+        match self.position_check(&columns)? {
+            Some(check) => model_checks.push(check),
+            None => notes.push(self.position_unchecked()),
+        }
+        let mut add = |freedom, columns: Option<DMatrix<f64>>| {
+            let extension = match columns {
+                Some(columns) => self.analysis.extended(&columns),
+                None => Ok(None),
+            };
+            let extension = extension.map_err(IdentificationError::Regression)?;
+            model_checks.extend(extension.iter().map(|extension| self.shifted(freedom, extension)));
+            Ok::<_, IdentificationError>(extension)
         };
-        let delays = self.analysis.extended(&columns.delays()?);
-        add(Freedom::TorqueDelay, delays.as_ref());
-        let left_out = self.left_out()?.and_then(|c| self.analysis.extended(&c));
-        add(Freedom::LeftOutParameters, left_out.as_ref());
+        let delays = add(Freedom::TorqueDelay, Some(columns.delays()?))?;
+        add(Freedom::LeftOutParameters, self.left_out()?)?;
         for joint in 0..joints {
             let friction = columns.friction(&unit(joint, joints))?;
-            let extension = friction.and_then(|c| self.analysis.extended(&c));
-            add(Freedom::JointFriction(joint + 1), extension.as_ref());
+            add(Freedom::JointFriction(joint + 1), friction)?;
         }
         for motor in (0..joints).filter(|&motor| transmission.is_coupled(motor)) {
             let friction = columns.friction(&transmission.direction(motor)[..joints])?;
-            let extension = friction.and_then(|c| self.analysis.extended(&c));
-            add(Freedom::MotorFriction(motor + 1), extension.as_ref());
+            add(Freedom::MotorFriction(motor + 1), friction)?;
         }
         for joint in 0..joints {
-            let gain = self.analysis.extended(&self.gain(joint));
-            add(Freedom::TorqueGain(joint + 1), gain.as_ref());
+            add(Freedom::TorqueGain(joint + 1), Some(self.gain(joint)))?;
+        }
+        if delays.is_none() {
+            notes.push(
+                "the delay of the torques could not be checked, nor all else: too few rows are left \
+                 over, or nothing moves"
+                    .to_owned(),
+            );
         }
 
         let mut torque_delay_per_joint = vec![None; joints];
@@ -172,11 +196,12 @@ impl Subject<'_> {
                 standard_deviation_s: found.covariance[(k, k)].sqrt(),
             });
         }
-        Ok(Checks { model_checks, torque_delay_per_joint })
+        Ok(Checks { model_checks, torque_delay_per_joint, notes })
     }
 
     fn shifted(&self, freedom: Freedom, extension: &Extension) -> ModelCheck {
-        self.check_of(freedom, Some(extension.probability), &extension.shift)
+        let uncertainty = Some(&extension.shift_deviation);
+        self.check_of(freedom, Some(extension.probability), &extension.shift, uncertainty)
     }
 
     fn check_of(
@@ -184,14 +209,35 @@ impl Subject<'_> {
         freedom: Freedom,
         probability: Option<f64>,
         shift: &DVector<f64>,
+        uncertainty: Option<&DVector<f64>>,
     ) -> ModelCheck {
-        let shift = shift.component_div(self.deviations);
-        let furthest = shift.icamax();
+        let relative = shift.component_div(self.deviations);
+        let certain = |k: usize| uncertainty.is_none_or(|u| shift[k].abs() > CERTAIN * u[k]);
+        let furthest = (0..relative.len()).max_by(|&a, &b| {
+            let order = certain(a).cmp(&certain(b));
+            order.then(relative[a].abs().total_cmp(&relative[b].abs()))
+        });
+        let furthest = furthest.unwrap_or_default();
         ModelCheck {
             freedom,
             probability,
             parameter: self.selection.names()[furthest].clone(),
-            shift_deviations: shift[furthest],
+            shift_deviations: relative[furthest],
+            shift_uncertainty: uncertainty.map(|u| u[furthest] / self.deviations[furthest]),
+        }
+    }
+
+    /// Why the noise of the positions was not looked at.
+    fn position_unchecked(&self) -> String {
+        match self.position_error {
+            PositionError::InTheRegressor(filter) => format!(
+                "what the position filter does at {} Hz could not be checked, so near to half the \
+                 sample rate",
+                filter.cutoff_hz
+            ),
+            PositionError::Unknown | PositionError::InTheLoop(_) => {
+                "what the noise of the positions does to the loop could not be simulated".to_owned()
+            }
         }
     }
 
@@ -233,14 +279,14 @@ impl Subject<'_> {
         columns: &Columns<'_>,
     ) -> Result<Option<ModelCheck>, IdentificationError> {
         match self.position_error {
-            PositionError::None => Ok(None),
+            PositionError::Unknown => Ok(None),
             PositionError::InTheRegressor(filter) => self.position_filter_check(columns, filter),
             // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
             // the noise and biases the estimate.
             PositionError::InTheLoop([half, all]) => {
                 let even = columns.rows_of(&((all - half * 2.0 + columns.torque()) * 2.0))?;
                 let shift = -self.analysis.influence().tr_mul(&even);
-                Ok(Some(self.check_of(Freedom::PositionNoise, None, &shift)))
+                Ok(Some(self.check_of(Freedom::PositionNoise, None, &shift, None)))
             }
         }
     }
@@ -261,7 +307,7 @@ impl Subject<'_> {
     ) -> Result<Option<ModelCheck>, IdentificationError> {
         let nyquist_hz = 0.5 * self.experiment.sample_rate_hz();
         let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
-        if widest <= 1.0 {
+        if widest < NARROWEST_COMPARISON {
             return Ok(None);
         }
         let influence = self.analysis.influence();
@@ -278,7 +324,7 @@ impl Subject<'_> {
         let determinant = s1 * n2 - s2 * n1;
         let smoothing = (&moved_near * n2 - &moved_far * n1) / determinant;
         let noise = (&moved_far * s1 - &moved_near * s2) / determinant;
-        let back = self.check_of(Freedom::PositionFilter, None, &-(&smoothing + &noise));
+        let back = self.check_of(Freedom::PositionFilter, None, &-(&smoothing + &noise), None);
         let parameter = self.selection.names().iter().position(|name| *name == back.parameter);
         let smoothed = parameter.is_none_or(|k| smoothing[k].abs() >= noise[k].abs());
         let freedom = if smoothed { Freedom::PositionFilter } else { Freedom::PositionNoise };

@@ -90,7 +90,7 @@ pub fn didim(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: iteration.motion(),
-        position_error: noisy.map_or(PositionError::None, PositionError::InTheLoop),
+        position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
         observations: &observations,
         solution: &solution,
         unweighted_condition_number: unweighted.condition_number(),

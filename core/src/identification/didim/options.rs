@@ -62,7 +62,9 @@ pub struct ConvergenceLimits {
     /// of ‖y‖ where it is less; 0.01.
     pub relative_error_change: f64,
     /// Largest difference between any parameter and the one that was simulated, in standard
-    /// deviations of the parameter under the weights of IDIM-LS; 0.05.
+    /// deviations of the parameter under the weights of IDIM-LS; 0.2. A step
+    /// leaves a tenth of the difference or less, and a friction law that jumps leaves the simulation
+    /// itself some hundredths.
     pub parameter_change: f64,
     /// Simulations after which there is no result, failed ones included; 30.
     pub max_simulations: u32,

@@ -16,6 +16,9 @@ use crate::identification::options::PositionFilter;
 use crate::robot::Robot;
 use crate::simulation::NoiseConfig;
 
+/// A filter that takes out less of the band than this leaves too little to judge the noise by.
+const LEAST_TAKEN_OUT: f64 = 0.1;
+
 /// Chooses the noise: the same for every experiment, so that the same input gives the same result.
 const SEED: u64 = 1;
 
@@ -69,7 +72,9 @@ fn motor_noise(
             *sum += value * value;
         }
     }
+    // Of white noise, the share of the band that the filter takes out. What it takes out of the
+    // motion itself counts as noise too: the bias is then expected too large rather than too small.
     let taken_out = 1.0 - 2.0 * filter.cutoff_hz / experiment.sample_rate_hz();
     let samples = experiment.counted().len() as f64;
-    sums.into_iter().map(|sum| (sum / samples / taken_out.max(0.1)).sqrt()).collect()
+    sums.into_iter().map(|sum| (sum / samples / taken_out.max(LEAST_TAKEN_OUT)).sqrt()).collect()
 }

@@ -21,6 +21,9 @@ use crate::trajectory::SampledReference;
 /// one: rates and periods are written with few digits.
 const WHOLE_MULTIPLE: f64 = 1e-6;
 
+/// A controller computes no more often per sample of the record.
+const MOST_PERIODS: f64 = 200.0;
+
 /// Simulates the loop with one estimate after the other.
 pub(super) struct Simulator<'a> {
     setting: Setting<'a>,
@@ -207,8 +210,8 @@ pub(super) fn periods_per_sample(
     let controller_period_s = controller.sample_period_s();
     let periods = sample_period_s / controller_period_s;
     let whole = periods.round();
-    // A million periods per sample is a mistake of units.
-    if (1.0..1e6).contains(&whole) && (periods - whole).abs() <= WHOLE_MULTIPLE * whole {
+    // More is a mistake of units, and takes hours to simulate.
+    if (1.0..=MOST_PERIODS).contains(&whole) && (periods - whole).abs() <= WHOLE_MULTIPLE * whole {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         return Ok(whole as usize);
     }
