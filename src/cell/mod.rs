@@ -187,6 +187,8 @@ impl Cell {
             start: section.start,
             convergence: section.convergence,
         });
+        // Whatever the method: a layout and a controller that contradict each other are both in
+        // doubt.
         if let Some(didim) = &didim {
             let checked = didim.validate(&robot, sample_rate_hz, layout.torque_timing());
             checked.map_err(|source| wrong(didim_key(&source), source.to_string()))?;

@@ -12,7 +12,7 @@ use super::CliError;
 use super::output::{print, write_figure};
 use crate::cell::Cell;
 use crate::experiment::{Recording, read_csv, read_log};
-use crate::identify::identify_recording;
+use crate::identify::{IdentifyError, identify_recording};
 use crate::report;
 
 #[derive(Debug, Args)]
@@ -61,8 +61,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let counted = counted(arguments, &cell, &recording)?;
     let start = Instant::now();
     let method = arguments.method.unwrap_or(cell.method);
-    let identification = identify_recording(&cell, method, &recording, counted)
-        .map_err(|error| CliError::in_file(&arguments.input, error))?;
+    let identification = identify_recording(&cell, method, &recording, counted.clone()).map_err(
+        |error| match error {
+            IdentifyError::NoController { .. } => {
+                CliError::configuration(format!("{}: {error}", arguments.cell.display()))
+            }
+            error => CliError::in_file(&arguments.input, error),
+        },
+    )?;
     let elapsed = start.elapsed();
     if arguments.json {
         let output =
@@ -71,6 +77,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print(&format!("{json}\n"))?;
     } else {
         print(&text(&cell, &identification, arguments.regrouping))?;
+        print(&what_counted(&counted, &recording))?;
     }
     // After the result, which a figure that cannot be written must not cost.
     arguments.figure.as_ref().map_or(Ok(()), |path| write_figure(path, &identification))
@@ -158,6 +165,15 @@ fn counted(
         return Err(CliError::in_file(&arguments.input, message));
     }
     Ok(from..to)
+}
+
+/// Which part of the record became rows; the rest is margin for the filters.
+fn what_counted(counted: &Range<usize>, recording: &Recording) -> String {
+    let rate = recording.signals.sample_rate_hz;
+    #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+    let (from, to) = (counted.start as f64 / rate, (counted.end - 1) as f64 / rate);
+    let margins = recording.samples() - counted.len();
+    format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
 }
 
 fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> String {

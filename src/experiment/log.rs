@@ -6,6 +6,7 @@ use std::time::Duration;
 use didim_core::JointSample;
 use didim_drivers::assemble::{Assembler, Losses};
 use didim_drivers::frame::{Frame, FrameId};
+use didim_drivers::layout::CyclesBy;
 use didim_drivers::source::{CandumpSource, Received, Source, SourceError};
 
 use super::{MAX_SAMPLES, Recording};
@@ -53,6 +54,20 @@ pub enum LogError {
         time_s: f64,
         /// What was counted.
         losses: Box<Losses>,
+    },
+    /// The log's own times tell another sample rate than the layout: correct the one that is wrong.
+    /// Velocities and accelerations would be off by as much, and fit well.
+    #[error(
+        "{}: by its time stamps {found_hz:.1} samples/s, by the layout {expected_hz:.1} (rate_hz); correct the one that is wrong, or let the frames count with cycles_by = \"frames\" if it is the stamps",
+        file.display()
+    )]
+    Rate {
+        /// The log.
+        file: PathBuf,
+        /// What the stamps tell \[Hz\].
+        found_hz: f64,
+        /// What the layout tells \[Hz\].
+        expected_hz: f64,
     },
     /// More samples than are held in memory: cut the log.
     #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the log", file.display())]
@@ -141,7 +156,34 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
             losses: losses(),
         });
     }
+    check_rate(path, cell, &samples, assembler.losses())?;
     Ok(samples)
+}
+
+/// Clocks of drives and computers differ by a ten-thousandth at most, and so do stamps over some
+/// seconds.
+const RATE_TOLERANCE: f64 = 5e-4;
+
+/// Shorter logs do not tell their rate well \[s\].
+const RATE_NEEDS_S: f64 = 2.0;
+
+/// Whether the stamps tell the layout's rate, where stamps count.
+fn check_rate(
+    path: &Path,
+    cell: &Cell,
+    samples: &[JointSample],
+    losses: &Losses,
+) -> Result<(), LogError> {
+    let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
+    let seconds = 1e-9 * last.stamp_ns.saturating_sub(first.stamp_ns) as f64;
+    let expected_hz = cell.sample_rate_hz();
+    let found_hz = last.sequence.saturating_sub(first.sequence) as f64 / seconds;
+    let off = (found_hz / expected_hz - 1.0).abs() > RATE_TOLERANCE && seconds > RATE_NEEDS_S;
+    if cell.layout.cycles_by() == CyclesBy::Stamps && (off || losses.cycles.wrong_period > 0) {
+        let file = path.to_path_buf();
+        return Err(LogError::Rate { file, found_hz, expected_hz });
+    }
+    Ok(())
 }
 
 /// The first identifiers, as candump writes them.

@@ -42,6 +42,8 @@ pub(super) struct Findings<'a> {
     pub(super) convergence: Vec<ConvergenceStep>,
     /// What the simulated loops followed.
     pub(super) reference: Option<ReferenceSource>,
+    /// How far the described controller is from the recorded one, where that can be told.
+    pub(super) controller_error_per_joint: Option<Vec<f64>>,
     pub(super) limits: &'a VerdictLimits,
 }
 
@@ -116,6 +118,7 @@ impl Findings<'_> {
             simulations: self.simulations,
             convergence: self.convergence,
             reference: self.reference,
+            controller_error_per_joint: self.controller_error_per_joint,
             verdict: Verdict::default(),
         };
         let indefinite = indefinite_posture(self.robot, self.model, &standard);

@@ -123,6 +123,11 @@ pub struct Estimate {
     /// What the simulated loops followed, for methods that simulate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSource>,
+    /// How far the command that the described controller makes of the recorded reference and
+    /// position is from the recorded one, relative to it; for methods that simulate, where it can
+    /// be told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controller_error_per_joint: Option<Vec<f64>>,
     /// Whether the result may be used.
     pub verdict: Verdict,
 }

@@ -57,6 +57,7 @@ pub fn idim_ls(
         simulations: 0,
         convergence: Vec::new(),
         reference: None,
+        controller_error_per_joint: None,
         limits: &options.limits,
     };
     findings.assemble()

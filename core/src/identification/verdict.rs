@@ -40,6 +40,10 @@ pub struct VerdictLimits {
     /// A model check counts when a right model gives it by chance with less than this probability.
     /// 1e-4: some twenty checks then cry wolf in one result of five hundred.
     pub model_probability: f64,
+    /// How far the command that the described controller makes of the recorded reference and
+    /// position may be from the recorded one, relative to it. 0.001: counts of reference and torque
+    /// leave a few 1e-5, a gain that is wrong by 2 % twice this limit.
+    pub controller_error: f64,
     /// Furthest that position filter and position noise may move a parameter, in its standard
     /// deviations. 0.7: less than the noise of the torques does.
     pub position_filter_deviations: f64,
@@ -56,6 +60,7 @@ impl Default for VerdictLimits {
             negative_deviations: 3.0,
             model_shift_deviations: 4.0,
             model_probability: 1e-4,
+            controller_error: 0.001,
             position_filter_deviations: 0.7,
         }
     }
@@ -63,7 +68,7 @@ impl Default for VerdictLimits {
 
 /// A limit that no result can be held against.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("limit {name} = {value} must be finite and greater than 0")]
+#[error("limit {name} = {value} must be finite and greater than 0, and a share at most 1")]
 pub struct LimitError {
     /// Its key.
     pub name: &'static str,
@@ -86,9 +91,22 @@ impl VerdictLimits {
             ("negative_deviations", self.negative_deviations),
             ("model_shift_deviations", self.model_shift_deviations),
             ("model_probability", self.model_probability),
+            ("controller_error", self.controller_error),
             ("position_filter_deviations", self.position_filter_deviations),
         ] {
             if !(value.is_finite() && value > 0.0) {
+                return Err(LimitError { name, value });
+            }
+        }
+        // Shares of the whole; 5 % is 0.05.
+        for (name, value) in [
+            ("model_probability", self.model_probability),
+            ("relative_error", self.relative_error),
+            ("relative_error_per_joint", self.relative_error_per_joint),
+            ("prediction_deviation", self.prediction_deviation),
+            ("controller_error", self.controller_error),
+        ] {
+            if value > 1.0 {
                 return Err(LimitError { name, value });
             }
         }
@@ -105,7 +123,9 @@ impl VerdictLimits {
         indefinite: Option<&[f64]>,
         decimation: &ParallelDecimation,
     ) -> Verdict {
-        let mut reasons = self.excitation_and_error(estimate);
+        // First what others may follow from.
+        let mut reasons = self.controller(estimate);
+        reasons.extend(self.excitation_and_error(estimate));
         let independent = decimation.cutoff_ratio() * estimate.rows as f64;
         let per_parameter = independent / estimate.parameters.len() as f64;
         if exceeds(self.rows_per_parameter, per_parameter) {
@@ -134,6 +154,22 @@ impl VerdictLimits {
         reasons.extend(self.model_errors(&estimate.model_checks));
         let notes = self.notes(estimate, decimation);
         Verdict { applicable: reasons.is_empty(), reasons, notes }
+    }
+
+    /// A controller that is not the recorded one.
+    fn controller(&self, estimate: &Estimate) -> Vec<String> {
+        let errors = (1..).zip(estimate.controller_error_per_joint.iter().flatten());
+        let wrong = errors.filter(|(_, error)| exceeds(**error, self.controller_error));
+        wrong
+            .map(|(joint, error): (usize, _)| {
+                format!(
+                    "the described controller of joint {joint} makes a command that is {:.2} % off \
+                     the recorded one: check its gains, its timing and the reference first, what \
+                     else is named may follow from it",
+                    100.0 * error
+                )
+            })
+            .collect()
     }
 
     /// Too little excitation, too large an error.
@@ -249,8 +285,9 @@ impl VerdictLimits {
         let mut notes = Vec::new();
         if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
             notes.push(
-                "no reference was recorded: the filtered measured position stood in for it, so \
-                 that this result is nearly that of IDIM-LS"
+                "no reference was recorded: the filtered measured position stood in for it, which \
+                 the simulated loop follows with a lag of its own; at best this result is nearly \
+                 that of IDIM-LS"
                     .to_owned(),
             );
         }
@@ -285,9 +322,11 @@ impl VerdictLimits {
 fn problem_and_remedy(freedom: Freedom) -> (&'static str, &'static str) {
     match freedom {
         Freedom::JointFriction(_) | Freedom::MotorFriction(_) => {
-            ("is not the model's", "choose another sign model")
+            ("is not the model's", "choose another sign model, one that fits no worse")
         }
-        Freedom::TorqueDelay => ("is not as stated", "check the torque's hold and delay"),
+        Freedom::TorqueDelay => {
+            ("is not as stated", "check the torque's hold and delay, with didim the controller too")
+        }
         Freedom::TorqueGain(_) => ("does not fit the others'", "check drive gain and gear ratio"),
         Freedom::LeftOutParameters => {
             ("are not zero", "identify more parameters, and check for a payload")

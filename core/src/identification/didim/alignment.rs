@@ -7,6 +7,9 @@ use crate::identification::experiment::SignalTiming;
 /// Two delays this close are the same \[s\].
 const SAME_DELAY_S: f64 = 1e-9;
 
+/// Two periods this close, relative to each other, are the same: rates are written with few digits.
+const SAME_PERIOD: f64 = 1e-6;
+
 /// A shift this close to a whole sample is one: it is a product of rounded times.
 const WHOLE_SAMPLE: f64 = 1e-9;
 
@@ -45,6 +48,11 @@ pub(super) fn torque_shift_samples(
     let shift = shift_s * sample_rate_hz;
     let whole = shift.round();
     Ok(if (shift - whole).abs() < WHOLE_SAMPLE { whole } else { shift })
+}
+
+/// Whether a controller computes once per sample of the record.
+pub(super) fn same_period(sample_rate_hz: f64, controller_period_s: f64) -> bool {
+    (sample_rate_hz * controller_period_s - 1.0).abs() <= SAME_PERIOD
 }
 
 #[cfg(test)]

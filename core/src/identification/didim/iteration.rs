@@ -13,6 +13,7 @@ use crate::identification::observation::observation_matrix;
 use crate::identification::prefilter::Motion;
 use crate::regression::{Observations, Solution};
 use crate::simulation::{NoiseConfig, SimulationError};
+use crate::trajectory::SampledReference;
 
 /// A step is halved no more often than this: a thousandth of it leads nowhere else.
 const MAX_HALVINGS: u32 = 10;
@@ -64,6 +65,11 @@ impl<'a> Iteration<'a> {
     /// One entry per step.
     pub(super) fn steps(&self) -> &[ConvergenceStep] {
         &self.steps
+    }
+
+    /// The reference itself.
+    pub(super) fn reference_signal(&self) -> &SampledReference {
+        self.simulator.reference()
     }
 
     /// When the simulated controller computes.

@@ -1,6 +1,7 @@
 //! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
 
 mod alignment;
+mod controller_check;
 mod inertia;
 mod iteration;
 mod options;
@@ -76,10 +77,15 @@ pub fn didim(
     let noisy = position_noise::noisy_torques(
         robot,
         experiment,
-        &fit,
         &options.regression.position_filter,
         &iteration,
         &solution.parameters,
+    )?;
+    let controller_error = controller_check::controller_error(
+        experiment,
+        options,
+        iteration.reference_signal(),
+        &fit.decimation,
     )?;
     let findings = Findings {
         method: Method::Didim,
@@ -98,6 +104,7 @@ pub fn didim(
         simulations: iteration.simulations(),
         convergence: iteration.steps().to_vec(),
         reference: Some(iteration.reference()),
+        controller_error_per_joint: controller_error,
         limits: &options.regression.limits,
     };
     findings.assemble()

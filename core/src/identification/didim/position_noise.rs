@@ -11,13 +11,13 @@ use crate::MAX_JOINTS;
 use crate::control::ControlTiming;
 use crate::identification::error::IdentificationError;
 use crate::identification::experiment::Experiment;
-use crate::identification::idim_ls::EquationErrorFit;
 use crate::identification::options::PositionFilter;
+use crate::identification::prefilter::filtered_motion;
 use crate::robot::Robot;
 use crate::simulation::NoiseConfig;
 
-/// A filter that takes out less of the band than this leaves too little to judge the noise by.
-const LEAST_TAKEN_OUT: f64 = 0.1;
+/// Beyond this share of the Nyquist frequency, positions hold nothing but noise.
+const MOTION_BAND: f64 = 0.4;
 
 /// Chooses the noise: the same for every experiment, so that the same input gives the same result.
 const SEED: u64 = 1;
@@ -28,7 +28,6 @@ const SEED: u64 = 1;
 pub(super) fn noisy_torques(
     robot: &Robot,
     experiment: &Experiment,
-    fit: &EquationErrorFit,
     filter: &PositionFilter,
     iteration: &Iteration<'_>,
     parameters: &DVector<f64>,
@@ -36,7 +35,7 @@ pub(super) fn noisy_torques(
     if matches!(iteration.timing(), ControlTiming::Continuous { .. }) {
         return Ok(None);
     }
-    let level = motor_noise(robot, experiment, fit, filter);
+    let level = motor_noise(robot, experiment, filter)?;
     let mut torques = Vec::with_capacity(2);
     for share in [0.5, 1.0] {
         let noise = NoiseConfig {
@@ -51,16 +50,17 @@ pub(super) fn noisy_torques(
     Ok(<[DMatrix<f64>; 2]>::try_from(torques).ok())
 }
 
-/// Standard deviation of the white noise of each motor's measured angle \[rad\]: what the position
-/// filter takes out of the counted samples, scaled up by what it leaves in.
+/// Standard deviation of the white noise of each motor's measured angle \[rad\]: what lies in the
+/// upper part of the band, where no motion is, scaled up to the whole band.
 fn motor_noise(
     robot: &Robot,
     experiment: &Experiment,
-    fit: &EquationErrorFit,
     filter: &PositionFilter,
-) -> Vec<f64> {
+) -> Result<Vec<f64>, IdentificationError> {
     let joints = robot.joints();
-    let noise = experiment.position_rad() - &fit.motion.position;
+    let cutoff_hz = MOTION_BAND * 0.5 * experiment.sample_rate_hz();
+    let motion = filtered_motion(experiment, &PositionFilter { cutoff_hz, ..*filter })?;
+    let noise = experiment.position_rad() - motion.position;
     let mut sums = vec![0.0; joints];
     let (mut joint, mut motor) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
     for k in experiment.counted() {
@@ -72,9 +72,6 @@ fn motor_noise(
             *sum += value * value;
         }
     }
-    // Of white noise, the share of the band that the filter takes out. What it takes out of the
-    // motion itself counts as noise too: the bias is then expected too large rather than too small.
-    let taken_out = 1.0 - 2.0 * filter.cutoff_hz / experiment.sample_rate_hz();
     let samples = experiment.counted().len() as f64;
-    sums.into_iter().map(|sum| (sum / samples / taken_out.max(LEAST_TAKEN_OUT)).sqrt()).collect()
+    Ok(sums.into_iter().map(|sum| (sum / samples / (1.0 - MOTION_BAND)).sqrt()).collect())
 }

@@ -87,6 +87,11 @@ impl<'a> Simulator<'a> {
         Ok(Self { setting, source, periods, motion: fit.motion.clone() })
     }
 
+    /// What the loop follows.
+    pub(super) fn reference(&self) -> &SampledReference {
+        &self.setting.reference
+    }
+
     /// When the controller computes.
     pub(super) fn timing(&self) -> ControlTiming {
         self.setting.controller.timing()
