@@ -283,7 +283,8 @@ fn without_a_reference_a_stiffer_loop_is_nearer_to_idim_ls() {
         };
         let estimate = identify(scenario.robot(), &experiment, &options).unwrap();
         assert_eq!(estimate.reference, Some(ReferenceSource::MeasuredPosition));
-        assert_eq!(estimate.verdict.notes.len(), 1);
+        let told = |note: &String| note.starts_with("no reference was recorded");
+        assert!(estimate.verdict.notes.iter().any(told), "{:?}", estimate.verdict.notes);
         let pairs = estimate.parameters.iter().zip(&equation_error.parameters);
         let squares: f64 = pairs.map(|(a, b)| (a.value / b.value - 1.0).powi(2)).sum();
         (squares / 28.0).sqrt()

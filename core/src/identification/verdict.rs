@@ -164,8 +164,8 @@ impl VerdictLimits {
             .map(|(joint, error): (usize, _)| {
                 format!(
                     "the described controller of joint {joint} makes a command that is {:.2} % off \
-                     the recorded one: check its gains, its timing and the reference first, what \
-                     else is named may follow from it",
+                     the recorded one: check its gains and timing, the reference and the torque gain \
+                     of the drive first, what else is named may follow from it",
                     100.0 * error
                 )
             })

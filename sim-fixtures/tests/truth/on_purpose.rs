@@ -52,8 +52,7 @@ impl Wrong {
     fn expected(self, method: &Method) -> Expected {
         match self {
             Self::Nothing => Expected::Right,
-            // Who simulates the loop knows the controller: an arm with 5 % more of everything
-            // would follow its reference otherwise.
+            // Who simulates the loop knows the controller, and what command it makes.
             Self::AllGains if !method.simulates => Expected::Invisible,
             Self::PayloadAllParameters => Expected::Invisible,
             _ => Expected::Detectable,
@@ -66,8 +65,8 @@ impl Wrong {
             Self::SignModel | Self::Stribeck => "friction law",
             Self::GainOfJoint3 => "torque gain",
             Self::Payload => "parameters left out",
-            // To a simulated loop, an arm with more of everything answers late.
-            Self::Hold | Self::AllGains => "delay of the torques",
+            Self::Hold => "delay of the torques",
+            Self::AllGains => "described controller of joint 1",
             Self::Nothing | Self::PayloadAllParameters => "",
         }
     }
