@@ -1,7 +1,9 @@
 //! The loop, stepped sample by sample.
 
 use crate::MAX_JOINTS;
-use crate::control::{ContinuousController, ControlTiming, ControllerConfig, SampledController};
+use crate::control::{
+    CommandVariation, ContinuousController, ControlTiming, ControllerConfig, SampledController,
+};
 use crate::dynamics::{Model, Workspace};
 use crate::robot::{Robot, Transmission};
 use crate::trajectory::Reference;
@@ -14,20 +16,23 @@ use super::integrator::Stages;
 use super::measurement::Encoders;
 use super::noise::{Noises, WhiteNoise};
 use super::plant::{Plant, ReferencePoint};
-use super::{InitialState, Integrator, Record, SimulationConfig, StepOutput, Unmodelled};
+use super::sensitivity::{PlantVariation, Sensitivities};
+use super::{InitialState, Record, SimulationConfig, StepOutput, Unmodelled};
 
 /// An arm under control, simulated.
 pub struct ClosedLoop<R> {
     plant: Plant<R>,
-    sampled: Option<(SampledController, CommandHold)>,
+    sampled: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
+    /// The same for the derivatives of the commands, where they are asked for.
+    varied: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
     encoders: Encoders,
     disturbance: DisturbanceTorque,
     torque_measurement: WhiteNoise,
     /// Logged over commanded torque of every motor.
     torque_gain: Option<Vec<f64>>,
-    integrator: Integrator,
-    substeps: u32,
     period_s: f64,
+    controller: ControllerConfig,
+    config: SimulationConfig,
     initial: InitialState,
     stages: Stages,
     /// The rate of the state just after the sample of `output`.
@@ -40,6 +45,8 @@ pub struct ClosedLoop<R> {
     started: bool,
     /// What ended the simulation.
     failed: Option<SimulationError>,
+    /// Derivatives of the command of the newest sample.
+    computed: Vec<f64>,
 }
 
 impl<R: Reference> ClosedLoop<R> {
@@ -68,7 +75,8 @@ impl<R: Reference> ClosedLoop<R> {
         let (sampled, continuous) = match controller.timing {
             ControlTiming::Sampled { .. } => {
                 let controller = SampledController::new(controller)?;
-                let hold = CommandHold::new(controller.delay_s(), controller.period_s());
+                let (delay_s, period_s) = (controller.delay_s(), controller.period_s());
+                let hold = CommandHold::new(delay_s, period_s, [0.0; MAX_JOINTS]);
                 (Some((controller, hold)), None)
             }
             ControlTiming::Continuous { .. } => {
@@ -90,11 +98,13 @@ impl<R: Reference> ClosedLoop<R> {
             torque: [0.0; MAX_JOINTS],
             divergence: config.divergence,
             joints,
+            variation: None,
         };
         let states = plant.states();
         let mut closed_loop = Self {
             plant,
             sampled,
+            varied: None,
             encoders: Encoders::new(
                 robot.transmission().clone(),
                 config.encoder_counts_per_turn.as_deref(),
@@ -103,9 +113,9 @@ impl<R: Reference> ClosedLoop<R> {
             disturbance: noises.disturbance_torque,
             torque_measurement: noises.torque_measurement,
             torque_gain,
-            integrator: config.integrator,
-            substeps: config.substeps,
             period_s,
+            controller: controller.clone(),
+            config: config.clone(),
             initial,
             stages: Stages::new(states),
             rate: vec![0.0; states],
@@ -114,6 +124,7 @@ impl<R: Reference> ClosedLoop<R> {
             output: StepOutput::default(),
             started: false,
             failed: None,
+            computed: Vec::new(),
         };
         closed_loop.restart(parameters)?;
         Ok(closed_loop)
@@ -131,6 +142,13 @@ impl<R: Reference> ClosedLoop<R> {
             return Err(SetupError::BadValue { what, value: *value, expected });
         }
         self.plant.parameters.copy_from_slice(parameters);
+        if let Some(variation) = &mut self.plant.variation {
+            variation.restart(&self.plant.model, parameters);
+        }
+        if let Some((controller, hold)) = &mut self.varied {
+            controller.reset();
+            hold.clear();
+        }
         self.plant.command = [0.0; MAX_JOINTS];
         self.plant.disturbance = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
@@ -142,6 +160,7 @@ impl<R: Reference> ClosedLoop<R> {
         self.torque_measurement.restart();
         let n = self.plant.joints;
         let (q, rest) = self.state.split_at_mut(n);
+        // Neither do derivatives have values at the start: it does not depend on the parameters.
         let (dq, integrals) = rest.split_at_mut(n);
         match &self.initial {
             InitialState::OnReference => {
@@ -159,6 +178,49 @@ impl<R: Reference> ClosedLoop<R> {
         self.started = false;
         self.failed = None;
         Ok(())
+    }
+
+    /// The same loop, back at time 0, which integrates its derivatives with respect to the standard
+    /// parameters in these `columns` along with its state, in the same steps: those of the
+    /// simulated signals themselves, not of an ideal solution that the steps approach.
+    ///
+    /// # Errors
+    /// [`SetupError::NoSensitivity`] names what the derivatives do not exist with, and
+    /// [`SetupError::BadValue`] a column that no parameter has.
+    pub fn with_sensitivities(mut self, columns: &[usize]) -> Result<Self, SetupError> {
+        self.config.check_differentiable(&self.controller)?;
+        let parameters = self.plant.parameters.clone();
+        if let Some(&column) = columns.iter().find(|&&column| column >= parameters.len()) {
+            let (what, expected) = ("column of a sensitivity", "that of a standard parameter");
+            return Err(SetupError::BadValue { what, value: column as f64, expected });
+        }
+        let (joints, width) = (self.plant.joints, columns.len());
+        let states = self.plant.states();
+        let command = CommandVariation::new(&self.controller, width);
+        self.varied = self.sampled.as_ref().map(|(controller, _)| {
+            let none = vec![0.0; joints * width];
+            let hold = CommandHold::new(controller.delay_s(), controller.period_s(), none);
+            (command.clone(), hold)
+        });
+        let continuous = self.sampled.is_none().then_some(command);
+        let model = &self.plant.model;
+        self.plant.variation =
+            Some(PlantVariation::new(model, &parameters, columns.to_vec(), continuous));
+        self.computed = vec![0.0; joints * width];
+        let size = states * (1 + width);
+        self.stages = Stages::new(size);
+        for state in [&mut self.rate, &mut self.state, &mut self.trial] {
+            state.resize(size, 0.0);
+        }
+        self.restart(&parameters)?;
+        Ok(self)
+    }
+
+    /// The derivatives at the sample of the last [`step`](Self::step); none unless the loop was made
+    /// [`with_sensitivities`](Self::with_sensitivities).
+    pub fn sensitivities(&self) -> Option<Sensitivities<'_>> {
+        let derivatives = &self.state[self.plant.states()..];
+        self.plant.variation.as_ref().map(|variation| variation.sensitivities(derivatives))
     }
 
     /// Period of the samples \[s\].
@@ -228,12 +290,14 @@ impl<R: Reference> ClosedLoop<R> {
             None => self.integrate(start_s, self.period_s, true)?,
             Some((_, hold)) => {
                 let rest_s = hold.rest_s();
-                let (before, after) = (hold.before_rest(), hold.after_rest());
+                let (before, after) = (*hold.before_rest(), *hold.after_rest());
                 if rest_s > 0.0 {
                     self.plant.command = before;
+                    self.apply_variation(CommandHold::before_rest);
                     self.integrate(start_s, rest_s, true)?;
                 }
                 self.plant.command = after;
+                self.apply_variation(CommandHold::after_rest);
                 self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)?;
             }
         }
@@ -250,16 +314,17 @@ impl<R: Reference> ClosedLoop<R> {
         length_s: f64,
         at_sample: bool,
     ) -> Result<(), SimulationError> {
-        let h = length_s / f64::from(self.substeps);
+        let (integrator, substeps) = (self.config.integrator, self.config.substeps);
+        let h = length_s / f64::from(substeps);
         let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.trial);
-        for k in 0..self.substeps {
+        for k in 0..substeps {
             let t = start_s + f64::from(k) * h;
             if k == 0 && at_sample {
                 stages.first_rate_mut().copy_from_slice(&self.rate);
             } else {
                 plant.rate(t, y, stages.first_rate_mut())?;
             }
-            stages.advance(self.integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
+            stages.advance(integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
         }
         Ok(())
     }
@@ -273,9 +338,17 @@ impl<R: Reference> ClosedLoop<R> {
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
             controller.update(reference.setpoint(n), &joint_position_rad[..n], &mut command[..n]);
-            hold.push(command);
-            self.plant.command = hold.at_sample();
+            hold.push(&command);
+            self.plant.command = *hold.at_sample();
         }
+        if let Some((controller, hold)) = &mut self.varied {
+            let error = reference.error(&joint_position_rad[..n]);
+            // A sampled loop has the states q and q̇, so that their derivatives begin with ∂q/∂θ.
+            let position = &self.state[2 * n..];
+            controller.update(&error[..n], position, &mut self.computed);
+            hold.push(&self.computed);
+        }
+        self.apply_variation(CommandHold::at_sample);
         self.plant.disturbance = self.disturbance.next(n);
         self.plant.rate(time_s, &self.state, &mut self.rate)?;
         if self.sampled.is_none() {
@@ -305,6 +378,13 @@ impl<R: Reference> ClosedLoop<R> {
         output.true_acceleration_rad_s2[..n].copy_from_slice(&self.rate[n..2 * n]);
         output.true_torque_nm[..n].copy_from_slice(&self.plant.torque[..n]);
         Ok(())
+    }
+
+    /// The derivatives of the command that acts.
+    fn apply_variation(&mut self, acting: impl Fn(&CommandHold<Vec<f64>>) -> &Vec<f64>) {
+        if let (Some((_, hold)), Some(variation)) = (&self.varied, &mut self.plant.variation) {
+            variation.apply(acting(hold));
+        }
     }
 
     /// Time of a sample \[s\]; a product, so that it does not drift.
