@@ -194,6 +194,10 @@ impl<R: Reference> ClosedLoop<R> {
             let (what, expected) = ("column of a sensitivity", "that of a standard parameter");
             return Err(SetupError::BadValue { what, value: column as f64, expected });
         }
+        if columns.is_empty() {
+            let (what, expected) = ("number of sensitivities", "1 or more");
+            return Err(SetupError::BadValue { what, value: 0.0, expected });
+        }
         let (joints, width) = (self.plant.joints, columns.len());
         let states = self.plant.states();
         let command = CommandVariation::new(&self.controller, width);
