@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::checks::{Subject, indefinite_posture};
+use super::checks::{Checks, Subject, indefinite_posture};
 use super::error::IdentificationError;
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
@@ -19,6 +19,16 @@ use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
+/// The torques along the motion, where the equation that was solved is another one.
+pub(super) struct TorqueRows<'a> {
+    /// Regressor and measured torques of the same rows.
+    pub(super) observations: &'a Observations,
+    /// What the estimate leaves of the measured torques.
+    pub(super) residuals: &'a DVector<f64>,
+    /// Whether the solved equation is one of torques, so that the model can be checked.
+    pub(super) checked: bool,
+}
+
 /// What a method hands in.
 pub(super) struct Findings<'a> {
     pub(super) method: Method,
@@ -32,7 +42,10 @@ pub(super) struct Findings<'a> {
     pub(super) motion: &'a Motion,
     /// The filter of the positions, where the motion is the measured one.
     pub(super) position_filter: Option<&'a PositionFilter>,
+    /// The equation that was solved.
     pub(super) observations: &'a Observations,
+    /// None where it is that of the torques and their regressor.
+    pub(super) torque: Option<TorqueRows<'a>>,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
     /// Condition number of the observation matrix without weights.
@@ -44,6 +57,8 @@ pub(super) struct Findings<'a> {
     /// What the simulated loops followed.
     pub(super) reference: Option<ReferenceSource>,
     pub(super) limits: &'a VerdictLimits,
+    /// What the method itself holds against the use of its result.
+    pub(super) reasons: Vec<String>,
 }
 
 impl Findings<'_> {
@@ -61,7 +76,9 @@ impl Findings<'_> {
         for (&column, &value) in selection.columns().iter().zip(solution.parameters.iter()) {
             standard[column] = value;
         }
-        let checks = Subject {
+        let torque = self.torque.as_ref().map_or(observations, |rows| rows.observations);
+        let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
+        let subject = Subject {
             robot: self.robot,
             base: self.base,
             model: self.model,
@@ -70,12 +87,18 @@ impl Findings<'_> {
             decimation,
             motion: self.motion,
             position_filter: self.position_filter,
-            observations,
+            observations: torque,
             analysis: &analysis,
             standard: &standard,
             deviations: &deviations,
-        }
-        .check()?;
+        };
+        let checks = match &self.torque {
+            Some(TorqueRows { checked: false, .. }) => Checks {
+                model_checks: Vec::new(),
+                torque_delay_per_joint: vec![None; self.robot.joints()],
+            },
+            _ => subject.check()?,
+        };
 
         let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
         let parameters =
@@ -89,7 +112,8 @@ impl Findings<'_> {
                 }
             });
         let (max, min) = solution.extreme_singular_values();
-        let statistics = observations.residual_statistics(&solution.residuals);
+        let statistics = torque.residual_statistics(residuals);
+        let own_statistics = observations.residual_statistics(&solution.residuals);
         let mut estimate = Estimate {
             schema: SCHEMA,
             method: self.method.name().to_owned(),
@@ -103,11 +127,8 @@ impl Findings<'_> {
             relative_error: statistics.relative_error,
             relative_error_per_joint: statistics.relative_error_per_joint,
             rms_error_per_joint_nm: statistics.rms_per_joint,
-            relative_prediction_deviation_per_joint: prediction_deviations(
-                observations,
-                &covariance,
-            ),
-            durbin_watson_per_joint: statistics.durbin_watson_per_joint,
+            relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
+            durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
             whiteness_per_joint: analysis.spectrum().whiteness_per_joint(),
             effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
@@ -121,12 +142,16 @@ impl Findings<'_> {
         };
         let indefinite = indefinite_posture(self.robot, self.model, &standard);
         estimate.verdict = self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref());
-        let measured = observations.measurements();
+        if !self.reasons.is_empty() {
+            estimate.verdict.applicable = false;
+            estimate.verdict.reasons.extend(self.reasons);
+        }
+        let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
         let fit = Fit {
             time_s: row_times(self.experiment.counted(), decimation, rate_hz),
-            measured: per_joint(observations, measured),
-            predicted: per_joint(observations, &(measured - &solution.residuals)),
+            measured: per_joint(torque, measured),
+            predicted: per_joint(torque, &(measured - residuals)),
         };
         Ok(Identification { estimate, fit })
     }

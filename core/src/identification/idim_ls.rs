@@ -50,6 +50,7 @@ pub fn idim_ls(
         motion: &fit.motion,
         position_filter: Some(&options.position_filter),
         observations: &fit.observations,
+        torque: None,
         solution: &fit.weighted,
         unweighted_condition_number: fit.ordinary.condition_number(),
         iterations: 1,
@@ -57,6 +58,7 @@ pub fn idim_ls(
         convergence: Vec::new(),
         reference: None,
         limits: &options.limits,
+        reasons: Vec::new(),
     };
     findings.assemble()
 }

@@ -14,17 +14,23 @@ pub enum Method {
     IdimLs,
     /// Direct and inverse dynamic identification models (paper, section 3.3).
     Didim,
+    /// Closed-loop input error (paper, section 3.2.3).
+    Clie,
+    /// Closed-loop output error (paper, section 3.2.2).
+    Cloe,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 2] = [Self::IdimLs, Self::Didim];
+    pub const ALL: [Self; 4] = [Self::IdimLs, Self::Didim, Self::Clie, Self::Cloe];
 
     /// The name: `idim-ls`.
     pub fn name(self) -> &'static str {
         match self {
             Self::IdimLs => "idim-ls",
             Self::Didim => "didim",
+            Self::Clie => "clie",
+            Self::Cloe => "cloe",
         }
     }
 }

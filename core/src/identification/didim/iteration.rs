@@ -3,13 +3,13 @@
 use nalgebra::DVector;
 
 use super::ConvergenceLimits;
-use super::simulator::Simulator;
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{ConvergenceStep, ReferenceSource};
 use crate::identification::experiment::Experiment;
 use crate::identification::idim_ls::EquationErrorFit;
 use crate::identification::observation::observation_matrix;
 use crate::identification::prefilter::Motion;
+use crate::identification::simulator::Simulator;
 use crate::regression::{Observations, Solution};
 
 /// A step is halved no more often than this: a thousandth of it leads nowhere else.

@@ -1,11 +1,10 @@
 //! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
 
-mod alignment;
+pub(super) mod alignment;
 mod inertia;
 mod iteration;
 mod options;
-mod simulator;
-mod start;
+pub(super) mod start;
 mod validate;
 
 pub use inertia::mean_joint_inertia;
@@ -18,11 +17,11 @@ use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
 use super::prefilter::delayed_torque;
+use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 use iteration::Iteration;
-use simulator::Simulator;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
 /// in place of the measured one.
@@ -62,7 +61,7 @@ pub fn didim(
         options.controller.timing(),
     )?;
     let torque = delayed_torque(experiment, shift, &fit.decimation)?;
-    let simulator = Simulator::new(robot, &fit, experiment, options)?;
+    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let mut iteration = Iteration::new(experiment, &fit, torque, simulator, options.convergence);
     let start = start::parameters(options.start, robot, base, &fit)?;
     let (observations, last) = iteration.run(start)?;
@@ -82,6 +81,7 @@ pub fn didim(
         motion: iteration.motion(),
         position_filter: None,
         observations: &observations,
+        torque: None,
         solution: &solution,
         unweighted_condition_number: unweighted.condition_number(),
         iterations: iteration.least_squares_steps() + 1,
@@ -89,6 +89,7 @@ pub fn didim(
         convergence: iteration.steps().to_vec(),
         reference: Some(iteration.reference()),
         limits: &options.regression.limits,
+        reasons: Vec::new(),
     };
     findings.assemble()
 }
