@@ -63,5 +63,7 @@ pub fn identify_recording(
             let options = cell.didim.as_ref().ok_or(IdentifyError::NoController { method })?;
             didim(&cell.robot, &cell.base, &experiment, options)?
         }
+        // A cell cannot say yet how these are to simulate.
+        Method::Clie | Method::Cloe => return Err(IdentifyError::NoController { method }),
     })
 }
