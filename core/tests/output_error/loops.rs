@@ -1,11 +1,43 @@
 //! Loops with their sensitivities, exact and by differences.
 
 use didim_core::control::ControlLaw;
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
+use didim_core::dynamics::BaseParameters;
+use didim_core::identification::{
+    ConvergenceLimits, DidimOptions, Experiment, Identification, IdentificationError, Optimiser,
+    OutputErrorOptions, SensitivityMethod, Start, clie, cloe,
+};
+use didim_core::robot::Robot;
+use didim_core::simulation::{ClosedLoop, InitialState, Integrator, SimulationConfig};
 use didim_core::trajectory::SampledReference;
 use nalgebra::DMatrix;
 
 use crate::looped::{Looped, RATE_HZ};
+
+pub(crate) type Method = fn(
+    &Robot,
+    &BaseParameters,
+    &Experiment,
+    &OutputErrorOptions,
+) -> Result<Identification, IdentificationError>;
+
+pub(crate) const METHODS: [(&str, Method); 2] = [("clie", clie), ("cloe", cloe)];
+
+/// The cabinet's fixed gains, and the paper's start.
+pub(crate) fn options(looped: &Looped) -> OutputErrorOptions {
+    let DidimOptions { regression, controller, reference, .. } = looped.options();
+    OutputErrorOptions {
+        regression,
+        decimated: true,
+        controller,
+        reference,
+        integrator: Integrator::Ode3,
+        substeps: 1,
+        start: Start::UnitDriveInertias,
+        sensitivities: SensitivityMethod::Exact,
+        optimiser: Optimiser::LevenbergMarquardt,
+        convergence: ConvergenceLimits::default(),
+    }
+}
 
 /// Derivatives of position and torque at the samples of a loop: rows are the samples of joint 1,
 /// then of joint 2, …; a column per parameter.

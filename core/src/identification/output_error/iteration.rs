@@ -81,7 +81,7 @@ impl<'p, 'a> Iteration<'p, 'a> {
         let (mut tries, mut renewals) = (0, 0);
         loop {
             let solution = self.solve(&observations)?;
-            let moves = self.note(&point, &observations, &solution, tries);
+            let moves = self.note(&point, &solution, tries);
             if moves.is_none() {
                 let levels = self.renewed(&observations, &solution);
                 let same = levels.iter().zip(&self.levels);
@@ -132,13 +132,7 @@ impl<'p, 'a> Iteration<'p, 'a> {
     }
 
     /// Notes the step from a simulation; the parameter that it moves too far to stand still.
-    fn note(
-        &mut self,
-        point: &Point,
-        observations: &Observations,
-        solution: &Solution,
-        tries: u32,
-    ) -> Option<usize> {
+    fn note(&mut self, point: &Point, solution: &Solution, tries: u32) -> Option<usize> {
         let relative_error = solution.residuals.norm() / self.problem.measured.norm();
         let again = self.steps.last().is_some_and(|last| last.simulation == self.trials);
         let last = if again { None } else { self.steps.last() };
@@ -153,7 +147,6 @@ impl<'p, 'a> Iteration<'p, 'a> {
         let stands = (again
             || relative_error_change.is_some_and(|c| c <= limits.relative_error_change))
             && parameter_change <= limits.parameter_change;
-        debug_assert_eq!(observations.measurements().len(), self.problem.measured.len());
         if !again {
             let (simulation, halvings) = (self.trials, tries);
             self.steps.push(ConvergenceStep {

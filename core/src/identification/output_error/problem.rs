@@ -11,9 +11,9 @@ use crate::identification::simulator::Simulator;
 use crate::regression::{Observations, RegressionError};
 use crate::simulation::SimulationError;
 
-/// A difference moves a parameter by this much of its size: the root of the rounding of the signals,
-/// 1e-14 of them, so that rounding and curvature are alike.
-const DIFFERENCE: f64 = 1e-7;
+/// A difference moves a parameter by this much of its size. Rounding makes an error of some 1e-11
+/// over it, relative to the derivative, and curvature one of its own size.
+const DIFFERENCE: f64 = 1e-6;
 
 /// The signal whose error is minimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
