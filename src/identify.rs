@@ -64,6 +64,8 @@ pub fn identify_recording(
             didim(&cell.robot, &cell.base, &experiment, options)?
         }
         // A cell cannot say yet how these are to simulate.
-        Method::Clie | Method::Cloe => return Err(IdentifyError::NoController { method }),
+        Method::Clie | Method::Cloe | Method::IdimIv => {
+            return Err(IdentifyError::NoController { method });
+        }
     })
 }

@@ -51,6 +51,7 @@ impl<const N: usize> Sub for Dual<N> {
 
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "(x y)' = x' y + x y'")]
     fn mul(self, other: Self) -> Self {
         let slope = |k: usize| self.slope[k] * other.value + self.value * other.slope[k];
         Self { value: self.value * other.value, slope: core::array::from_fn(slope) }
@@ -59,6 +60,7 @@ impl<const N: usize> Mul for Dual<N> {
 
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "(x/y)' = (x' − (x/y) y')/y")]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         let slope = |k: usize| (self.slope[k] - value * other.slope[k]) / other.value;

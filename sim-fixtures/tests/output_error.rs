@@ -1,5 +1,5 @@
 //! CLIE and CLOE on the simulated TX40, from 15 % beside its parameters.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fmt::Write as _;
 use std::time::Instant;

@@ -57,6 +57,8 @@ pub(super) struct Findings<'a> {
     /// What the simulated loops followed.
     pub(super) reference: Option<ReferenceSource>,
     pub(super) limits: &'a VerdictLimits,
+    /// Smallest canonical correlation of instruments, where there are any.
+    pub(super) instrument_correlation: Option<f64>,
     /// What the method itself holds against the use of its result.
     pub(super) reasons: Vec<String>,
 }
@@ -138,6 +140,7 @@ impl Findings<'_> {
             simulations: self.simulations,
             convergence: self.convergence,
             reference: self.reference,
+            smallest_instrument_correlation: self.instrument_correlation,
             verdict: Verdict::default(),
         };
         let indefinite = indefinite_posture(self.robot, self.model, &standard);

@@ -58,6 +58,7 @@ pub fn idim_ls(
         convergence: Vec::new(),
         reference: None,
         limits: &options.limits,
+        instrument_correlation: None,
         reasons: Vec::new(),
     };
     findings.assemble()

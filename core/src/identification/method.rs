@@ -18,11 +18,13 @@ pub enum Method {
     Clie,
     /// Closed-loop output error (paper, section 3.2.2).
     Cloe,
+    /// Inverse dynamic identification model, instrumental variables.
+    IdimIv,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 4] = [Self::IdimLs, Self::Didim, Self::Clie, Self::Cloe];
+    pub const ALL: [Self; 5] = [Self::IdimLs, Self::Didim, Self::Clie, Self::Cloe, Self::IdimIv];
 
     /// The name: `idim-ls`.
     pub fn name(self) -> &'static str {
@@ -31,6 +33,7 @@ impl Method {
             Self::Didim => "didim",
             Self::Clie => "clie",
             Self::Cloe => "cloe",
+            Self::IdimIv => "idim-iv",
         }
     }
 }

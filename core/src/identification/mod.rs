@@ -18,7 +18,9 @@ mod didim;
 mod error;
 mod estimate;
 mod experiment;
+mod idim_iv;
 mod idim_ls;
+mod instruments;
 mod method;
 mod observation;
 mod options;
@@ -36,6 +38,7 @@ pub use estimate::{
     SingularValues, Verdict,
 };
 pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
+pub use idim_iv::idim_iv;
 pub use idim_ls::idim_ls;
 pub use method::{Method, UnknownMethod};
 pub use observation::observation_matrix;

@@ -7,6 +7,8 @@ use nalgebra::DMatrix;
 use crate::looped::{Looped, PERIOD_S, pd, sampled};
 use crate::loops::{cascade, differences, exact, pid};
 
+type Law = fn(f64) -> ControlLaw;
+
 /// Of 0.4 s.
 const SAMPLES: usize = 400;
 
@@ -25,7 +27,7 @@ fn difference(a: &DMatrix<f64>, b: &DMatrix<f64>) -> f64 {
 fn the_variational_equation_gives_the_derivatives_of_the_discrete_loop() {
     let delayed = |periods: f64| sampled(periods * PERIOD_S);
     let continuous = ControlTiming::Continuous { sample_period_s: PERIOD_S };
-    let laws: [(&str, ControlTiming, fn(f64) -> ControlLaw); 7] = [
+    let laws: [(&str, ControlTiming, Law); 7] = [
         ("PD", sampled(0.0), pd),
         ("PD, 0.4 periods late", delayed(0.4), pd),
         ("PD, 1.7 periods late", delayed(1.7), pd),

@@ -8,6 +8,7 @@ pub(super) mod start;
 mod validate;
 
 pub use inertia::mean_joint_inertia;
+pub(super) use iteration::{Equation, Iteration};
 pub use options::{ConvergenceLimits, DidimOptions, Start};
 
 use super::assemble::Findings;
@@ -21,7 +22,6 @@ use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
-use iteration::Iteration;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
 /// in place of the measured one.
@@ -62,7 +62,8 @@ pub fn didim(
     )?;
     let torque = delayed_torque(experiment, shift, &fit.decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
-    let mut iteration = Iteration::new(experiment, &fit, torque, simulator, options.convergence);
+    let equation = Equation::Simulated { torque };
+    let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);
     let start = start::parameters(options.start, robot, base, &fit)?;
     let (observations, last) = iteration.run(start)?;
 
@@ -89,6 +90,7 @@ pub fn didim(
         convergence: iteration.steps().to_vec(),
         reference: Some(iteration.reference()),
         limits: &options.regression.limits,
+        instrument_correlation: None,
         reasons: Vec::new(),
     };
     findings.assemble()

@@ -40,7 +40,7 @@ pub struct DidimOptions {
 }
 
 impl DidimOptions {
-    pub(super) fn loop_options(&self) -> LoopOptions<'_> {
+    pub(in crate::identification) fn loop_options(&self) -> LoopOptions<'_> {
         LoopOptions {
             controller: &self.controller,
             reference: self.reference,

@@ -144,6 +144,7 @@ fn identify(
         convergence: optimum.steps,
         reference: Some(problem.simulator.source()),
         limits: &options.regression.limits,
+        instrument_correlation: None,
         reasons: above_noise(ratio).into_iter().collect(),
     };
     findings.assemble()

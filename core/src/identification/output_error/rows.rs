@@ -48,13 +48,11 @@ impl<'a> Rows<'a> {
         for (group, mut values) in groups.into_iter().enumerate() {
             let failed = IdentificationError::RegressorFilter;
             self.decimation.filter_lanes(&mut values).map_err(failed)?;
-            for lane in 0..LANES {
-                let (joint, parameter) =
-                    ((group * LANES + lane) / width, (group * LANES + lane) % width);
-                if joint < self.joints {
-                    for (row, &k) in self.kept.iter().enumerate() {
-                        matrix[(joint * self.kept.len() + row, parameter)] = values[k][lane];
-                    }
+            let first = group * LANES;
+            for signal in first..(first + LANES).min(self.joints * width) {
+                let (joint, parameter) = (signal / width, signal % width);
+                for (row, &k) in self.kept.iter().enumerate() {
+                    matrix[(joint * self.kept.len() + row, parameter)] = values[k][signal - first];
                 }
             }
         }
