@@ -16,37 +16,36 @@ use super::integrator::Stages;
 use super::measurement::Encoders;
 use super::noise::{Noises, WhiteNoise};
 use super::plant::{Plant, ReferencePoint};
-use super::sensitivity::{PlantVariation, Sensitivities};
 use super::{InitialState, Record, SimulationConfig, StepOutput, Unmodelled};
 
 /// An arm under control, simulated.
 pub struct ClosedLoop<R> {
-    plant: Plant<R>,
-    sampled: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
+    pub(super) plant: Plant<R>,
+    pub(super) sampled: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
     /// The same for the derivatives of the commands, where they are asked for.
-    varied: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
+    pub(super) varied: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
     encoders: Encoders,
     disturbance: DisturbanceTorque,
     torque_measurement: WhiteNoise,
     /// Logged over commanded torque of every motor.
     torque_gain: Option<Vec<f64>>,
     period_s: f64,
-    controller: ControllerConfig,
-    config: SimulationConfig,
+    pub(super) controller: ControllerConfig,
+    pub(super) config: SimulationConfig,
     initial: InitialState,
-    stages: Stages,
+    pub(super) stages: Stages,
     /// The rate of the state just after the sample of `output`.
-    rate: Vec<f64>,
+    pub(super) rate: Vec<f64>,
     /// The state at the sample of `output`.
-    state: Vec<f64>,
+    pub(super) state: Vec<f64>,
     /// Where a step is tried before it is believed.
-    trial: Vec<f64>,
+    pub(super) trial: Vec<f64>,
     output: StepOutput,
     started: bool,
     /// What ended the simulation.
     failed: Option<SimulationError>,
     /// Derivatives of the command of the newest sample.
-    computed: Vec<f64>,
+    pub(super) computed: Vec<f64>,
 }
 
 impl<R: Reference> ClosedLoop<R> {
@@ -178,53 +177,6 @@ impl<R: Reference> ClosedLoop<R> {
         self.started = false;
         self.failed = None;
         Ok(())
-    }
-
-    /// The same loop, back at time 0, which integrates its derivatives with respect to the standard
-    /// parameters in these `columns` along with its state, in the same steps: those of the
-    /// simulated signals themselves, not of an ideal solution that the steps approach.
-    ///
-    /// # Errors
-    /// [`SetupError::NoSensitivity`] names what the derivatives do not exist with, and
-    /// [`SetupError::BadValue`] a column that no parameter has.
-    pub fn with_sensitivities(mut self, columns: &[usize]) -> Result<Self, SetupError> {
-        self.config.check_differentiable(&self.controller)?;
-        let parameters = self.plant.parameters.clone();
-        if let Some(&column) = columns.iter().find(|&&column| column >= parameters.len()) {
-            let (what, expected) = ("column of a sensitivity", "that of a standard parameter");
-            return Err(SetupError::BadValue { what, value: column as f64, expected });
-        }
-        if columns.is_empty() {
-            let (what, expected) = ("number of sensitivities", "1 or more");
-            return Err(SetupError::BadValue { what, value: 0.0, expected });
-        }
-        let (joints, width) = (self.plant.joints, columns.len());
-        let states = self.plant.states();
-        let command = CommandVariation::new(&self.controller, width);
-        self.varied = self.sampled.as_ref().map(|(controller, _)| {
-            let none = vec![0.0; joints * width];
-            let hold = CommandHold::new(controller.delay_s(), controller.period_s(), none);
-            (command.clone(), hold)
-        });
-        let continuous = self.sampled.is_none().then_some(command);
-        let model = &self.plant.model;
-        self.plant.variation =
-            Some(PlantVariation::new(model, &parameters, columns.to_vec(), continuous));
-        self.computed = vec![0.0; joints * width];
-        let size = states * (1 + width);
-        self.stages = Stages::new(size);
-        for state in [&mut self.rate, &mut self.state, &mut self.trial] {
-            state.resize(size, 0.0);
-        }
-        self.restart(&parameters)?;
-        Ok(self)
-    }
-
-    /// The derivatives at the sample of the last [`step`](Self::step); none unless the loop was made
-    /// [`with_sensitivities`](Self::with_sensitivities).
-    pub fn sensitivities(&self) -> Option<Sensitivities<'_>> {
-        let derivatives = &self.state[self.plant.states()..];
-        self.plant.variation.as_ref().map(|variation| variation.sensitivities(derivatives))
     }
 
     /// Period of the samples \[s\].
@@ -382,13 +334,6 @@ impl<R: Reference> ClosedLoop<R> {
         output.true_acceleration_rad_s2[..n].copy_from_slice(&self.rate[n..2 * n]);
         output.true_torque_nm[..n].copy_from_slice(&self.plant.torque[..n]);
         Ok(())
-    }
-
-    /// The derivatives of the command that acts.
-    fn apply_variation(&mut self, acting: impl Fn(&CommandHold<Vec<f64>>) -> &Vec<f64>) {
-        if let (Some((_, hold)), Some(variation)) = (&self.varied, &mut self.plant.variation) {
-            variation.apply(acting(hold));
-        }
     }
 
     /// Time of a sample \[s\]; a product, so that it does not drift.

@@ -1,7 +1,12 @@
 //! How the simulated signals change with the parameters: the variational equation of the loop.
 
+use super::ClosedLoop;
+use super::error::SetupError;
+use super::hold::CommandHold;
+use super::integrator::Stages;
 use crate::control::CommandVariation;
 use crate::dynamics::{Model, Variation, VariationWorkspace, Workspace};
+use crate::trajectory::Reference;
 
 /// Derivatives of a loop's signals at one sample with respect to b parameters: n × b, a row per
 /// joint. The unit is that of the signal over that of the parameter.
@@ -88,5 +93,61 @@ impl PlantVariation {
     pub(super) fn sensitivities<'a>(&'a self, derivatives: &'a [f64]) -> Sensitivities<'a> {
         let size = self.joints * self.columns.len();
         Sensitivities { position: &derivatives[..size], torque: &self.torque }
+    }
+}
+
+impl<R: Reference> ClosedLoop<R> {
+    /// The same loop, back at time 0, which integrates its derivatives with respect to the standard
+    /// parameters in these `columns` along with its state, in the same steps: those of the
+    /// simulated signals themselves, not of an ideal solution that the steps approach.
+    ///
+    /// # Errors
+    /// [`SetupError::NoSensitivity`] names what the derivatives do not exist with, and
+    /// [`SetupError::BadValue`] a column that no parameter has.
+    pub fn with_sensitivities(mut self, columns: &[usize]) -> Result<Self, SetupError> {
+        self.config.check_differentiable(&self.controller)?;
+        let parameters = self.plant.parameters.clone();
+        if let Some(&column) = columns.iter().find(|&&column| column >= parameters.len()) {
+            let (what, expected) = ("column of a sensitivity", "that of a standard parameter");
+            return Err(SetupError::BadValue { what, value: column as f64, expected });
+        }
+        if columns.is_empty() {
+            let (what, expected) = ("number of sensitivities", "1 or more");
+            return Err(SetupError::BadValue { what, value: 0.0, expected });
+        }
+        let (joints, width) = (self.plant.joints, columns.len());
+        let states = self.plant.states();
+        let command = CommandVariation::new(&self.controller, width);
+        self.varied = self.sampled.as_ref().map(|(controller, _)| {
+            let none = vec![0.0; joints * width];
+            let hold = CommandHold::new(controller.delay_s(), controller.period_s(), none);
+            (command.clone(), hold)
+        });
+        let continuous = self.sampled.is_none().then_some(command);
+        let model = &self.plant.model;
+        self.plant.variation =
+            Some(PlantVariation::new(model, &parameters, columns.to_vec(), continuous));
+        self.computed = vec![0.0; joints * width];
+        let size = states * (1 + width);
+        self.stages = Stages::new(size);
+        for state in [&mut self.rate, &mut self.state, &mut self.trial] {
+            state.resize(size, 0.0);
+        }
+        self.restart(&parameters)?;
+        Ok(self)
+    }
+
+    /// The derivatives at the sample of the last [`step`](Self::step); none unless the loop was made
+    /// [`with_sensitivities`](Self::with_sensitivities).
+    pub fn sensitivities(&self) -> Option<Sensitivities<'_>> {
+        let derivatives = &self.state[self.plant.states()..];
+        self.plant.variation.as_ref().map(|variation| variation.sensitivities(derivatives))
+    }
+
+    /// The derivatives of the command that acts.
+    pub(super) fn apply_variation(&mut self, acting: impl Fn(&CommandHold<Vec<f64>>) -> &Vec<f64>) {
+        if let (Some((_, hold)), Some(variation)) = (&self.varied, &mut self.plant.variation) {
+            variation.apply(acting(hold));
+        }
     }
 }
