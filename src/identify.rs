@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use didim_core::identification::{
-    Experiment, ExperimentError, Identification, IdentificationError, Method, didim, idim_ls,
+    Experiment, ExperimentError, Identification, IdentificationError, Method, clie, cloe, didim,
+    idim_iv, idim_ls,
 };
 
 use crate::cell::Cell;
@@ -57,11 +58,19 @@ pub fn identify_recording(
     }
     .with_torque_timing(cell.layout.torque_timing())?
     .with_counted(counted)?;
+    let (robot, base) = (&cell.robot, &cell.base);
+    let missing = || IdentifyError::NoController { method };
     Ok(match method {
-        Method::IdimLs => idim_ls(&cell.robot, &cell.base, &experiment, &cell.options)?,
-        Method::Didim => {
-            let options = cell.didim.as_ref().ok_or(IdentifyError::NoController { method })?;
-            didim(&cell.robot, &cell.base, &experiment, options)?
+        Method::IdimLs => idim_ls(robot, base, &experiment, &cell.options)?,
+        Method::IdimIv | Method::Didim => {
+            let options = cell.didim.as_ref().ok_or_else(missing)?;
+            let identify = if method == Method::Didim { didim } else { idim_iv };
+            identify(robot, base, &experiment, options)?
+        }
+        Method::Clie | Method::Cloe => {
+            let options = cell.output_error.as_ref().ok_or_else(missing)?;
+            let identify = if method == Method::Clie { clie } else { cloe };
+            identify(robot, base, &experiment, options)?
         }
     })
 }

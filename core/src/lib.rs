@@ -10,6 +10,7 @@
 //! signal, regression} → robot`.
 
 pub mod control;
+pub mod dual;
 pub mod dynamics;
 pub mod identification;
 pub mod regression;

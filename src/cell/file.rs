@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, Method, PositionFilter, Start, VerdictLimits,
+    ConvergenceLimits, DecimationFilter, Method, Optimiser, PositionFilter, SensitivityMethod,
+    Start, VerdictLimits,
 };
 use didim_core::robot::SignModel;
 use didim_core::simulation::Integrator;
@@ -82,13 +83,15 @@ pub struct IdentificationSection {
     pub limits: VerdictLimits,
     /// How the closed loop is simulated, and when the iteration ends; needs `[controller]`.
     #[serde(default)]
-    pub didim: Option<DidimSection>,
+    pub simulation: Option<SimulationSection>,
 }
 
-/// `[identification.didim]`; see [`DidimOptions`](didim_core::identification::DidimOptions).
+/// `[identification.simulation]`, of every method that simulates; see
+/// [`DidimOptions`](didim_core::identification::DidimOptions) and
+/// [`OutputErrorOptions`](didim_core::identification::OutputErrorOptions).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct DidimSection {
+pub struct SimulationSection {
     /// Whether regressor and torque pass the decimation filter.
     pub decimated: bool,
     /// What the drive makes of its targets between two of them.
@@ -101,9 +104,13 @@ pub struct DidimSection {
     pub start: Start,
     /// When the iteration ends.
     pub convergence: ConvergenceLimits,
+    /// Where CLIE and CLOE have their sensitivities from.
+    pub sensitivities: SensitivityMethod,
+    /// How CLIE and CLOE find the next parameters.
+    pub optimiser: Optimiser,
 }
 
-impl Default for DidimSection {
+impl Default for SimulationSection {
     fn default() -> Self {
         Self {
             decimated: true,
@@ -112,6 +119,8 @@ impl Default for DidimSection {
             substeps: 1,
             start: Start::default(),
             convergence: ConvergenceLimits::default(),
+            sensitivities: SensitivityMethod::default(),
+            optimiser: Optimiser::default(),
         }
     }
 }

@@ -12,7 +12,9 @@ mod values;
 use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{DidimOptions, IdentificationError, IdimLsOptions, Method};
+use didim_core::identification::{
+    DidimOptions, IdentificationError, IdimLsOptions, Method, OutputErrorOptions,
+};
 use didim_core::robot::Robot;
 use didim_core::simulation::SetupError;
 use didim_drivers::layout::CompiledLayout;
@@ -55,8 +57,10 @@ pub struct Cell {
     pub method: Method,
     /// What every method needs to know, and all that IDIM-LS does.
     pub options: IdimLsOptions,
-    /// The options of DIDIM, where the cell says what controls the arm.
+    /// The options of DIDIM and IDIM-IV, where the cell says what controls the arm.
     pub didim: Option<DidimOptions>,
+    /// The options of CLIE and CLOE, likewise.
+    pub output_error: Option<OutputErrorOptions>,
     /// How the service runs.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC file, so that a result names what it was made with.
@@ -166,8 +170,8 @@ impl Cell {
             }
         }
         let simulates = file.identification.method != Method::IdimLs;
-        if file.controller.is_none() && (simulates || file.identification.didim.is_some()) {
-            let key = if simulates { "identification.method" } else { "identification.didim" };
+        if file.controller.is_none() && (simulates || file.identification.simulation.is_some()) {
+            let key = if simulates { "identification.method" } else { "identification.simulation" };
             let method = file.identification.method;
             return Err(wrong(
                 key,
@@ -176,7 +180,19 @@ impl Cell {
                 ),
             ));
         }
-        let section = file.identification.didim.unwrap_or_default();
+        let section = file.identification.simulation.unwrap_or_default();
+        let output_error = file.controller.clone().map(|controller| OutputErrorOptions {
+            regression: options.clone(),
+            decimated: section.decimated,
+            controller,
+            reference: section.reference,
+            integrator: section.integrator,
+            substeps: section.substeps,
+            start: section.start,
+            sensitivities: section.sensitivities,
+            optimiser: section.optimiser,
+            convergence: section.convergence,
+        });
         let didim = file.controller.map(|controller| DidimOptions {
             regression: options.clone(),
             decimated: section.decimated,
@@ -209,6 +225,7 @@ impl Cell {
             method: file.identification.method,
             options,
             didim,
+            output_error,
             service: file.service,
         })
     }
@@ -222,10 +239,10 @@ impl Cell {
 /// Where in the cell file the mistake is.
 fn didim_key(error: &IdentificationError) -> &'static str {
     match error {
-        IdentificationError::Convergence { .. } => "identification.didim.convergence",
-        IdentificationError::NoNominalParameters { .. } => "identification.didim.start",
+        IdentificationError::Convergence { .. } => "identification.simulation.convergence",
+        IdentificationError::NoNominalParameters { .. } => "identification.simulation.start",
         IdentificationError::Setup(SetupError::BadValue { what: "substeps", .. }) => {
-            "identification.didim.substeps"
+            "identification.simulation.substeps"
         }
         _ => "controller",
     }

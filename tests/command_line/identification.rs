@@ -92,8 +92,15 @@ fn one_object_with_the_promised_keys() {
 /// z of 28 parameters: their rms is 1 to within 0.2 or so, since they are correlated.
 #[test]
 fn the_truth_is_found_by_every_method() {
+    // From the paper's start CLIE does not arrive on this motion, and says so.
+    let configuration = Configuration::with(
+        "cells/tx40-packed-fd.toml",
+        "start = \"unit-drive-inertias\"",
+        "start = \"idim-ls\"",
+    );
+    let cell = configuration.packed_cell();
     for method in Method::ALL {
-        let output = identify(&packed_cell(), &data().packed_log, &["--method", method.name()]);
+        let output = identify(&cell, &data().packed_log, &["--method", method.name()]);
         assert_eq!(output["method"], method.name());
         assert_eq!(output["verdict"]["applicable"], true, "{}", output["verdict"]);
         let deviations = deviations(&output);

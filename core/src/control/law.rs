@@ -65,3 +65,49 @@ impl JointController {
         }
     }
 }
+
+/// The gains of a law, all of which are linear: τ = `error` e + `error_rate` ė + `velocity` q̇ +
+/// `integral` I, and İ = `integrand_error` e + `integrand_velocity` q̇, but for what comes from the
+/// reference alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gains {
+    pub(super) error: f64,
+    pub(super) error_rate: f64,
+    pub(super) velocity: f64,
+    pub(super) integral: f64,
+    pub(super) integrand_error: f64,
+    pub(super) integrand_velocity: f64,
+    /// The integral stands still while |e| is below this \[rad\].
+    dead_zone_rad: f64,
+}
+
+impl Gains {
+    pub(super) fn of(controller: &JointController) -> Self {
+        let rest = Signals {
+            error: 0.0,
+            error_rate: 0.0,
+            velocity: 0.0,
+            reference_velocity: 0.0,
+            reference_acceleration: 0.0,
+        };
+        let (integrand_error, integrand_velocity, dead_zone_rad) = match controller.law {
+            ControlLaw::P { .. } | ControlLaw::Pd { .. } => (0.0, 0.0, 0.0),
+            ControlLaw::Pid { integral_dead_zone_rad, .. } => (1.0, 0.0, integral_dead_zone_rad),
+            ControlLaw::CascadedPPi { kv_per_s, .. } => (kv_per_s, -1.0, 0.0),
+        };
+        Self {
+            error: controller.torque(&Signals { error: 1.0, ..rest }, 0.0),
+            error_rate: controller.torque(&Signals { error_rate: 1.0, ..rest }, 0.0),
+            velocity: controller.torque(&Signals { velocity: 1.0, ..rest }, 0.0),
+            integral: controller.torque(&rest, 1.0),
+            integrand_error,
+            integrand_velocity,
+            dead_zone_rad,
+        }
+    }
+
+    /// Whether the integral moves at this error \[rad\].
+    pub(super) fn integrates(&self, error: f64) -> bool {
+        error.abs() >= self.dead_zone_rad
+    }
+}

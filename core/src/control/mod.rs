@@ -13,6 +13,7 @@ mod law;
 mod sampled;
 mod simulated;
 mod timing;
+mod variation;
 
 pub use config::{ControlLaw, ControllerConfig, FeedForward, JointController};
 pub use continuous::ContinuousController;
@@ -21,6 +22,7 @@ pub use sampled::SampledController;
 pub use simulated::SimulatedController;
 pub use timing::ControlTiming;
 pub(crate) use timing::split_delay;
+pub(crate) use variation::CommandVariation;
 
 /// What the joints are told to do at one instant: one entry per joint.
 #[derive(Clone, Copy, Debug)]

@@ -46,6 +46,32 @@ impl Model {
         solve(&ws.mass[..n], ddq);
         Ok(())
     }
+
+    /// Solves M X = B in place for B with `width` columns (n × width, row-major), with the mass
+    /// matrix that [`direct_dynamics`](Self::direct_dynamics) has factorised in the workspace.
+    pub(super) fn solve_mass(&self, ws: &Workspace<f64>, width: usize, b: &mut [f64]) {
+        let factor = &ws.mass[..self.joints()];
+        let subtract = |to: &mut [f64], share: f64, from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to -= share * from;
+            }
+        };
+        for (j, row) in factor.iter().enumerate() {
+            let (done, rest) = b.split_at_mut(j * width);
+            for (l, done) in row.iter().zip(done.chunks_exact(width)) {
+                subtract(&mut rest[..width], *l, done);
+            }
+            rest[..width].iter_mut().for_each(|x| *x *= row[j]);
+        }
+        for j in (0..factor.len()).rev() {
+            let (rest, done) = b.split_at_mut((j + 1) * width);
+            let x = &mut rest[j * width..];
+            for (row, done) in factor[j + 1..].iter().zip(done.chunks_exact(width)) {
+                subtract(x, row[j], done);
+            }
+            x.iter_mut().for_each(|x| *x *= factor[j][j]);
+        }
+    }
 }
 
 /// Smallest share of a diagonal entry that a pivot may keep: below it, only rounding is left.

@@ -12,10 +12,12 @@ mod inverse;
 mod kinematics;
 mod mass_matrix;
 mod regressor;
+mod variation;
 mod vector;
 
 pub use base::{BaseParameters, BaseParametersError, UnknownBaseParameter};
 pub use direct::NotPositiveDefinite;
+pub(crate) use variation::{Variation, VariationWorkspace};
 
 use drives::Drives;
 use inertia::Inertia;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::checks::{PositionError, Subject, indefinite_posture};
+use super::checks::{Checks, PositionError, Subject, indefinite_posture};
 use super::error::IdentificationError;
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
@@ -18,6 +18,16 @@ use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
+/// The torques along the motion, where the equation that was solved is another one.
+pub(super) struct TorqueRows<'a> {
+    /// Regressor and measured torques of the same rows.
+    pub(super) observations: &'a Observations,
+    /// What the estimate leaves of the measured torques.
+    pub(super) residuals: &'a DVector<f64>,
+    /// Whether the solved equation is one of torques, so that the model can be checked.
+    pub(super) checked: bool,
+}
+
 /// What a method hands in.
 pub(super) struct Findings<'a> {
     pub(super) method: Method,
@@ -31,7 +41,10 @@ pub(super) struct Findings<'a> {
     pub(super) motion: &'a Motion,
     /// Where the noise of the positions may do harm.
     pub(super) position_error: PositionError,
+    /// The equation that was solved.
     pub(super) observations: &'a Observations,
+    /// None where it is that of the torques and their regressor.
+    pub(super) torque: Option<TorqueRows<'a>>,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
     /// Condition number of the observation matrix without weights.
@@ -45,6 +58,10 @@ pub(super) struct Findings<'a> {
     /// How far the described controller is from the recorded one, where that can be told.
     pub(super) controller_error_per_joint: Option<Vec<f64>>,
     pub(super) limits: &'a VerdictLimits,
+    /// Smallest canonical correlation of instruments, where there are any.
+    pub(super) instrument_correlation: Option<f64>,
+    /// What the method itself holds against the use of its result.
+    pub(super) reasons: Vec<String>,
 }
 
 impl Findings<'_> {
@@ -62,7 +79,9 @@ impl Findings<'_> {
         for (&column, &value) in selection.columns().iter().zip(solution.parameters.iter()) {
             standard[column] = value;
         }
-        let checks = Subject {
+        let torque = self.torque.as_ref().map_or(observations, |rows| rows.observations);
+        let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
+        let subject = Subject {
             robot: self.robot,
             base: self.base,
             model: self.model,
@@ -71,12 +90,19 @@ impl Findings<'_> {
             decimation,
             motion: self.motion,
             position_error: &self.position_error,
-            observations,
+            observations: torque,
             analysis: &analysis,
             standard: &standard,
             deviations: &deviations,
-        }
-        .check()?;
+        };
+        let checks = match &self.torque {
+            Some(TorqueRows { checked: false, .. }) => Checks {
+                model_checks: Vec::new(),
+                torque_delay_per_joint: vec![None; self.robot.joints()],
+                notes: vec!["the checks of the model need an equation of torques".to_owned()],
+            },
+            _ => subject.check()?,
+        };
 
         let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
         let parameters =
@@ -90,7 +116,8 @@ impl Findings<'_> {
                 }
             });
         let (max, min) = solution.extreme_singular_values();
-        let statistics = observations.residual_statistics(&solution.residuals);
+        let statistics = torque.residual_statistics(residuals);
+        let own_statistics = observations.residual_statistics(&solution.residuals);
         let mut estimate = Estimate {
             schema: SCHEMA,
             method: self.method.name().to_owned(),
@@ -104,11 +131,8 @@ impl Findings<'_> {
             relative_error: statistics.relative_error,
             relative_error_per_joint: statistics.relative_error_per_joint,
             rms_error_per_joint_nm: statistics.rms_per_joint,
-            relative_prediction_deviation_per_joint: prediction_deviations(
-                observations,
-                &covariance,
-            ),
-            durbin_watson_per_joint: statistics.durbin_watson_per_joint,
+            relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
+            durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
             whiteness_per_joint: analysis.spectrum().whiteness_per_joint(),
             effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
@@ -119,18 +143,23 @@ impl Findings<'_> {
             convergence: self.convergence,
             reference: self.reference,
             controller_error_per_joint: self.controller_error_per_joint,
+            smallest_instrument_correlation: self.instrument_correlation,
             verdict: Verdict::default(),
         };
         let indefinite = indefinite_posture(self.robot, self.model, &standard);
         estimate.verdict =
             self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref(), decimation);
         estimate.verdict.notes.extend(checks.notes);
-        let measured = observations.measurements();
+        if !self.reasons.is_empty() {
+            estimate.verdict.applicable = false;
+            estimate.verdict.reasons.extend(self.reasons);
+        }
+        let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
         let fit = Fit {
             time_s: row_times(self.experiment.counted(), decimation, rate_hz),
-            measured: per_joint(observations, measured),
-            predicted: per_joint(observations, &(measured - &solution.residuals)),
+            measured: per_joint(torque, measured),
+            predicted: per_joint(torque, &(measured - residuals)),
         };
         Ok(Identification { estimate, fit })
     }

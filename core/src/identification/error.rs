@@ -237,6 +237,34 @@ pub enum IdentificationError {
         /// That parameter.
         parameter: String,
     },
+    /// No step lowers the error, though the parameters are not at its minimum: the sensitivities do
+    /// not describe the simulation. Remedy: a smooth sign model, more substeps, or fewer parameters.
+    #[error(
+        "no step lowers the error after {simulations} simulations, though {parameter} should move \
+         by {parameter_change:.2e} standard deviations; choose a smooth sign model, more substeps, \
+         or leave {parameter} out"
+    )]
+    NoDescent {
+        /// Simulations run.
+        simulations: u32,
+        /// The parameter that the linear step moves furthest.
+        parameter: String,
+        /// How far, in standard deviations.
+        parameter_change: f64,
+    },
+    /// The simulated signal does not depend on some parameters, or only on combinations of them.
+    /// Remedy: leave some of them out, move along a richer trajectory, or compare the torques.
+    #[error(
+        "the simulated {signal} does not tell {} apart; leave some out, move along a richer \
+         trajectory, or identify from the torques (clie)",
+        parameters.join(", ")
+    )]
+    Insensitive {
+        /// The signal whose error is minimised.
+        signal: &'static str,
+        /// Every parameter that takes part.
+        parameters: Vec<String>,
+    },
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]
     Regression(RegressionError),

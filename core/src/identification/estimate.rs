@@ -128,6 +128,10 @@ pub struct Estimate {
     /// be told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controller_error_per_joint: Option<Vec<f64>>,
+    /// Smallest canonical correlation between instruments and observation matrix, for methods with
+    /// instruments: 1 where they say the same, 0 where a combination of parameters has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_instrument_correlation: Option<f64>,
     /// Whether the result may be used.
     pub verdict: Verdict,
 }

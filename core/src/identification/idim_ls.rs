@@ -51,6 +51,7 @@ pub fn idim_ls(
         motion: &fit.motion,
         position_error: PositionError::InTheRegressor(options.position_filter),
         observations: &fit.observations,
+        torque: None,
         solution: &fit.weighted,
         unweighted_condition_number: fit.ordinary.condition_number(),
         iterations: 1,
@@ -59,6 +60,8 @@ pub fn idim_ls(
         reference: None,
         controller_error_per_joint: None,
         limits: &options.limits,
+        instrument_correlation: None,
+        reasons: Vec::new(),
     };
     findings.assemble()
 }

@@ -14,17 +14,26 @@ pub enum Method {
     IdimLs,
     /// Direct and inverse dynamic identification models (paper, section 3.3).
     Didim,
+    /// Closed-loop input error (paper, section 3.2.3).
+    Clie,
+    /// Closed-loop output error (paper, section 3.2.2).
+    Cloe,
+    /// Inverse dynamic identification model, instrumental variables.
+    IdimIv,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 2] = [Self::IdimLs, Self::Didim];
+    pub const ALL: [Self; 5] = [Self::IdimLs, Self::Didim, Self::Clie, Self::Cloe, Self::IdimIv];
 
     /// The name: `idim-ls`.
     pub fn name(self) -> &'static str {
         match self {
             Self::IdimLs => "idim-ls",
             Self::Didim => "didim",
+            Self::Clie => "clie",
+            Self::Cloe => "cloe",
+            Self::IdimIv => "idim-iv",
         }
     }
 }

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | signals and when they are valid | [`Experiment`] |
 //! | filtered motion, observation matrix, aligned torque (paper, 3.1.1) | `prefilter`, `observation` |
-//! | the closed loop simulated with an estimate (paper, 3.3) | `didim` |
+//! | the closed loop simulated with an estimate (paper, 3.2 and 3.3) | `simulator` |
 //! | least squares (paper, 3.1.2) | [`regression`](crate::regression) |
 //! | what the model takes for known and may be otherwise | [`ModelCheck`] |
 //! | whether the result may be used | [`VerdictLimits`] |
@@ -18,12 +18,16 @@ mod didim;
 mod error;
 mod estimate;
 mod experiment;
+mod idim_iv;
 mod idim_ls;
+mod instruments;
 mod method;
 mod observation;
 mod options;
+mod output_error;
 mod prefilter;
 mod selection;
+mod simulator;
 mod verdict;
 
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
@@ -34,10 +38,12 @@ pub use estimate::{
     SingularValues, Verdict,
 };
 pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
+pub use idim_iv::idim_iv;
 pub use idim_ls::idim_ls;
 pub use method::{Method, UnknownMethod};
 pub use observation::observation_matrix;
 pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};
+pub use output_error::{Optimiser, OutputErrorOptions, SensitivityMethod, clie, cloe};
 pub use prefilter::{Motion, filtered_motion, filtered_torque};
 pub use selection::Selection;
 pub use verdict::{LimitError, VerdictLimits};

@@ -1,7 +1,9 @@
 //! The loop, stepped sample by sample.
 
 use crate::MAX_JOINTS;
-use crate::control::{ContinuousController, ControlTiming, ControllerConfig, SampledController};
+use crate::control::{
+    CommandVariation, ContinuousController, ControlTiming, ControllerConfig, SampledController,
+};
 use crate::dynamics::{Model, Workspace};
 use crate::robot::{Robot, Transmission};
 use crate::trajectory::Reference;
@@ -14,32 +16,36 @@ use super::integrator::Stages;
 use super::measurement::Encoders;
 use super::noise::{Noises, WhiteNoise};
 use super::plant::{Plant, ReferencePoint};
-use super::{InitialState, Integrator, Record, SimulationConfig, StepOutput, Unmodelled};
+use super::{InitialState, Record, SimulationConfig, StepOutput, Unmodelled};
 
 /// An arm under control, simulated.
 pub struct ClosedLoop<R> {
-    plant: Plant<R>,
-    sampled: Option<(SampledController, CommandHold)>,
+    pub(super) plant: Plant<R>,
+    pub(super) sampled: Option<(SampledController, CommandHold<[f64; MAX_JOINTS]>)>,
+    /// The same for the derivatives of the commands, where they are asked for.
+    pub(super) varied: Option<(CommandVariation, CommandHold<Vec<f64>>)>,
     encoders: Encoders,
     disturbance: DisturbanceTorque,
     torque_measurement: WhiteNoise,
     /// Logged over commanded torque of every motor.
     torque_gain: Option<Vec<f64>>,
-    integrator: Integrator,
-    substeps: u32,
     period_s: f64,
+    pub(super) controller: ControllerConfig,
+    pub(super) config: SimulationConfig,
     initial: InitialState,
-    stages: Stages,
+    pub(super) stages: Stages,
     /// The rate of the state just after the sample of `output`.
-    rate: Vec<f64>,
+    pub(super) rate: Vec<f64>,
     /// The state at the sample of `output`.
-    state: Vec<f64>,
+    pub(super) state: Vec<f64>,
     /// Where a step is tried before it is believed.
-    trial: Vec<f64>,
+    pub(super) trial: Vec<f64>,
     output: StepOutput,
     started: bool,
     /// What ended the simulation.
     failed: Option<SimulationError>,
+    /// Derivatives of the command of the newest sample.
+    pub(super) computed: Vec<f64>,
 }
 
 impl<R: Reference> ClosedLoop<R> {
@@ -68,7 +74,8 @@ impl<R: Reference> ClosedLoop<R> {
         let (sampled, continuous) = match controller.timing {
             ControlTiming::Sampled { .. } => {
                 let controller = SampledController::new(controller)?;
-                let hold = CommandHold::new(controller.delay_s(), controller.period_s());
+                let (delay_s, period_s) = (controller.delay_s(), controller.period_s());
+                let hold = CommandHold::new(delay_s, period_s, [0.0; MAX_JOINTS]);
                 (Some((controller, hold)), None)
             }
             ControlTiming::Continuous { .. } => {
@@ -90,11 +97,13 @@ impl<R: Reference> ClosedLoop<R> {
             torque: [0.0; MAX_JOINTS],
             divergence: config.divergence,
             joints,
+            variation: None,
         };
         let states = plant.states();
         let mut closed_loop = Self {
             plant,
             sampled,
+            varied: None,
             encoders: Encoders::new(
                 robot.transmission().clone(),
                 config.encoder_counts_per_turn.as_deref(),
@@ -103,9 +112,9 @@ impl<R: Reference> ClosedLoop<R> {
             disturbance: noises.disturbance_torque,
             torque_measurement: noises.torque_measurement,
             torque_gain,
-            integrator: config.integrator,
-            substeps: config.substeps,
             period_s,
+            controller: controller.clone(),
+            config: config.clone(),
             initial,
             stages: Stages::new(states),
             rate: vec![0.0; states],
@@ -114,6 +123,7 @@ impl<R: Reference> ClosedLoop<R> {
             output: StepOutput::default(),
             started: false,
             failed: None,
+            computed: Vec::new(),
         };
         closed_loop.restart(parameters)?;
         Ok(closed_loop)
@@ -131,6 +141,13 @@ impl<R: Reference> ClosedLoop<R> {
             return Err(SetupError::BadValue { what, value: *value, expected });
         }
         self.plant.parameters.copy_from_slice(parameters);
+        if let Some(variation) = &mut self.plant.variation {
+            variation.restart(&self.plant.model, parameters);
+        }
+        if let Some((controller, hold)) = &mut self.varied {
+            controller.reset();
+            hold.clear();
+        }
         self.plant.command = [0.0; MAX_JOINTS];
         self.plant.disturbance = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
@@ -142,6 +159,7 @@ impl<R: Reference> ClosedLoop<R> {
         self.torque_measurement.restart();
         let n = self.plant.joints;
         let (q, rest) = self.state.split_at_mut(n);
+        // Neither do derivatives have values at the start: it does not depend on the parameters.
         let (dq, integrals) = rest.split_at_mut(n);
         match &self.initial {
             InitialState::OnReference => {
@@ -228,12 +246,14 @@ impl<R: Reference> ClosedLoop<R> {
             None => self.integrate(start_s, self.period_s, true)?,
             Some((_, hold)) => {
                 let rest_s = hold.rest_s();
-                let (before, after) = (hold.before_rest(), hold.after_rest());
+                let (before, after) = (*hold.before_rest(), *hold.after_rest());
                 if rest_s > 0.0 {
                     self.plant.command = before;
+                    self.apply_variation(CommandHold::before_rest);
                     self.integrate(start_s, rest_s, true)?;
                 }
                 self.plant.command = after;
+                self.apply_variation(CommandHold::after_rest);
                 self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)?;
             }
         }
@@ -250,16 +270,17 @@ impl<R: Reference> ClosedLoop<R> {
         length_s: f64,
         at_sample: bool,
     ) -> Result<(), SimulationError> {
-        let h = length_s / f64::from(self.substeps);
+        let (integrator, substeps) = (self.config.integrator, self.config.substeps);
+        let h = length_s / f64::from(substeps);
         let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.trial);
-        for k in 0..self.substeps {
+        for k in 0..substeps {
             let t = start_s + f64::from(k) * h;
             if k == 0 && at_sample {
                 stages.first_rate_mut().copy_from_slice(&self.rate);
             } else {
                 plant.rate(t, y, stages.first_rate_mut())?;
             }
-            stages.advance(self.integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
+            stages.advance(integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
         }
         Ok(())
     }
@@ -273,9 +294,17 @@ impl<R: Reference> ClosedLoop<R> {
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
             controller.update(reference.setpoint(n), &joint_position_rad[..n], &mut command[..n]);
-            hold.push(command);
-            self.plant.command = hold.at_sample();
+            hold.push(&command);
+            self.plant.command = *hold.at_sample();
         }
+        if let Some((controller, hold)) = &mut self.varied {
+            let error = reference.error(&joint_position_rad[..n]);
+            // A sampled loop has the states q and q̇, so that their derivatives begin with ∂q/∂θ.
+            let position = &self.state[2 * n..];
+            controller.update(&error[..n], position, &mut self.computed);
+            hold.push(&self.computed);
+        }
+        self.apply_variation(CommandHold::at_sample);
         self.plant.disturbance = self.disturbance.next(n);
         self.plant.rate(time_s, &self.state, &mut self.rate)?;
         if self.sampled.is_none() {

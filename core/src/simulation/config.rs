@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SetupError;
 use super::{Integrator, NoiseConfig, Unmodelled};
+use crate::control::ControllerConfig;
 
 /// How a closed loop is integrated and measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,6 +78,27 @@ impl Default for SimulationConfig {
 }
 
 impl SimulationConfig {
+    /// Whether a loop with this controller has derivatives with respect to its parameters.
+    ///
+    /// # Errors
+    /// [`SetupError::NoSensitivity`].
+    pub(super) fn check_differentiable(
+        &self,
+        controller: &ControllerConfig,
+    ) -> Result<(), SetupError> {
+        let limited = controller.joints.iter().any(|joint| joint.torque_limit_nm.is_some());
+        for (present, what) in [
+            (limited, "torque limits"),
+            (self.encoder_counts_per_turn.is_some(), "an encoder's grid"),
+            (self.unmodelled.is_some(), "errors of the model"),
+        ] {
+            if present {
+                return Err(SetupError::NoSensitivity { what });
+            }
+        }
+        Ok(())
+    }
+
     /// Checks everything that the types cannot, for an arm with `joints` joints.
     pub(crate) fn validate(&self, joints: usize) -> Result<(), SetupError> {
         // A thousand steps per sample is a mistake, and takes minutes per simulated second.

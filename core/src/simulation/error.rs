@@ -30,6 +30,13 @@ pub enum SetupError {
         /// What it must be.
         expected: &'static str,
     },
+    /// The loop is not differentiable, or not known to the derivatives. Remedy: leave it out of the
+    /// loop whose sensitivities are wanted.
+    #[error("a loop with {what} has no sensitivities; leave them out")]
+    NoSensitivity {
+        /// What the loop has.
+        what: &'static str,
+    },
 }
 
 /// Why a simulation cannot go on. It has ended until it is restarted.

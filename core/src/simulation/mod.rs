@@ -22,6 +22,7 @@ mod measurement;
 mod noise;
 mod output;
 mod plant;
+mod sensitivity;
 mod unmodelled;
 
 pub use closed_loop::ClosedLoop;
@@ -30,4 +31,5 @@ pub use error::{SetupError, SimulationError, StateQuantity};
 pub use integrator::Integrator;
 pub use noise::NoiseConfig;
 pub use output::{Record, StepOutput};
+pub use sensitivity::Sensitivities;
 pub use unmodelled::{Stribeck, Unmodelled};

@@ -6,6 +6,7 @@ use crate::dynamics::{Model, Workspace};
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
+use super::sensitivity::PlantVariation;
 use super::{DivergenceLimits, Stribeck};
 
 /// The reference at one instant.
@@ -37,6 +38,15 @@ impl ReferencePoint {
         }
     }
 
+    /// q_r − q.
+    pub(super) fn error(&self, position: &[f64]) -> [f64; MAX_JOINTS] {
+        let mut error = self.position;
+        for (error, q) in error.iter_mut().zip(position) {
+            *error -= q;
+        }
+        error
+    }
+
     pub(super) fn velocity(&self) -> &[f64; MAX_JOINTS] {
         &self.velocity
     }
@@ -44,7 +54,8 @@ impl ReferencePoint {
 
 /// The arm, and the controller where it acts at every instant.
 ///
-/// State: y = (q, q̇) under a sampled controller, (q, q̇, integrals) under a continuous one.
+/// State: y = (q, q̇) under a sampled controller, (q, q̇, integrals) under a continuous one, then
+/// its derivatives with respect to parameters where they are asked for, a row per entry of y.
 pub(super) struct Plant<R> {
     pub(super) model: Model,
     pub(super) workspace: Workspace<f64>,
@@ -62,10 +73,12 @@ pub(super) struct Plant<R> {
     pub(super) torque: [f64; MAX_JOINTS],
     pub(super) divergence: DivergenceLimits,
     pub(super) joints: usize,
+    /// What the derivatives of the state need.
+    pub(super) variation: Option<PlantVariation>,
 }
 
 impl<R: Reference> Plant<R> {
-    /// Number of states.
+    /// Number of states, their derivatives not counted.
     pub(super) fn states(&self) -> usize {
         self.joints * if self.continuous.is_some() { 3 } else { 2 }
     }
@@ -78,6 +91,8 @@ impl<R: Reference> Plant<R> {
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
         let n = self.joints;
+        let (y, derivatives) = y.split_at(self.states());
+        let (rate, derivative_rates) = rate.split_at_mut(self.states());
         let (q, rest) = y.split_at(n);
         let (dq, integral) = rest.split_at(n);
         self.check_finite(time_s, q, dq)?;
@@ -99,7 +114,24 @@ impl<R: Reference> Plant<R> {
         dq_rate.copy_from_slice(dq);
         self.model
             .direct_dynamics(&mut self.workspace, &self.parameters, q, dq, &self.torque[..n], ddq)
-            .map_err(|error| SimulationError::NotPositiveDefinite { joint: error.joint, time_s })
+            .map_err(|error| SimulationError::NotPositiveDefinite { joint: error.joint, time_s })?;
+        if let Some(variation) = &mut self.variation {
+            let mut error = [0.0; MAX_JOINTS];
+            if self.continuous.is_some() {
+                let point = ReferencePoint::at(&self.reference, time_s);
+                error = point.error(q);
+            }
+            let motion = [q, dq, &*ddq];
+            variation.rate(
+                &self.model,
+                &self.workspace,
+                motion,
+                &error[..n],
+                derivatives,
+                derivative_rates,
+            );
+        }
+        Ok(())
     }
 
     /// Whether the state at the end of a step is one of a stable loop.

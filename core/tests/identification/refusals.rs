@@ -229,7 +229,8 @@ fn methods_are_known_by_name() {
         assert_eq!(method.to_string(), method.name());
     }
     let unknown = "idim".parse::<Method>().unwrap_err();
-    assert_eq!(unknown.to_string(), "unknown method \"idim\"; known: idim-ls, didim");
+    let known = "idim-ls, didim, clie, cloe, idim-iv";
+    assert_eq!(unknown.to_string(), format!("unknown method \"idim\"; known: {known}"));
 }
 
 #[test]

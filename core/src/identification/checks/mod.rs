@@ -109,6 +109,8 @@ pub struct TorqueDelay {
 
 /// Where the noise of the measured positions may do harm.
 pub(super) enum PositionError {
+    /// The method does not ask.
+    NotLookedAt,
     /// It is not known: the loop could not be simulated with it.
     Unknown,
     /// In the regressor, behind this filter, which may do harm itself.
@@ -235,6 +237,9 @@ impl Subject<'_> {
                  sample rate",
                 filter.cutoff_hz
             ),
+            PositionError::NotLookedAt => {
+                "this method does not check what the noise of the positions does".to_owned()
+            }
             PositionError::Unknown | PositionError::InTheLoop(_) => {
                 "what the noise of the positions does to the loop could not be simulated".to_owned()
             }
@@ -279,7 +284,7 @@ impl Subject<'_> {
         columns: &Columns<'_>,
     ) -> Result<Option<ModelCheck>, IdentificationError> {
         match self.position_error {
-            PositionError::Unknown => Ok(None),
+            PositionError::Unknown | PositionError::NotLookedAt => Ok(None),
             PositionError::InTheRegressor(filter) => self.position_filter_check(columns, filter),
             // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
             // the noise and biases the estimate.

@@ -30,7 +30,7 @@ const WHOLE_SAMPLE: f64 = 1e-9;
 /// # Errors
 /// [`IdentificationError::TorqueDelay`] when the torque is held and a sampled controller delays it
 /// otherwise.
-pub(super) fn torque_shift_samples(
+pub(in crate::identification) fn torque_shift_samples(
     logged: SignalTiming,
     sample_rate_hz: f64,
     controller: ControlTiming,

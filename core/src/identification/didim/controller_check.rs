@@ -3,7 +3,7 @@
 //! A controller makes its command of the reference and the measured position, and all three are
 //! recorded: what the described law makes of them has to be the command.
 
-use super::{DidimOptions, alignment};
+use super::alignment;
 use crate::MAX_JOINTS;
 use crate::control::{ControllerConfig, SampledController, Setpoint, SimulatedController};
 use crate::identification::error::IdentificationError;
@@ -16,14 +16,14 @@ use nalgebra::DMatrix;
 /// recorded signals, filtered and decimated. None where it cannot be told: gains that are not the
 /// cabinet's, a controller that computes between the samples or is not sampled, a torque that is no
 /// command, no reference.
-pub(super) fn controller_error(
+pub(in crate::identification) fn controller_error(
     experiment: &Experiment,
-    options: &DidimOptions,
+    controller: &SimulatedController,
     reference: &SampledReference,
     decimation: &ParallelDecimation,
 ) -> Result<Option<Vec<f64>>, IdentificationError> {
     let SimulatedController::Cabinet { timing, joints, rescale_to_inertia_kg_m2: None } =
-        &options.controller
+        controller
     else {
         return Ok(None);
     };

@@ -3,14 +3,15 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::ConvergenceLimits;
-use super::simulator::Simulator;
 use crate::control::ControlTiming;
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::{ConvergenceStep, ReferenceSource};
 use crate::identification::experiment::Experiment;
 use crate::identification::idim_ls::EquationErrorFit;
+use crate::identification::instruments::Instruments;
 use crate::identification::observation::observation_matrix;
 use crate::identification::prefilter::Motion;
+use crate::identification::simulator::Simulator;
 use crate::regression::{Observations, Solution};
 use crate::simulation::{NoiseConfig, SimulationError};
 use crate::trajectory::SampledReference;
@@ -22,13 +23,21 @@ const MAX_HALVINGS: u32 = 10;
 /// without noise it would shrink for ever.
 const SMALL_ERROR: f64 = 1e-3;
 
+/// Which equation the simulated motion enters, and how.
+pub(in crate::identification) enum Equation {
+    /// DIDIM: the observation matrix is that of the simulated motion. Measured torque of the rows,
+    /// shifted to the simulated samples.
+    Simulated { torque: DVector<f64> },
+    /// IDIM-IV: the equation is that of the measured motion, with instruments of the simulated one.
+    Instrumented,
+}
+
 /// From a start to parameters that stand still.
-pub(super) struct Iteration<'a> {
+pub(in crate::identification) struct Iteration<'a> {
     experiment: &'a Experiment,
     fit: &'a EquationErrorFit,
     limits: ConvergenceLimits,
-    /// Measured torque of the rows, shifted to the simulated samples.
-    torque: DVector<f64>,
+    equation: Equation,
     simulator: Simulator<'a>,
     simulations: u32,
     steps: Vec<ConvergenceStep>,
@@ -37,33 +46,42 @@ pub(super) struct Iteration<'a> {
 }
 
 impl<'a> Iteration<'a> {
-    pub(super) fn new(
+    pub(in crate::identification) fn new(
         experiment: &'a Experiment,
         fit: &'a EquationErrorFit,
-        torque: DVector<f64>,
+        equation: Equation,
         simulator: Simulator<'a>,
         limits: ConvergenceLimits,
     ) -> Self {
-        Self { experiment, fit, limits, torque, simulator, simulations: 0, steps: vec![], mover: 0 }
+        Self {
+            experiment,
+            fit,
+            limits,
+            equation,
+            simulator,
+            simulations: 0,
+            steps: vec![],
+            mover: 0,
+        }
     }
 
     /// Simulations run, those that failed included.
-    pub(super) fn simulations(&self) -> u32 {
+    pub(in crate::identification) fn simulations(&self) -> u32 {
         self.simulations
     }
 
     /// Linear least-squares steps taken.
-    pub(super) fn least_squares_steps(&self) -> u32 {
+    pub(in crate::identification) fn least_squares_steps(&self) -> u32 {
         u32::try_from(self.steps.len()).unwrap_or(u32::MAX)
     }
 
     /// What the simulations followed.
-    pub(super) fn reference(&self) -> ReferenceSource {
+    pub(in crate::identification) fn reference(&self) -> ReferenceSource {
         self.simulator.source()
     }
 
     /// One entry per step.
-    pub(super) fn steps(&self) -> &[ConvergenceStep] {
+    pub(in crate::identification) fn steps(&self) -> &[ConvergenceStep] {
         &self.steps
     }
 
@@ -87,12 +105,12 @@ impl<'a> Iteration<'a> {
     }
 
     /// The motion of the last simulation.
-    pub(super) fn motion(&self) -> &Motion {
+    pub(in crate::identification) fn motion(&self) -> &Motion {
         self.simulator.motion()
     }
 
     /// The equation of the last simulation and its solution.
-    pub(super) fn run(
+    pub(in crate::identification) fn run(
         &mut self,
         start: DVector<f64>,
     ) -> Result<(Observations, Solution), IdentificationError> {
@@ -145,9 +163,20 @@ impl<'a> Iteration<'a> {
             self.experiment.counted(),
         )?;
         let joints = self.experiment.joints();
-        let observations = Observations::new(matrix, self.torque.clone(), joints).map_err(named)?;
-        let solution = observations.weighted(&fit.noise_levels).map_err(named)?;
-        Ok((observations, solution))
+        match &self.equation {
+            Equation::Simulated { torque } => {
+                let observations =
+                    Observations::new(matrix, torque.clone(), joints).map_err(named)?;
+                let solution = observations.weighted(&fit.noise_levels).map_err(named)?;
+                Ok((observations, solution))
+            }
+            Equation::Instrumented => {
+                let (equation, levels) = (&fit.observations, &fit.noise_levels);
+                let instruments = Instruments::new(equation, &matrix, levels, &fit.selection)?;
+                let solution = instruments.solve(equation, levels).map_err(named)?;
+                Ok((instruments.projected, solution))
+            }
+        }
     }
 
     /// Notes the step and says whether it was the last one.

@@ -1,16 +1,16 @@
 //! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
 
-mod alignment;
-mod controller_check;
+pub(super) mod alignment;
+pub(super) mod controller_check;
 mod inertia;
 mod iteration;
 mod options;
 mod position_noise;
-mod simulator;
-mod start;
+pub(super) mod start;
 mod validate;
 
 pub use inertia::mean_joint_inertia;
+pub(super) use iteration::{Equation, Iteration};
 pub use options::{ConvergenceLimits, DidimOptions, Start};
 
 use super::assemble::Findings;
@@ -21,11 +21,10 @@ use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
 use super::prefilter::delayed_torque;
+use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
-use iteration::Iteration;
-use simulator::Simulator;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
 /// in place of the measured one.
@@ -65,8 +64,9 @@ pub fn didim(
         options.controller.timing(),
     )?;
     let torque = delayed_torque(experiment, shift, &fit.decimation)?;
-    let simulator = Simulator::new(robot, &fit, experiment, options)?;
-    let mut iteration = Iteration::new(experiment, &fit, torque, simulator, options.convergence);
+    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
+    let equation = Equation::Simulated { torque };
+    let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);
     let start = start::parameters(options.start, robot, base, &fit)?;
     let (observations, last) = iteration.run(start)?;
 
@@ -83,7 +83,7 @@ pub fn didim(
     )?;
     let controller_error = controller_check::controller_error(
         experiment,
-        options,
+        &options.controller,
         iteration.reference_signal(),
         &fit.decimation,
     )?;
@@ -98,6 +98,7 @@ pub fn didim(
         motion: iteration.motion(),
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
         observations: &observations,
+        torque: None,
         solution: &solution,
         unweighted_condition_number: unweighted.condition_number(),
         iterations: iteration.least_squares_steps() + 1,
@@ -106,6 +107,8 @@ pub fn didim(
         reference: Some(iteration.reference()),
         controller_error_per_joint: controller_error,
         limits: &options.regression.limits,
+        instrument_correlation: None,
+        reasons: Vec::new(),
     };
     findings.assemble()
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::control::SimulatedController;
 use crate::identification::error::IdentificationError;
 use crate::identification::options::IdimLsOptions;
+use crate::identification::simulator::LoopOptions;
 use crate::simulation::Integrator;
 use crate::trajectory::ReferenceInterpolation;
 
@@ -36,6 +37,17 @@ pub struct DidimOptions {
     /// When the iteration ends.
     #[serde(default)]
     pub convergence: ConvergenceLimits,
+}
+
+impl DidimOptions {
+    pub(in crate::identification) fn loop_options(&self) -> LoopOptions<'_> {
+        LoopOptions {
+            controller: &self.controller,
+            reference: self.reference,
+            integrator: self.integrator,
+            substeps: self.substeps,
+        }
+    }
 }
 
 /// The parameters of the first simulation. Parameters that are not identified are 0 in it, as in
@@ -79,7 +91,7 @@ impl Default for ConvergenceLimits {
 impl ConvergenceLimits {
     /// # Errors
     /// [`IdentificationError::Convergence`]: convergence takes two steps and limits above 0.
-    pub(super) fn validate(&self) -> Result<(), IdentificationError> {
+    pub(in crate::identification) fn validate(&self) -> Result<(), IdentificationError> {
         for (key, value) in [
             ("relative_error_change", self.relative_error_change),
             ("parameter_change", self.parameter_change),

@@ -9,7 +9,7 @@ use crate::identification::idim_ls::EquationErrorFit;
 use crate::robot::{ParameterKind, Robot};
 
 /// A value for every selected parameter.
-pub(super) fn parameters(
+pub(in crate::identification) fn parameters(
     start: Start,
     robot: &Robot,
     base: &BaseParameters,

@@ -1,10 +1,10 @@
 //! Options that cannot work, found before anything is recorded.
 
 use super::alignment::torque_shift_samples;
-use super::simulator::periods_per_sample;
 use super::{DidimOptions, Start};
 use crate::identification::error::IdentificationError;
 use crate::identification::experiment::SignalTiming;
+use crate::identification::simulator::periods_per_sample;
 use crate::robot::Robot;
 use crate::simulation::{SetupError, SimulationConfig};
 

@@ -1,0 +1,107 @@
+//! IDIM-IV: the inverse dynamic identification model and instrumental variables.
+
+use super::assemble::{Findings, TorqueRows};
+use super::checks::PositionError;
+use super::didim::{DidimOptions, Equation, Iteration, start};
+use super::error::IdentificationError;
+use super::estimate::Identification;
+use super::experiment::Experiment;
+use super::idim_ls::EquationErrorFit;
+use super::instruments::Instruments;
+use super::method::Method;
+use super::observation::observation_matrix;
+use super::simulator::Simulator;
+use crate::dynamics::BaseParameters;
+use crate::robot::Robot;
+use crate::signal::ParallelDecimation;
+
+/// Instruments that are correlated with their columns by less do not carry an estimate.
+const LEAST_CORRELATION: f64 = 0.5;
+
+/// Identifies base parameters from the inverse dynamic model of the measured motion, with the
+/// regressor of the simulated motion as instruments (Janot, Vandanjon & Gautier, *A generic
+/// instrumental variable approach for industrial robot identification*, IEEE Trans. Control Syst.
+/// Technol. 22, 2014).
+///
+/// 1. Simulate the closed loop with the current estimate θ, along the recorded reference.
+/// 2. Build the instruments Z: the observation matrix on the simulated motion.
+/// 3. θ = (ZᵀΩ⁻¹X)⁻¹ ZᵀΩ⁻¹y with X and y of [`idim_ls`](super::idim_ls()). The simulated motion has
+///    none of the noise of the measured one, so that the noise in X, which biases least squares
+///    (equation 13 does not hold in a closed loop), does not bias θ.
+/// 4. Repeat until the estimates stand still; renew the weights from the residuals, and solve once
+///    more.
+///
+/// Z has to be correlated with X and not with the noise: it need not be exact, so that a poor
+/// controller makes the estimate less certain, not wrong.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub fn idim_iv(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &DidimOptions,
+) -> Result<Identification, IdentificationError> {
+    options.convergence.validate()?;
+    let decimation = if options.decimated {
+        let filter = &options.regression.decimation_filter;
+        filter.design().map_err(IdentificationError::DecimationFilter)?
+    } else {
+        ParallelDecimation::none()
+    };
+    let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
+    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
+    let start = start::parameters(options.start, robot, base, &fit)?;
+    let equation = Equation::Instrumented;
+    let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);
+    let (_, last) = iteration.run(start)?;
+
+    let named = |error| IdentificationError::from_regression(error, &fit.selection);
+    let levels = fit.observations.noise_levels(&last.residuals);
+    let (counted, motion) = (experiment.counted(), iteration.motion());
+    let instruments =
+        observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let instruments = Instruments::new(&fit.observations, &instruments, &levels, &fit.selection)?;
+    let solution = instruments.solve(&fit.observations, &levels).map_err(named)?;
+    let unweighted = instruments.projected.ordinary().map_err(named)?;
+    let correlation = instruments.smallest_correlation;
+    let findings = Findings {
+        method: Method::IdimIv,
+        robot,
+        base,
+        experiment,
+        model: &fit.model,
+        selection: &fit.selection,
+        decimation: &fit.decimation,
+        motion: &fit.motion,
+        position_error: PositionError::InTheRegressor(options.regression.position_filter),
+        observations: &instruments.projected,
+        torque: Some(TorqueRows {
+            observations: &fit.observations,
+            residuals: &solution.residuals,
+            checked: true,
+        }),
+        solution: &solution,
+        unweighted_condition_number: unweighted.condition_number(),
+        iterations: iteration.least_squares_steps() + 1,
+        simulations: iteration.simulations(),
+        convergence: iteration.steps().to_vec(),
+        reference: Some(iteration.reference()),
+        controller_error_per_joint: None,
+        limits: &options.regression.limits,
+        instrument_correlation: Some(correlation),
+        reasons: weak(correlation).into_iter().collect(),
+    };
+    findings.assemble()
+}
+
+/// Instruments that say too little of the measured motion.
+fn weak(correlation: f64) -> Option<String> {
+    let strong = correlation >= LEAST_CORRELATION;
+    (!strong).then(|| {
+        format!(
+            "a combination of parameters has instruments with a correlation of {correlation:.2} \
+             only: the simulated motion is not the measured one; check reference and controller"
+        )
+    })
+}

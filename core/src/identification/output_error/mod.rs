@@ -1,0 +1,182 @@
+//! CLIE and CLOE: closed-loop input error and closed-loop output error (paper, section 3.2).
+
+mod damping;
+mod iteration;
+mod options;
+mod problem;
+mod rows;
+mod validate;
+
+pub use options::{Optimiser, OutputErrorOptions, SensitivityMethod};
+
+use nalgebra::DVector;
+
+use super::assemble::{Findings, TorqueRows};
+use super::checks::PositionError;
+use super::didim::controller_check::controller_error;
+use super::didim::{alignment, start};
+use super::error::IdentificationError;
+use super::estimate::Identification;
+use super::experiment::Experiment;
+use super::idim_ls::EquationErrorFit;
+use super::method::Method;
+use super::observation::observation_matrix;
+use super::prefilter::delayed_torque;
+use super::simulator::Simulator;
+use crate::dynamics::BaseParameters;
+use crate::regression::Observations;
+use crate::robot::Robot;
+use crate::signal::ParallelDecimation;
+use iteration::Iteration;
+use problem::{Output, Problem};
+use rows::Rows;
+
+/// Torque errors of more than so many times the noise of the equation error are not noise.
+const MAX_NOISE_RATIO: f64 = 3.0;
+
+/// Identifies base parameters by closed-loop input error: the parameters whose simulated closed
+/// loop has the measured torques (equations 18 and 19).
+///
+/// 1. Simulate the closed loop with the current estimate θ, along the recorded reference, and its
+///    sensitivities ∂τ_s/∂θ with it.
+/// 2. Filter and decimate the error of the torque and the sensitivities alike.
+/// 3. A weighted Levenberg–Marquardt or Gauss–Newton step gives the next θ.
+/// 4. Repeat until the linear step is a small part of the standard deviations; renew the weights,
+///    and repeat until they stay.
+///
+/// Torques are aligned as in [`didim`](super::didim()), and so are initial state and reference. The
+/// gains of the simulated controller are fixed: the sensitivities belong to one controller.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub fn clie(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &OutputErrorOptions,
+) -> Result<Identification, IdentificationError> {
+    identify(Output::Torque, robot, base, experiment, options)
+}
+
+/// Identifies base parameters by closed-loop output error: the parameters whose simulated closed
+/// loop has the measured positions (equations 16 and 17).
+///
+/// As [`clie`], with the error of the joint positions in place of that of the torques. Standard
+/// deviations, whiteness and Durbin–Watson statistics are those of the positions' equation. The
+/// errors of the estimate, and its fit, are those of the torques along the simulated motion, so that
+/// methods can be compared. The checks of the model need an equation of torques and are not made.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub fn cloe(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &OutputErrorOptions,
+) -> Result<Identification, IdentificationError> {
+    identify(Output::Position, robot, base, experiment, options)
+}
+
+fn identify(
+    output: Output,
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &OutputErrorOptions,
+) -> Result<Identification, IdentificationError> {
+    options.convergence.validate()?;
+    let decimation = if options.decimated {
+        let filter = &options.regression.decimation_filter;
+        filter.design().map_err(IdentificationError::DecimationFilter)?
+    } else {
+        ParallelDecimation::none()
+    };
+    let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
+    let (timing, rate_hz) = (experiment.torque_timing(), experiment.sample_rate_hz());
+    let shift = alignment::torque_shift_samples(timing, rate_hz, options.controller.timing())?;
+    let torque = delayed_torque(experiment, shift, &fit.decimation)?;
+    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?
+        .with_gains_for(&fit.weighted.parameters)?;
+    let start = start::parameters(options.start, robot, base, &fit)?;
+    let rows = Rows::new(experiment, &fit.decimation);
+    let measured = match output {
+        Output::Torque => torque.clone(),
+        Output::Position => rows.of_signals(experiment.position_rad(), "position")?,
+    };
+    let (method, simulations) = (options.sensitivities, 0);
+    let mut problem = Problem { output, fit: &fit, rows, measured, simulator, method, simulations };
+    let optimum =
+        Iteration::new(&mut problem, options.optimiser, options.convergence).run(&start)?;
+
+    let named = |error| IdentificationError::from_regression(error, &fit.selection);
+    let unweighted = optimum.observations.ordinary().map_err(named)?;
+    let counted = experiment.counted();
+    let motion = &optimum.point.motion;
+    let regressor =
+        observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
+    let along = Observations::new(regressor, torque, robot.joints()).map_err(named)?;
+    let torque_residuals = match output {
+        Output::Torque => optimum.solution.residuals.clone(),
+        Output::Position => along.residuals(&optimum.solution.parameters),
+    };
+    let controller_error = controller_error(
+        experiment,
+        &options.controller,
+        problem.simulator.reference(),
+        &fit.decimation,
+    )?;
+    let findings = Findings {
+        method: match output {
+            Output::Torque => Method::Clie,
+            Output::Position => Method::Cloe,
+        },
+        robot,
+        base,
+        experiment,
+        model: &fit.model,
+        selection: &fit.selection,
+        decimation: &fit.decimation,
+        motion,
+        position_error: PositionError::NotLookedAt,
+        observations: &optimum.observations,
+        torque: Some(TorqueRows {
+            observations: &along,
+            residuals: &torque_residuals,
+            checked: output == Output::Torque,
+        }),
+        solution: &optimum.solution,
+        unweighted_condition_number: unweighted.condition_number(),
+        iterations: optimum.linear_steps,
+        simulations: problem.simulations,
+        convergence: optimum.steps,
+        reference: Some(problem.simulator.source()),
+        controller_error_per_joint: controller_error,
+        limits: &options.regression.limits,
+        instrument_correlation: None,
+        reasons: above_noise(ratio).into_iter().collect(),
+    };
+    findings.assemble()
+}
+
+/// How large the torque errors are, in the noise levels of the equation error:
+/// √(Σ ‖ρ_j‖²/σ_j² / (r − b)), about 1 where both models are right.
+fn noise_ratio(fit: &EquationErrorFit, residuals: &DVector<f64>) -> f64 {
+    let rows = residuals.len() / fit.noise_levels.len();
+    let joints = residuals.as_slice().chunks(rows).zip(&fit.noise_levels);
+    let sum: f64 =
+        joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum();
+    (sum / (residuals.len() - fit.selection.names().len()) as f64).sqrt()
+}
+
+/// A minimum that leaves more than the noise is not that of the arm's parameters.
+fn above_noise(ratio: f64) -> Option<String> {
+    let noise = ratio <= MAX_NOISE_RATIO;
+    (!noise).then(|| {
+        format!(
+            "the simulated torques are off by {ratio:.1} times the noise of IDIM-LS: a local \
+             minimum, or a loop that is not the arm's; choose another start, and check reference \
+             and controller"
+        )
+    })
+}

@@ -1,0 +1,83 @@
+//! From signals on the record's grid to the rows of the equation.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::identification::error::IdentificationError;
+use crate::identification::experiment::Experiment;
+use crate::signal::ParallelDecimation;
+
+/// Which samples become rows, and the filter before.
+pub(super) struct Rows<'a> {
+    decimation: &'a ParallelDecimation,
+    counted: Range<usize>,
+    kept: Vec<usize>,
+    pub(super) joints: usize,
+}
+
+impl<'a> Rows<'a> {
+    pub(super) fn new(experiment: &Experiment, decimation: &'a ParallelDecimation) -> Self {
+        let counted = experiment.counted();
+        let kept = decimation.kept(counted.clone()).collect();
+        Self { decimation, counted, kept, joints: experiment.joints() }
+    }
+
+    /// The filtered rows of signals (samples × joints), joint after joint.
+    pub(super) fn of_signals(
+        &self,
+        signals: &DMatrix<f64>,
+        signal: &'static str,
+    ) -> Result<DVector<f64>, IdentificationError> {
+        let mut rows = Vec::with_capacity(self.kept.len() * self.joints);
+        for (joint, column) in (1..).zip(signals.column_iter()) {
+            let mut values: Vec<f64> = column.iter().copied().collect();
+            let failed = |cause| IdentificationError::Signal { signal, joint, cause };
+            self.decimation.filter(&mut values).map_err(failed)?;
+            rows.extend(self.kept.iter().filter_map(|&k| values.get(k)));
+        }
+        Ok(DVector::from_vec(rows))
+    }
+
+    /// Ψ, filtered as the signals are.
+    pub(super) fn of_sensitivities(
+        &self,
+        signals: &SensitivitySignals,
+    ) -> Result<DMatrix<f64>, IdentificationError> {
+        let SensitivitySignals { values, width } = signals;
+        let (rows, samples) = (self.kept.len(), values.ncols());
+        let filtered = self
+            .decimation
+            .decimate(samples, values.nrows(), self.counted.clone(), |k, to| {
+                to.copy_from_slice(values.column(k).as_slice());
+            })
+            .map_err(IdentificationError::RegressorFilter)?;
+        let mut matrix = DMatrix::zeros(rows * self.joints, *width);
+        for (signal, column) in filtered.column_iter().enumerate() {
+            let (joint, parameter) = (signal / width, signal % width);
+            matrix.view_mut((joint * rows, parameter), (rows, 1)).copy_from(&column);
+        }
+        Ok(matrix)
+    }
+}
+
+/// The sensitivities of one output at every sample: joint after joint, parameter after parameter, a
+/// column per sample. 8 bytes per sample, joint and parameter: 46 MB for the paper's 34,500 samples
+/// of 6 joints with 28 parameters.
+pub(super) struct SensitivitySignals {
+    values: DMatrix<f64>,
+    width: usize,
+}
+
+impl SensitivitySignals {
+    pub(super) fn new(samples: usize, joints: usize, width: usize) -> Self {
+        Self { values: DMatrix::zeros(joints * width, samples), width }
+    }
+
+    /// The sensitivities of one sample, joints × parameters.
+    pub(super) fn set(&mut self, sample: usize, values: &[f64]) {
+        for (to, value) in self.values.column_mut(sample).iter_mut().zip(values) {
+            *to = *value;
+        }
+    }
+}

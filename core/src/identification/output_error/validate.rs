@@ -1,0 +1,34 @@
+//! Options that cannot work, found before anything is recorded.
+
+use super::OutputErrorOptions;
+use crate::identification::didim::DidimOptions;
+use crate::identification::error::IdentificationError;
+use crate::identification::experiment::SignalTiming;
+use crate::robot::Robot;
+
+impl OutputErrorOptions {
+    /// Whether the loop of this robot can be simulated for records of this sample rate \[Hz\] with
+    /// torques that act then.
+    ///
+    /// # Errors
+    /// What [`clie`](super::clie()) and [`cloe`](super::cloe()) would meet with any record.
+    pub fn validate(
+        &self,
+        robot: &Robot,
+        sample_rate_hz: f64,
+        torque: SignalTiming,
+    ) -> Result<(), IdentificationError> {
+        // What can be wrong with the loop is the same.
+        DidimOptions {
+            regression: self.regression.clone(),
+            decimated: self.decimated,
+            controller: self.controller.clone(),
+            reference: self.reference,
+            integrator: self.integrator,
+            substeps: self.substeps,
+            start: self.start,
+            convergence: self.convergence,
+        }
+        .validate(robot, sample_rate_hz, torque)
+    }
+}

@@ -1,0 +1,86 @@
+//! What ends an iteration is said by name.
+
+use didim_core::control::SimulatedController;
+use didim_core::identification::{IdentificationError, SensitivityMethod, SignalTiming, Start};
+
+use crate::looped::{HELD, Looped, PERIOD_S, RATE_HZ, pd, sampled};
+use crate::loops::{METHODS, options};
+
+#[test]
+fn too_few_simulations_are_no_result() {
+    let looped = Looped::random(30, 2, sampled(0.0), pd);
+    let experiment = looped.record(HELD);
+    for (name, method) in METHODS {
+        let mut options = options(&looped);
+        options.convergence.max_simulations = 2;
+        let error = method(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap_err();
+        assert!(matches!(error, IdentificationError::NotConverged { .. }), "{name}: {error}");
+    }
+}
+
+#[test]
+fn a_loop_that_diverges_at_the_start_is_named() {
+    let looped = Looped::random(31, 2, sampled(0.0), pd);
+    let experiment = looped.record(HELD);
+    for (name, method) in METHODS {
+        let mut options = options(&looped);
+        // Far beyond what a loop of 1 kHz can hold.
+        options.controller = SimulatedController::Bandwidth {
+            timing: sampled(0.0),
+            bandwidth_hz: vec![450.0; 2],
+            damping: 0.8,
+            acceleration_feed_forward: false,
+        };
+        let error = method(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap_err();
+        assert!(matches!(error, IdentificationError::FirstSimulation { .. }), "{name}: {error}");
+    }
+}
+
+/// The arm's controller is another one: no parameters explain the torques, and the verdict says so.
+#[test]
+fn a_minimum_above_the_noise_is_not_applicable() {
+    let looped = Looped::random(32, 2, sampled(0.0), pd);
+    let mut experiment = looped.record(HELD);
+    experiment = experiment.with_counted(2000..4000).unwrap();
+    let (_, clie) = METHODS[0];
+    let mut options = options(&looped);
+    options.start = Start::IdimLs;
+    options.controller = SimulatedController::Bandwidth {
+        timing: sampled(0.0),
+        bandwidth_hz: vec![4.0; 2],
+        damping: 0.3,
+        acceleration_feed_forward: false,
+    };
+    let found = clie(&looped.arm.robot, &looped.arm.base, &experiment, &options);
+    let told = match &found {
+        Ok(found) => {
+            let reasons = &found.estimate.verdict.reasons;
+            assert!(!found.estimate.verdict.applicable);
+            reasons.iter().any(|reason| reason.contains("times the noise of IDIM-LS"))
+        }
+        Err(error) => panic!("{error}"),
+    };
+    assert!(told, "{:?}", found.map(|f| f.estimate.verdict));
+}
+
+#[test]
+fn options_are_validated_before_anything_is_recorded() {
+    let looped = Looped::random(33, 2, sampled(0.0), pd);
+    let robot = &looped.arm.robot;
+    let good = options(&looped);
+    good.validate(robot, RATE_HZ, HELD).unwrap();
+    let mut bad = good.clone();
+    bad.convergence.max_simulations = 1;
+    assert!(bad.validate(robot, RATE_HZ, HELD).is_err());
+    let mut bad = good.clone();
+    bad.start = Start::Nominal;
+    let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
+    assert!(matches!(error, IdentificationError::NoNominalParameters { .. }));
+    assert!(good.validate(robot, 1.3 * RATE_HZ, HELD).is_err());
+    let late = SignalTiming { hold_s: PERIOD_S, delay_s: 0.5 * PERIOD_S };
+    assert!(good.validate(robot, RATE_HZ, late).is_err());
+    let mut bad = good;
+    bad.substeps = 0;
+    bad.sensitivities = SensitivityMethod::Differences;
+    assert!(bad.validate(robot, RATE_HZ, HELD).is_err());
+}

@@ -1,0 +1,237 @@
+//! CLIE and CLOE on the simulated TX40, from 15 % beside its parameters.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use didim_core::control::{ControlLaw, SimulatedController};
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::identification::{
+    ConvergenceLimits, DecimationFilter, Estimate, Experiment, Identification, IdentificationError,
+    IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter, SensitivityMethod, SignalTiming,
+    Signals, Start, VerdictLimits, clie, cloe,
+};
+use didim_core::robot::Robot;
+use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
+use didim_core::trajectory::ReferenceInterpolation;
+use didim_sim::{Scenario, tx40_paper};
+use nalgebra::DMatrix;
+
+/// The scenario's loop with gains of this factor, as a log holds it.
+fn record(scenario: &Scenario, simulation: &SimulationConfig, stiffness: f64) -> Experiment {
+    record_on_grid(scenario, simulation, stiffness, scenario.samples(), None)
+}
+
+/// The same with logged motor positions on a grid [rad]; the controller has the exact ones.
+fn record_on_grid(
+    scenario: &Scenario,
+    simulation: &SimulationConfig,
+    stiffness: f64,
+    samples: usize,
+    grid_rad: Option<f64>,
+) -> Experiment {
+    let mut controller = scenario.controller().clone();
+    controller.joints.iter_mut().for_each(|joint| scale(&mut joint.law, stiffness));
+    let record = ClosedLoop::new(
+        scenario.robot(),
+        scenario.standard_parameters(),
+        &controller,
+        scenario.trajectory(),
+        simulation,
+        InitialState::OnReference,
+    )
+    .unwrap()
+    .run(samples)
+    .unwrap();
+    let columns = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+        matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
+    };
+    let signals = Signals {
+        sample_rate_hz: record.sample_rate_hz,
+        position_rad: columns(&record.motor_position_rad.map(|q| match grid_rad {
+            Some(grid) => (q / grid).round() * grid,
+            None => q,
+        })),
+        torque_nm: columns(&record.motor_torque_nm),
+        reference_rad: Some(columns(&record.motor_reference_rad)),
+    };
+    let hold_s = controller.timing.sample_period_s();
+    Experiment::motor_side(&signals, scenario.robot().transmission())
+        .unwrap()
+        .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
+        .unwrap()
+}
+
+/// A loop of `factor` times the bandwidth: Kp by its square, Kd by itself.
+fn scale(law: &mut ControlLaw, factor: f64) {
+    let ControlLaw::Pd { kp_per_rad, kd_s_per_rad, .. } = law else {
+        panic!("the scenario has a PD");
+    };
+    *kp_per_rad *= factor * factor;
+    *kd_s_per_rad *= factor;
+}
+
+fn options(scenario: &Scenario, stiffness: f64) -> OutputErrorOptions {
+    let mut joints = scenario.controller().joints.clone();
+    joints.iter_mut().for_each(|joint| scale(&mut joint.law, stiffness));
+    let listed = scenario.robot().nominal().unwrap().listed();
+    OutputErrorOptions {
+        regression: IdimLsOptions {
+            position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
+            decimation_filter: DecimationFilter {
+                order: 8,
+                ripple_db: 0.05,
+                cutoff_ratio: 0.8,
+                factor: 125,
+            },
+            parameters: Some(listed.iter().map(|(name, _)| name.clone()).collect()),
+            limits: VerdictLimits::default(),
+        },
+        decimated: true,
+        controller: SimulatedController::Cabinet {
+            timing: scenario.controller().timing,
+            joints,
+            rescale_to_inertia_kg_m2: None,
+        },
+        reference: ReferenceInterpolation::Cubic,
+        integrator: scenario.simulation().integrator,
+        substeps: scenario.simulation().substeps,
+        start: Start::Nominal,
+        sensitivities: SensitivityMethod::Exact,
+        optimiser: Optimiser::LevenbergMarquardt,
+        convergence: ConvergenceLimits::default(),
+    }
+}
+
+/// The robot whose nominal parameters are the true ones, each 15 % more or less.
+fn fifteen_per_cent_beside(scenario: &Scenario) -> Robot {
+    let file = include_str!("../../config/robots/tx40.toml");
+    let (geometry, _) = file.split_once("[nominal]").unwrap();
+    let mut text = format!("{geometry}[nominal]\n");
+    // A fixed pattern without period: the bits of the golden ratio.
+    for (k, (name, value)) in scenario.robot().nominal().unwrap().listed().iter().enumerate() {
+        let more = 0x9e37_79b9_7f4a_7c15_u64 >> k & 1 == 1;
+        writeln!(text, "{name} = {:?}", value * if more { 1.15 } else { 0.85 }).unwrap();
+    }
+    Robot::from_toml(&text).unwrap()
+}
+
+type Identify = fn(
+    &Robot,
+    &BaseParameters,
+    &Experiment,
+    &OutputErrorOptions,
+) -> Result<Identification, IdentificationError>;
+
+const METHODS: [(&str, Identify); 2] = [("CLIE", clie), ("CLOE", cloe)];
+
+fn identify(
+    method: Identify,
+    robot: &Robot,
+    experiment: &Experiment,
+    options: &OutputErrorOptions,
+) -> Estimate {
+    let base = BaseParameters::compute(&Model::new(robot)).unwrap();
+    method(robot, &base, experiment, options).unwrap().estimate
+}
+
+/// Largest relative deviation from the truth.
+fn largest_deviation(scenario: &Scenario, estimate: &Estimate) -> f64 {
+    estimate.parameters.iter().fold(0.0, |largest: f64, p| {
+        largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())
+    })
+}
+
+/// Root mean square and largest of the deviations from the truth, in standard deviations.
+fn deviations(scenario: &Scenario, estimate: &Estimate) -> (f64, f64) {
+    let z = estimate
+        .parameters
+        .iter()
+        .map(|p| (p.value - scenario.truth_of(&p.name).unwrap()) / p.standard_deviation);
+    let z: Vec<f64> = z.collect();
+    let mean_square = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
+    (mean_square.sqrt(), z.iter().fold(0.0, |largest: f64, z| largest.max(z.abs())))
+}
+
+/// No noise, ideal encoders; the loop forgets the initial velocity in the two seconds that do not
+/// count.
+#[test]
+fn without_noise_both_methods_lead_to_the_truth() {
+    let scenario = tx40_paper().unwrap();
+    let experiment = record(&scenario, &SimulationConfig::default(), 1.0)
+        .with_counted(10000..scenario.samples() - 500)
+        .unwrap();
+    let robot = fifteen_per_cent_beside(&scenario);
+    for (name, method) in METHODS {
+        let estimate = identify(method, &robot, &experiment, &options(&scenario, 1.0));
+        let largest = largest_deviation(&scenario, &estimate);
+        println!("{name}: {largest:.1e} after {} simulations", estimate.simulations);
+        // Changes of 0.2 standard deviations at errors of the smallest level, 1e-9 of the signals, leave
+        // up to 1e-8 before the last linear step.
+        assert!(largest < 1e-7, "{name}: {largest}");
+        assert!(estimate.simulations <= 7, "{:?}", estimate.convergence);
+    }
+}
+
+#[test]
+fn with_noise_the_truth_is_within_the_standard_deviations() {
+    let scenario = tx40_paper().unwrap();
+    let experiment = record(&scenario, scenario.simulation(), 1.0);
+    let robot = fifteen_per_cent_beside(&scenario);
+    for (name, method) in METHODS {
+        let begin = Instant::now();
+        let estimate = identify(method, &robot, &experiment, &options(&scenario, 1.0));
+        let elapsed = begin.elapsed();
+        let (rms, largest) = deviations(&scenario, &estimate);
+        println!(
+            "{name}: {elapsed:.2?}, {} simulations, rms {rms:.2}, largest {largest:.1}, condition \
+             number {:.0}",
+            estimate.simulations, estimate.condition_number
+        );
+        assert!(estimate.verdict.applicable, "{:?}", estimate.verdict);
+        assert!(estimate.simulations <= 6, "{:?}", estimate.convergence);
+        // 28 parameters: the rms of white deviations is 1 ± 0.13.
+        assert!(rms < 1.5 && largest < 4.0, "{name}: {rms} {largest}");
+    }
+}
+
+/// Section 4.3. The first two seconds, logged with positions on a grid of 0.01 rad of the motor.
+///
+/// Under a stiff loop the positions hardly depend on the parameters: 15 % of error in them is what
+/// the grid hides, and the method stays within its own, large, standard deviations of the start.
+/// Under a soft loop the same grid shows them. Torques show them under both.
+#[test]
+fn a_stiff_loop_hides_the_parameters_from_the_positions_and_a_soft_one_does_not() {
+    let scenario = tx40_paper().unwrap();
+    let robot = fifteen_per_cent_beside(&scenario);
+    let start = robot.nominal().unwrap().listed();
+    let simulation = SimulationConfig::default();
+    // The scenario's bandwidth times a factor.
+    for (stiffness, stiff) in [(4.0, true), (0.3, false)] {
+        let experiment = record_on_grid(&scenario, &simulation, stiffness, 10_000, Some(0.01));
+        for (name, method) in METHODS {
+            let estimate = identify(method, &robot, &experiment, &options(&scenario, stiffness));
+            let pairs = estimate.parameters.iter().zip(start);
+            let moved =
+                pairs.map(|(p, (_, from))| ((p.value - from) / p.standard_deviation).powi(2));
+            let moved = (moved.sum::<f64>() / start.len() as f64).sqrt();
+            let relative = estimate.parameters.iter().map(|p| p.relative_standard_deviation);
+            let mut relative: Vec<f64> = relative.collect();
+            relative.sort_by(f64::total_cmp);
+            let median = relative[relative.len() / 2];
+            println!(
+                "{name}, {stiffness} times the bandwidth: moved by {moved:.2} standard deviations, \
+                 of which the median is {:.2} %, {} simulations",
+                100.0 * median,
+                estimate.simulations
+            );
+            // Noise alone moves by 1 ± 0.13 (28 parameters), 15 % in units of the standard
+            // deviations by as much again.
+            if stiff && name == "CLOE" {
+                assert!(moved < 2.0 && median > 0.1, "{moved} {median}");
+            } else {
+                assert!(moved > 100.0 && median < 0.01, "{name} {stiffness}: {moved} {median}");
+            }
+        }
+    }
+}
