@@ -18,6 +18,9 @@ use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
+/// Lags of the residuals' autocorrelation that are worth looking at.
+const LAGS: usize = 30;
+
 /// What a method hands in.
 pub(super) struct Findings<'a> {
     pub(super) method: Method,
@@ -126,6 +129,7 @@ impl Findings<'_> {
             time_s: row_times(self.experiment.counted(), decimation, rate_hz),
             measured: per_joint(observations, measured),
             predicted: per_joint(observations, &(measured - &solution.residuals)),
+            white_noise: filter.autocorrelation_of_white_noise(rows, LAGS),
         };
         Ok(Identification { estimate, fit })
     }
