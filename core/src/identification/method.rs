@@ -27,6 +27,14 @@ impl Method {
             Self::Didim => "didim",
         }
     }
+
+    /// What the name stands for.
+    pub fn long_name(self) -> &'static str {
+        match self {
+            Self::IdimLs => "inverse dynamic identification model, least squares",
+            Self::Didim => "direct and inverse dynamic identification models",
+        }
+    }
 }
 
 impl fmt::Display for Method {
