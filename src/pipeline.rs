@@ -2,10 +2,8 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use didim_core::identification::Identification;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::source::{
     CandumpSource, InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
@@ -13,7 +11,7 @@ use didim_drivers::source::{
 
 use crate::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::cell::{BusAddress, Cell};
-use crate::identify::identify_window;
+use crate::identify::{LastIdentification, LastWindow, identify_window};
 use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::{AcquisitionPart, EstimationPart};
 use crate::store::WindowProvenance;
@@ -154,32 +152,6 @@ impl OneRun {
         places.make()?;
         let network = PrivateNetwork::new(&places.stream_root(), &places.prefix);
         Ok(Self { places, _network: network, _folder: folder })
-    }
-}
-
-/// An identification and the window that it comes from.
-#[derive(Clone, Debug)]
-pub struct LastWindow {
-    /// The window.
-    pub window: WindowProvenance,
-    /// What was identified from it.
-    pub identification: Identification,
-}
-
-/// The last identification of a worker, for whoever wants to draw it.
-#[derive(Clone, Debug, Default)]
-pub struct LastIdentification(Arc<Mutex<Option<LastWindow>>>);
-
-impl LastIdentification {
-    /// Takes it out, if it is that of this window: one that was identified and not stored does not
-    /// count.
-    pub fn take(&self, window: u64) -> Option<LastWindow> {
-        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
-        last.filter(|last| last.window.number == window)
-    }
-
-    fn set(&self, last: LastWindow) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(last);
     }
 }
 

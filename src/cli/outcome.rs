@@ -1,7 +1,7 @@
 //! What came of a log or a simulated arm that went through the whole pipeline.
 
 use super::CliError;
-use crate::pipeline::{LastIdentification, LastWindow};
+use crate::identify::{LastIdentification, LastWindow};
 use crate::service::{ServiceEnd, ServiceReport};
 use crate::status::Snapshot;
 use crate::worker::{EstimationStatus, Rejection};

@@ -106,6 +106,6 @@ pub(super) fn value(p: &ParameterEstimate) -> String {
     significant(p.value, digits)
 }
 
-pub(super) fn relative(p: &ParameterEstimate) -> String {
+fn relative(p: &ParameterEstimate) -> String {
     format!("{} %", significant(100.0 * p.relative_standard_deviation, 2))
 }

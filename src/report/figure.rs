@@ -80,11 +80,12 @@ pub fn torque_figure(
 
 /// Draws the torque of one joint into a frame of the size of a panel.
 pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
+    let error = 100.0 * panel.relative_error;
+    let error = if error.is_finite() { format!("{error:.2} %") } else { "–".to_owned() };
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {:.2} %</text>"#,
-        panel.joint,
-        100.0 * panel.relative_error
+        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {error}</text>"#,
+        panel.joint
     );
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else { return };
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };

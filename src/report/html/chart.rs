@@ -7,11 +7,14 @@ use didim_core::regression::NoiseAutocorrelation;
 use maud::{Markup, PreEscaped, html};
 
 use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
+use super::super::table::significant;
 
 /// Width and height of a bar in a table.
 const BAR: (f64, f64) = (132.0, 14.0);
-/// The relative standard deviations at both ends of a bar, as powers of ten: 0.01 % and 100 %.
-const DECADES: (i32, i32) = (-4, 0);
+/// The longest bar is a relative standard deviation of 100 %.
+const LAST_DECADE: i32 = 0;
+/// The shortest scale of bars, in decades, and the longest.
+const DECADES: (i32, i32) = (2, 6);
 /// Two-sided 95 % of a normal distribution.
 const NORMAL_95: f64 = 1.96;
 
@@ -25,33 +28,91 @@ pub(super) fn panel(label: &str, draw: impl FnOnce(&mut String)) -> Markup {
     }
 }
 
-/// A relative standard deviation on a logarithmic scale; a mark shows the classical one.
-pub(super) fn uncertainty(corrected: f64, classical: f64) -> Markup {
-    let place = |share: f64| {
-        let (low, high) = (f64::from(DECADES.0), f64::from(DECADES.1));
-        let place = (share.log10() - low) / (high - low) * BAR.0;
-        // Nothing for what is no number; the bar ends where the scale does.
-        if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR.0) }
-    };
-    let mut svg = String::new();
-    for decade in DECADES.0..=DECADES.1 {
-        let x = place(10_f64.powi(decade));
-        let _ =
-            write!(svg, r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="0" y2="{}"/>"#, BAR.1);
-    }
-    let (width, mark) = (place(corrected), place(classical));
-    let _ = write!(
-        svg,
-        r#"<rect class="bar" x="0" y="4" width="{width:.1}" height="{:.1}"/><line class="mark" x1="{mark:.1}" x2="{mark:.1}" y1="2" y2="{:.1}"/>"#,
-        BAR.1 - 8.0,
-        BAR.1 - 2.0
-    );
-    bar(&svg)
+/// A logarithmic scale for relative standard deviations, from a power of ten to 100 %.
+#[derive(Clone, Copy)]
+pub(super) struct Scale {
+    first_decade: i32,
 }
 
-/// The scale of [`uncertainty`].
-pub(super) fn uncertainty_scale() -> Markup {
-    html! { span.scale { @for label in ["0.01", "0.1", "1", "10", "100 %"] { span { (label) } } } }
+impl Scale {
+    /// The shortest that has all values on it, within reason.
+    pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
+        let smallest = values.filter(|value| *value > 0.0).fold(1.0, f64::min).log10().floor();
+        let (fewest, most) = DECADES;
+        let bounds = (f64::from(LAST_DECADE - most), f64::from(LAST_DECADE - fewest));
+        #[expect(clippy::cast_possible_truncation, reason = "within the bounds")]
+        let first_decade = smallest.clamp(bounds.0, bounds.1) as i32;
+        Self { first_decade }
+    }
+
+    fn decades(self) -> impl Iterator<Item = (i32, f64)> {
+        (self.first_decade..=LAST_DECADE).map(move |k| (k, self.place(10_f64.powi(k))))
+    }
+
+    /// Where a value is; what is no number is nothing, and the bar ends where the scale does.
+    fn place(self, share: f64) -> f64 {
+        let (first, last) = (f64::from(self.first_decade), f64::from(LAST_DECADE));
+        let place = (share.log10() - first) / (last - first) * BAR.0;
+        if place.is_nan() { 0.0 } else { place.clamp(0.0, BAR.0) }
+    }
+
+    /// The numbers of the scale.
+    pub(super) fn labels(self) -> Markup {
+        let mut svg = String::new();
+        for (decade, x) in self.decades() {
+            let percent = 100.0 * 10_f64.powi(decade);
+            let unit = if decade == LAST_DECADE { " %" } else { "" };
+            let _ = write!(
+                svg,
+                r#"<text class="tick" x="{x:.1}" y="11" text-anchor="middle">{}{unit}</text>"#,
+                significant(percent, 1)
+            );
+        }
+        bar(&svg)
+    }
+
+    /// A relative standard deviation; a mark shows the classical one.
+    pub(super) fn bar(self, corrected: f64, classical: f64) -> Markup {
+        let mut svg = String::new();
+        for (_, x) in self.decades() {
+            let _ = write!(
+                svg,
+                r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="0" y2="{}"/>"#,
+                BAR.1
+            );
+        }
+        let (length, mark) = (self.place(corrected), self.place(classical));
+        let _ = write!(
+            svg,
+            r#"<rect class="length" x="0" y="4" width="{length:.1}" height="{:.1}"/><line class="mark" x1="{mark:.1}" x2="{mark:.1}" y1="2" y2="{:.1}"/>"#,
+            BAR.1 - 8.0,
+            BAR.1 - 2.0
+        );
+        bar(&svg)
+    }
+}
+
+/// Half of a scale for delays \[s\]: a round number that all of them are below with two standard
+/// deviations.
+pub(super) fn delay_reach<'a>(delays: impl Iterator<Item = &'a TorqueDelay>) -> f64 {
+    let largest = delays
+        .map(|delay| delay.delay_s.abs() + 2.0 * delay.standard_deviation_s)
+        .filter(|reach| reach.is_finite())
+        .fold(1e-9, f64::max);
+    let power = 10_f64.powf(largest.log10().floor());
+    let round = [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|round| *round >= largest);
+    round.unwrap_or(10.0 * power)
+}
+
+/// The numbers of that scale.
+pub(super) fn delay_labels(reach: f64) -> Markup {
+    let reach = significant(1e6 * reach, 1);
+    let svg = format!(
+        r#"<text class="tick" x="0" y="11">−{reach}</text><text class="tick" x="{}" y="11" text-anchor="middle">0</text><text class="tick" x="{}" y="11" text-anchor="end">{reach} µs</text>"#,
+        BAR.0 / 2.0,
+        BAR.0
+    );
+    bar(&svg)
 }
 
 /// A torque delay with two standard deviations to either side; `reach` \[s\] is half the scale.
@@ -114,13 +175,19 @@ pub(super) fn draw_autocorrelation(
         .filter(|((found, _), _)| found.is_finite())
         .map(|((found, noise), lag)| (lag, *found, noise))
         .collect();
-    let edge = |sign: f64| {
-        lags.iter().map(move |(lag, _, noise)| {
-            format!("{:.1} {:.1}", x(*lag), y(noise.mean + sign * NORMAL_95 * noise.deviation))
-        })
-    };
-    let outline: Vec<String> = edge(1.0).chain(edge(-1.0).rev()).collect();
-    let _ = write!(svg, r#"<polygon class="band" points="{}"/>"#, outline.join(" "));
+    let half_lag = (x(1) - x(0)) / 2.0;
+    for (lag, _, noise) in &lags {
+        let top = y(noise.mean + NORMAL_95 * noise.deviation);
+        let bottom = y(noise.mean - NORMAL_95 * noise.deviation);
+        // A little wider, so that no gap shows between neighbours.
+        let _ = write!(
+            svg,
+            r#"<rect class="band" x="{:.1}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
+            x(*lag) - half_lag,
+            2.0 * half_lag + 0.1,
+            bottom - top
+        );
+    }
     let _ = write!(
         svg,
         r#"<line class="axis" x1="{LEFT}" x2="{}" y1="{1:.1}" y2="{1:.1}"/>"#,

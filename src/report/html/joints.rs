@@ -30,8 +30,8 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             thead { tr {
                 th scope="col" { "Joint" }
                 th.number scope="col" { "Relative error" }
-                th.number scope="col" { "Error, root mean square" }
-                th.number scope="col" { "Uncertainty of the prediction" }
+                th.number scope="col" { "RMS error" }
+                th.number scope="col" { "Uncertainty of prediction" }
             } }
             tbody { @for (k, joint) in report.cell.robot.chain().iter().enumerate() { tr {
                 th scope="row" { (k + 1) }
@@ -46,8 +46,8 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             } } }
         } }
     };
-    let explanation = "Both sides of the equation behind the decimation filter, over the samples \
-                       that count. The uncertainty of the prediction is what the standard \
+    let explanation = "Both sides of the equation as they were fitted, over the samples that \
+                       count. The uncertainty of the prediction is what the standard \
                        deviations of the parameters make of this motion's torque, relative to it.";
     section("Torque, measured and predicted", explanation, &content)
 }
@@ -111,22 +111,14 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
 
 /// When the torques act, over what their timing says.
 pub(super) fn delays(estimate: &Estimate) -> Markup {
-    let told = estimate.torque_delay_per_joint.iter().flatten();
-    let reach = told
-        .map(|delay| delay.delay_s.abs() + 2.0 * delay.standard_deviation_s)
-        .filter(|reach| reach.is_finite())
-        .fold(1e-9, f64::max);
+    let reach = chart::delay_reach(estimate.torque_delay_per_joint.iter().flatten());
     let content = html! {
         div.scroll { table {
             thead { tr {
                 th scope="col" { "Joint" }
                 th.number scope="col" { "Delay" }
                 th.number scope="col" { "σ" }
-                th scope="col" { span.scale {
-                    span { "−" (number(1e6 * reach, 2)) }
-                    span { "0" }
-                    span { (number(1e6 * reach, 2)) " µs" }
-                } }
+                th.bar scope="col" { (chart::delay_labels(reach)) }
             } }
             tbody { @for (k, delay) in estimate.torque_delay_per_joint.iter().enumerate() { tr {
                 th scope="row" { (k + 1) }

@@ -11,7 +11,7 @@ mod parameters;
 mod provenance;
 mod summary;
 
-use didim_core::identification::Identification;
+use didim_core::identification::{Identification, Method};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 pub use provenance::{InputFile, Origin, SampleRange};
@@ -57,13 +57,21 @@ impl Report<'_> {
                         (joints::delays(estimate))
                         (checks::section(self))
                         (summary::convergence(&estimate.convergence))
-                        (summary::singular_values(estimate))
+                        (summary::singular_values(self))
                         (provenance::section(self))
                     }
                 }
             }
         };
         page.into_string() + "\n"
+    }
+
+    /// What the rows are, in words: DIDIM may do without decimation.
+    fn matrix(&self) -> &'static str {
+        let estimate = &self.identification.estimate;
+        let simulated = estimate.method == Method::Didim.name();
+        let strict = self.cell.didim.as_ref().is_some_and(|options| !options.decimated);
+        if simulated && strict { "observation matrix" } else { "decimated observation matrix" }
     }
 }
 
@@ -92,14 +100,23 @@ fn percent(share: f64, digits: usize) -> String {
     }
 }
 
-/// A probability; below a thousandth its size means nothing more.
+/// A probability; below one in ten thousand its size means nothing more.
 fn probability(p: f64) -> String {
-    if p < 1e-3 { "< 0.001".to_owned() } else { number(p, 2) }
+    if p < 1e-4 { "< 0.0001".to_owned() } else { number(p, 2) }
 }
 
+/// With real minus signs, and powers of ten in place of exponents.
 fn signed(text: &str) -> String {
-    text.replace('-', "−")
+    let text = text.replace('-', "−");
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
+    let raised = |c: char| match c {
+        '−' => '⁻',
+        digit => digit.to_digit(10).map_or(digit, |k| SUPERSCRIPTS[k as usize]),
+    };
+    format!("{mantissa}·10{}", exponent.chars().map(raised).collect::<String>())
 }
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 #[cfg(test)]
 mod tests;

@@ -3,8 +3,9 @@
 use didim_core::identification::ParameterEstimate;
 use maud::{Markup, html};
 
-use super::super::estimate::{relative, value};
-use super::{Report, chart, number, percent, signed};
+use super::super::estimate::value;
+use super::chart::Scale;
+use super::{Report, number, percent, signed};
 use crate::cell::Cell;
 
 /// Above this relative standard deviation a parameter could be zero.
@@ -14,6 +15,9 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let parameters = &report.identification.estimate.parameters;
     let nominal = |name: &str| nominal(report.cell, name);
     let has_nominal = parameters.iter().any(|p| nominal(&p.name).is_some());
+    let scale = Scale::of(
+        parameters.iter().flat_map(|p| [p.relative_standard_deviation, relative_classical(p)]),
+    );
     let columns = if has_nominal { 8 } else { 7 };
     let table = html! {
         table.parameters {
@@ -23,7 +27,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th scope="col" { "Unit" }
                 th.number scope="col" { "σ" }
                 th.number scope="col" { "Relative σ" }
-                th scope="col" { (chart::uncertainty_scale()) }
+                th.bar scope="col" { (scale.labels()) }
                 th.number scope="col" { "Classical" }
                 @if has_nominal { th.number scope="col" { "Nominal" } }
             } }
@@ -32,31 +36,39 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 @if !own.is_empty() { tbody {
                     tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (joint + 1) } }
                     @for (parameter, unit) in own {
-                        (row(parameter, unit, has_nominal.then(|| nominal(&parameter.name))))
+                        (row(parameter, unit, scale, has_nominal.then(|| nominal(&parameter.name))))
                     }
                 } }
             }
         }
     };
     let content = html! { (table) (regrouping(report)) };
-    let explanation = "σ is the standard deviation, corrected for the colour of the residuals; \
-                       “classical” is the relative one that takes them for white, the mark in the \
-                       bar. The bars are on a logarithmic scale. A name that ends in r stands for \
-                       several parameters that no motion tells apart.";
-    super::section("Parameters", explanation, &content)
+    let explanation = format!(
+        "σ is the standard deviation, corrected for the colour of the residuals; “classical” is \
+         the relative one that takes them for white, the mark in the bar. The bars are on a \
+         logarithmic scale. A name that ends in r stands for several parameters that no motion \
+         tells apart.{}",
+        if has_nominal { " Nominal values are those of the robot file." } else { "" }
+    );
+    super::section("Parameters", &explanation, &content)
 }
 
-fn row(p: &ParameterEstimate, unit: &str, nominal: Option<Option<f64>>) -> Markup {
-    let uncertain = !(p.relative_standard_deviation <= COULD_BE_ZERO);
-    let classical = p.classical_standard_deviation / p.value.abs();
+fn relative_classical(p: &ParameterEstimate) -> f64 {
+    p.classical_standard_deviation / p.value.abs()
+}
+
+fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f64>>) -> Markup {
+    let deviation = p.relative_standard_deviation;
+    let uncertain = deviation.is_nan() || deviation > COULD_BE_ZERO;
+    let classical = relative_classical(p);
     html! {
         tr.uncertain[uncertain] {
             th scope="row" { (p.name) }
             td.number.value { (if p.value.is_finite() { signed(&value(p)) } else { "–".into() }) }
             td.unit { (unit) }
             td.number.deviation { (number(p.standard_deviation, 2)) }
-            td.number.relative { (signed(&relative(p))) }
-            td.bar { (chart::uncertainty(p.relative_standard_deviation, classical)) }
+            td.number.relative { (percent(p.relative_standard_deviation, 2)) }
+            td.bar { (scale.bar(p.relative_standard_deviation, classical)) }
             td.number.classical { (percent(classical, 2)) }
             @if let Some(nominal) = nominal {
                 td.number.nominal { (nominal.map_or("–".into(), |value| number(value, 4))) }
@@ -104,7 +116,7 @@ fn regrouping(report: &Report<'_>) -> Markup {
         details {
             summary { "How regrouped parameters are made up" }
             dl.expressions { @for (name, expression) in regrouped {
-                div { dt { (name) } dd { "= " (signed(&expression)) } }
+                div { dt { (name) } dd { "= " (expression.replace('-', "−")) } }
             } }
         }
     }

@@ -1,7 +1,7 @@
 //! What is read first: which arm, may the result be used, how good is it; and last, how it was
 //! found.
 
-use didim_core::identification::{ConvergenceStep, Estimate, Method, Verdict};
+use didim_core::identification::{ConvergenceStep, Method, Verdict};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
@@ -65,16 +65,13 @@ pub(super) fn key_figures(report: &Report<'_>) -> Markup {
             percent(estimate.relative_error, 3),
             format!(
                 "‖y − Xθ‖ / ‖y‖ over all joints; at most {}",
-                percent(limits.relative_error, 3)
+                percent(limits.relative_error, 2)
             ),
         ),
         (
             "Condition number",
             number(estimate.condition_number, 4),
-            format!(
-                "of the weighted, decimated observation matrix; at most {}",
-                limits.condition_number
-            ),
+            format!("of the weighted {}; at most {}", report.matrix(), limits.condition_number),
         ),
         ("Parameters", estimate.parameters.len().to_string(), "base parameters identified".into()),
         (
@@ -103,7 +100,7 @@ pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
         return html! {};
     }
     let content = html! {
-        div.panels {
+        div.beside {
             figure {
                 (chart::panel("Convergence over the simulations", |svg| draw_panel(svg, steps)))
             }
@@ -129,12 +126,13 @@ pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
     section("Convergence", explanation, &content)
 }
 
-pub(super) fn singular_values(estimate: &Estimate) -> Markup {
+pub(super) fn singular_values(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
     let values = &estimate.singular_values;
     let content = html! {
         div.scroll { table {
             thead { tr {
-                th scope="col" { "Observation matrix, decimated" }
+                th scope="col" { "Of the " (report.matrix()) }
                 th.number scope="col" { "Largest" }
                 th.number scope="col" { "Smallest" }
                 th.number scope="col" { "Condition number" }
