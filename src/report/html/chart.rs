@@ -59,7 +59,9 @@ impl Scale {
     /// The numbers of the scale.
     pub(super) fn labels(self) -> Markup {
         let mut svg = String::new();
-        for (decade, x) in self.decades() {
+        // On a long scale there is room for every other one only.
+        let every = if LAST_DECADE - self.first_decade > 3 { 2 } else { 1 };
+        for (decade, x) in self.decades().filter(|(k, _)| (LAST_DECADE - k) % every == 0) {
             let percent = 100.0 * 10_f64.powi(decade);
             let unit = if decade == LAST_DECADE { " %" } else { "" };
             let _ = write!(

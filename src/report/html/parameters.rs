@@ -26,7 +26,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Value" }
                 th scope="col" { "Unit" }
                 th.number scope="col" { "σ" }
-                th.number scope="col" { "Relative σ" }
+                th.number.relative scope="col" { "Relative σ" }
                 th.bar scope="col" { (scale.labels()) }
                 th.number scope="col" { "Classical" }
                 @if has_nominal { th.number scope="col" { "Nominal" } }
