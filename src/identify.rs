@@ -1,6 +1,7 @@
 //! From a recording or a window to an identification, as the cell wants it.
 
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
     Experiment, ExperimentError, Identification, IdentificationError, Method, clie, cloe, didim,
@@ -9,6 +10,7 @@ use didim_core::identification::{
 
 use crate::cell::Cell;
 use crate::experiment::{Recording, Side};
+use crate::store::WindowProvenance;
 use crate::worker::Window;
 
 /// Why nothing was identified; the inner errors carry the remedy.
@@ -73,4 +75,30 @@ pub fn identify_recording(
             identify(robot, base, &experiment, options)?
         }
     })
+}
+
+/// An identification and the window that it comes from.
+#[derive(Clone, Debug)]
+pub struct LastWindow {
+    /// The window.
+    pub window: WindowProvenance,
+    /// What was identified from it.
+    pub identification: Identification,
+}
+
+/// The last identification of a worker, for whoever wants to draw it.
+#[derive(Clone, Debug, Default)]
+pub struct LastIdentification(Arc<Mutex<Option<LastWindow>>>);
+
+impl LastIdentification {
+    /// Takes it out, if it is that of this window: one that was identified and not stored does not
+    /// count.
+    pub fn take(&self, window: u64) -> Option<LastWindow> {
+        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
+        last.filter(|last| last.window.number == window)
+    }
+
+    pub(crate) fn set(&self, last: LastWindow) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(last);
+    }
 }

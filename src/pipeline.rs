@@ -2,10 +2,8 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use didim_core::identification::Identification;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::source::{
     CandumpSource, InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
@@ -13,10 +11,12 @@ use didim_drivers::source::{
 
 use crate::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::cell::{BusAddress, Cell};
-use crate::identify::identify_window;
+use crate::identify::{LastIdentification, LastWindow, identify_window};
+use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::{AcquisitionPart, EstimationPart};
+use crate::store::WindowProvenance;
 use crate::stream::{FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions};
-use crate::worker::{Window, WindowOptionError, WorkerOptions};
+use crate::worker::{Identified, Window, WindowOptionError, WorkerOptions};
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
@@ -155,23 +155,6 @@ impl OneRun {
     }
 }
 
-/// The last identification of a worker, for whoever wants to draw it.
-#[derive(Clone, Debug, Default)]
-pub struct LastIdentification(Arc<Mutex<Option<(u64, Identification)>>>);
-
-impl LastIdentification {
-    /// Takes it out, if it is that of this window: one that was identified and not stored does not
-    /// count.
-    pub fn take(&self, window: u64) -> Option<Identification> {
-        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
-        last.and_then(|(number, identification)| (number == window).then_some(identification))
-    }
-
-    fn set(&self, window: u64, identification: Identification) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((window, identification));
-    }
-}
-
 /// The part that reads the bus.
 ///
 /// # Errors
@@ -205,11 +188,19 @@ pub fn estimation(
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
     let (cell_of_worker, last) = (cell.clone(), last.clone());
+    let has_folder = places.state.is_some();
     let identify = move |window: &Window| {
-        let identification = identify_window(&cell_of_worker, window)?;
+        let cell = &cell_of_worker;
+        let identification = identify_window(cell, window)?;
+        let provenance = WindowProvenance::of(window);
+        let report = has_folder.then(|| {
+            let samples = SampleRange::Window(provenance.clone());
+            let origin = Origin { input: None, samples };
+            Report { cell, identification: &identification, origin: &origin }.to_html()
+        });
         let estimate = identification.estimate.clone();
-        last.set(window.number, identification);
-        Ok(estimate)
+        last.set(LastWindow { window: provenance, identification });
+        Ok(Identified { estimate, report })
     };
     Ok(EstimationPart {
         identify: Box::new(identify),

@@ -16,7 +16,9 @@ use didim::service::{
 };
 use didim::status::{ClientError, fetch_status, send_command};
 use didim::stream::{Pace, StreamNode, Topic};
-use didim::worker::{Command, Identify, Rejection, Trigger, Window, WindowOptions, WorkerOptions};
+use didim::worker::{
+    Command, Identified, Identify, Rejection, Trigger, Window, WindowOptions, WorkerOptions,
+};
 use didim_core::identification::{Estimate, SingularValues, Verdict};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{InProcessSender, WhenFull, in_process_bus};
@@ -83,7 +85,7 @@ fn digest(window: &Window) -> Estimate {
 }
 
 fn identify() -> Identify {
-    Box::new(|window| Ok(digest(window)))
+    Box::new(|window| Ok(Identified { estimate: digest(window), report: None }))
 }
 
 /// Three motions and rest between them.
@@ -128,7 +130,7 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     // The queue takes one window, so a live bus would have lost some.
     let slowly: Identify = Box::new(|window| {
         std::thread::sleep(Duration::from_millis(300));
-        Ok(digest(window))
+        Ok(Identified { estimate: digest(window), report: None })
     });
     replay(three_motions(), slow.path(), slowly);
     let results = results(fast.path());
@@ -158,7 +160,7 @@ fn a_refusal_is_counted_with_its_words() {
         if std::mem::take(&mut first) {
             Err("too little excitation".into())
         } else {
-            Ok(digest(window))
+            Ok(Identified { estimate: digest(window), report: None })
         }
     });
     let report = replay(three_motions(), folder.path(), identify);
@@ -182,7 +184,7 @@ fn a_living_bus_does_not_wait_for_the_identification() {
     });
     let slowly: Identify = Box::new(|window| {
         std::thread::sleep(Duration::from_millis(400));
-        Ok(digest(window))
+        Ok(Identified { estimate: digest(window), report: None })
     });
     let trigger = Trigger::Interval { length_s: 0.3 };
     let estimation = estimation(&network, trigger, folder.path(), slowly);
@@ -240,7 +242,7 @@ fn child_is_stopped_while_it_identifies() {
             kill_process(pid, Signal::TERM).unwrap();
             std::thread::sleep(Duration::from_secs(20));
         }
-        Ok(digest(window))
+        Ok(Identified { estimate: digest(window), report: None })
     });
     let estimation = estimation(&network, Trigger::Interval { length_s: 0.3 }, &folder, identify);
     let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 
 use clap::Args;
 use didim_core::identification::{Identification, Method};
+use didim_core::robot::Robot;
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{InProcessSender, InterfaceName, WhenFull, in_process_bus};
 use didim_sim::{
@@ -17,9 +18,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::outcome::identified;
-use super::output::{panels, print, write_figure};
+use super::output::{print, write_figure};
 use crate::cell::{Cell, Library};
-use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
+use crate::identify::{LastIdentification, LastWindow};
+use crate::pipeline::{OneRun, acquisition, estimation};
 use crate::report;
 use crate::report::terminal::torque_plot;
 use crate::service::{Parts, ServiceOptions, ServiceReport, run};
@@ -93,10 +95,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(PlayError::Sink(SinkError::Closed(_))) | Ok(_) => {}
         Err(error) => return Err(CliError::failed(error)),
     }
-    let identification = identified(&report, &last)?;
-    print(&text(&identification, &scenario, &report.snapshot))?;
+    let LastWindow { identification, .. } = identified(&report, &last)?;
+    print(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
     // After the result, which a figure that cannot be written must not cost.
-    write_figure(&arguments.figure, &identification)?;
+    write_figure(&arguments.figure, &cell, &identification)?;
     print(&format!("figure of all joints: {}\n", arguments.figure.display()))
 }
 
@@ -180,7 +182,12 @@ impl Sink for ProgressSink {
     }
 }
 
-fn text(identification: &Identification, scenario: &Scenario, snapshot: &Snapshot) -> String {
+fn text(
+    identification: &Identification,
+    robot: &Robot,
+    scenario: &Scenario,
+    snapshot: &Snapshot,
+) -> String {
     let estimate = &identification.estimate;
     let mut text = report::estimate::truth_table(estimate, &|name| scenario.truth_of(name));
     text += "\n";
@@ -188,7 +195,7 @@ fn text(identification: &Identification, scenario: &Scenario, snapshot: &Snapsho
     text += "\n";
     // The joint with the largest torque shows most.
     let peak = |values: &[f64]| values.iter().fold(0.0_f64, |peak, v| peak.max(v.abs()));
-    let panels = panels(identification);
+    let panels = report::panels(identification, robot);
     let largest = panels.iter().max_by(|a, b| peak(a.measured_nm).total_cmp(&peak(b.measured_nm)));
     if let Some(panel) = largest {
         text += &torque_plot(panel, PLOT_COLUMNS);

@@ -9,11 +9,12 @@ use didim_core::identification::{Estimate, Identification, Method};
 use serde::Serialize;
 
 use super::CliError;
-use super::output::{print, write_figure};
+use super::output::{print, write_figure, write_report};
 use crate::cell::Cell;
 use crate::experiment::{Recording, read_csv, read_log};
 use crate::identify::{IdentifyError, identify_recording};
 use crate::report;
+use crate::report::html::{InputFile, Origin, Report, SampleRange};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -41,6 +42,9 @@ pub(super) struct Arguments {
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Write a report to show and to print (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Print how each regrouped parameter is made up
     #[arg(long, conflicts_with = "json")]
     regrouping: bool,
@@ -79,8 +83,19 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print(&text(&cell, &identification, arguments.regrouping))?;
         print(&what_counted(&counted, &recording))?;
     }
-    // After the result, which a figure that cannot be written must not cost.
-    arguments.figure.as_ref().map_or(Ok(()), |path| write_figure(path, &identification))
+    // After the result, which a file that cannot be written must not cost.
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &cell, &identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        let input = InputFile::read(&arguments.input)
+            .map_err(|error| CliError::in_file(&arguments.input, error))?;
+        let samples = SampleRange::Record(counted, recording.signals.sample_rate_hz);
+        let origin = Origin { input: Some(input), samples };
+        let report = Report { cell: &cell, identification: &identification, origin: &origin };
+        write_report(path, &report)?;
+    }
+    Ok(())
 }
 
 /// A number above 0, as an argument.

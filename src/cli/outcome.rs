@@ -1,9 +1,7 @@
 //! What came of a log or a simulated arm that went through the whole pipeline.
 
-use didim_core::identification::Identification;
-
 use super::CliError;
-use crate::pipeline::LastIdentification;
+use crate::identify::{LastIdentification, LastWindow};
 use crate::service::{ServiceEnd, ServiceReport};
 use crate::status::Snapshot;
 use crate::worker::{EstimationStatus, Rejection};
@@ -15,7 +13,7 @@ use crate::worker::{EstimationStatus, Rejection};
 pub(super) fn identified(
     report: &ServiceReport,
     last: &LastIdentification,
-) -> Result<Identification, CliError> {
+) -> Result<LastWindow, CliError> {
     let snapshot = &report.snapshot;
     if report.end == ServiceEnd::Signal {
         return Err(CliError::failed("interrupted; results stored before are whole"));

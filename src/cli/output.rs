@@ -6,8 +6,10 @@ use std::path::Path;
 use didim_core::identification::Identification;
 
 use super::CliError;
-use crate::report::TorquePanel;
+use crate::cell::Cell;
 use crate::report::figure::torque_figure;
+use crate::report::html::Report;
+use crate::report::panels;
 
 /// Writes to stdout. A reader that went away (`didim … | head`) is no failure.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
@@ -54,29 +56,21 @@ pub(super) fn write_whole(
     Ok(())
 }
 
-/// One panel per joint of a fit.
-pub(super) fn panels(identification: &Identification) -> Vec<TorquePanel<'_>> {
-    let (estimate, fit) = (&identification.estimate, &identification.fit);
-    fit.measured
-        .iter()
-        .zip(&fit.predicted)
-        .zip(&estimate.relative_error_per_joint)
-        .zip(1..)
-        .map(|(((measured_nm, predicted_nm), relative_error), joint)| TorquePanel {
-            joint,
-            time_s: &fit.time_s,
-            measured_nm,
-            predicted_nm,
-            relative_error: *relative_error,
-        })
-        .collect()
-}
-
 /// Writes the figure of measured against predicted torque.
-pub(super) fn write_figure(path: &Path, identification: &Identification) -> Result<(), CliError> {
+pub(super) fn write_figure(
+    path: &Path,
+    cell: &Cell,
+    identification: &Identification,
+) -> Result<(), CliError> {
     let estimate = &identification.estimate;
     let heading =
         format!("{}: torque, measured and predicted by {}", estimate.robot, estimate.method);
-    let svg = torque_figure(&heading, &panels(identification), &estimate.convergence);
+    let svg = torque_figure(&heading, &panels(identification, &cell.robot), &estimate.convergence);
     write_whole(path, |out| out.write_all(svg.as_bytes()).map_err(CliError::failed))
+}
+
+/// Writes the report.
+pub(super) fn write_report(path: &Path, report: &Report<'_>) -> Result<(), CliError> {
+    let html = report.to_html();
+    write_whole(path, |out| out.write_all(html.as_bytes()).map_err(CliError::failed))
 }

@@ -8,10 +8,12 @@ use didim_drivers::source::{CandumpSource, SourceError};
 
 use super::CliError;
 use super::outcome::identified;
-use super::output::{print, write_figure};
+use super::output::{print, write_figure, write_report};
 use crate::cell::Cell;
-use crate::pipeline::{LastIdentification, OneRun, acquisition, estimation};
+use crate::identify::{LastIdentification, LastWindow};
+use crate::pipeline::{OneRun, acquisition, estimation};
 use crate::report;
+use crate::report::html::{InputFile, Origin, Report, SampleRange};
 use crate::service::{Parts, ServiceOptions, run};
 use crate::status::Snapshot;
 use crate::stream::Pace;
@@ -32,6 +34,9 @@ pub(super) struct Arguments {
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Write a report to show and to print (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -46,15 +51,25 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         estimation(&cell, places, &last).map_err(CliError::failed)?,
     );
     let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
-    let identification = identified(&report, &last)?;
+    let LastWindow { window, identification } = identified(&report, &last)?;
     if arguments.json {
         let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
         print(&text(&identification, &report.snapshot))?;
     }
-    // After the result, which a figure that cannot be written must not cost.
-    arguments.figure.as_ref().map_or(Ok(()), |path| write_figure(path, &identification))
+    // After the result, which a file that cannot be written must not cost.
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &cell, &identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        let input = InputFile::read(&arguments.log)
+            .map_err(|error| CliError::in_file(&arguments.log, error))?;
+        let origin = Origin { input: Some(input), samples: SampleRange::Window(window) };
+        let report = Report { cell: &cell, identification: &identification, origin: &origin };
+        write_report(path, &report)?;
+    }
+    Ok(())
 }
 
 fn text(identification: &Identification, snapshot: &Snapshot) -> String {

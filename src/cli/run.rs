@@ -6,9 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::CliError;
 use crate::cell::{Cell, Processes};
-use crate::pipeline::{
-    LastIdentification, PipelineError, Places, acquisition, estimation, open_source,
-};
+use crate::identify::LastIdentification;
+use crate::pipeline::{PipelineError, Places, acquisition, estimation, open_source};
 use crate::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run};
 
 #[derive(Debug, Args)]

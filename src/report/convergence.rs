@@ -66,7 +66,7 @@ pub(super) fn draw_panel(svg: &mut String, steps: &[ConvergenceStep]) {
     let y = |value: f64| TOP + (high - value.log10()) / (high - low) * tall;
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">convergence over simulations: relative error ●, largest step [σ] ○</text>"#
+        r#"<text class="title" x="{LEFT}" y="20">convergence: relative error ●, largest step [σ] ○</text>"#
     );
     let mut decade = low;
     while decade <= high {

@@ -94,7 +94,7 @@ pub fn summary(estimate: &Estimate) -> String {
 }
 
 /// As many digits as the uncertainty justifies: down to a tenth of the standard deviation.
-fn value(p: &ParameterEstimate) -> String {
+pub(super) fn value(p: &ParameterEstimate) -> String {
     let ratio = (p.value / p.standard_deviation).abs();
     #[expect(
         clippy::cast_possible_truncation,

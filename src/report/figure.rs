@@ -7,7 +7,7 @@ use didim_core::identification::ConvergenceStep;
 use super::{TorquePanel, convergence, value_range};
 
 const COLUMNS: usize = 2;
-pub(super) const PANEL_WIDTH: f64 = 460.0;
+pub(super) const PANEL_WIDTH: f64 = 400.0;
 pub(super) const PANEL_HEIGHT: f64 = 190.0;
 /// Room around the curves of one panel: left for tick labels, top for the title.
 pub(super) const LEFT: f64 = 52.0;
@@ -18,13 +18,16 @@ const HEADER: f64 = 58.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
 /// curves differ in lightness and width too, so that they are told apart without colour.
-const STYLE: &str = "\
+const COLOURS: &str = "\
 svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#b3261e;--residual:#3d7a4f}\
-@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#ff8a73;--residual:#7fc796}}\
+@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#ff8a73;--residual:#7fc796}}";
+
+/// How panels are drawn, in the colours of whoever shows them.
+pub(super) const CURVES: &str = "\
 .paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
 .tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
 .measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}\
-circle{fill:var(--paper)}.filled{fill:var(--predicted)}";
+circle{fill:var(--paper)}circle.filled{fill:var(--predicted)}";
 
 /// Draws one panel per joint, measured torque, prediction and residual over time; and one of the
 /// steps of an iteration, if there are any.
@@ -43,7 +46,7 @@ pub fn torque_figure(
     // Writing to a String cannot fail.
     let _ = write!(
         svg,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" aria-label="{0}"><title>{0}</title><style>{STYLE}</style><rect class="paper" width="{width}" height="{height}"/><text class="heading" x="16" y="26">{0}</text>"#,
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img" aria-label="{0}"><title>{0}</title><style>{COLOURS}{CURVES}</style><rect class="paper" width="{width}" height="{height}"/><text class="heading" x="16" y="26">{0}</text>"#,
         escape(heading)
     );
     for (x, class, label) in [
@@ -75,12 +78,14 @@ pub fn torque_figure(
     svg
 }
 
-fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
+/// Draws the torque of one joint into a frame of the size of a panel.
+pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
+    let error = 100.0 * panel.relative_error;
+    let error = if error.is_finite() { format!("{error:.2} %") } else { "–".to_owned() };
     let _ = write!(
         svg,
-        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {:.2} %</text>"#,
-        panel.joint,
-        100.0 * panel.relative_error
+        r#"<text class="title" x="{LEFT}" y="20">joint {} · relative error {error}</text>"#,
+        panel.joint
     );
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else { return };
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
@@ -105,8 +110,12 @@ fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
             TOP + tall + 16.0
         );
     }
-    let _ =
-        write!(svg, r#"<text class="tick" x="{}" y="20" text-anchor="end">N·m</text>"#, LEFT - 5.0);
+    let _ = write!(
+        svg,
+        r#"<text class="tick" x="{}" y="20" text-anchor="end">{}</text>"#,
+        LEFT - 5.0,
+        panel.unit
+    );
     let residual: Vec<f64> =
         panel.measured_nm.iter().zip(panel.predicted_nm).map(|(m, p)| m - p).collect();
     for (class, values) in [
@@ -114,18 +123,40 @@ fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
         ("predicted", panel.predicted_nm),
         ("residual", residual.as_slice()),
     ] {
-        let mut path = String::new();
-        for (t, v) in panel.time_s.iter().zip(values).filter(|(_, v)| v.is_finite()) {
-            let command = if path.is_empty() { 'M' } else { 'L' };
-            let _ = write!(path, "{command}{:.1} {:.1}", x(*t), y(*v));
-        }
-        let _ = write!(svg, r#"<path class="{class}" d="{path}"/>"#);
+        let points = panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), y(*v)));
+        draw_curve(svg, class, points);
     }
+}
+
+/// Draws a curve whose points come in the order of x. Of those within one unit of x the highest and
+/// the lowest are enough: a long record draws the same and stays small.
+fn draw_curve(svg: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>) {
+    let mut path = String::new();
+    let mut add = |points: &mut Vec<(f64, f64)>| {
+        let by_y = |a: &(f64, f64), b: &(f64, f64)| a.1.total_cmp(&b.1);
+        let extremes = points.iter().copied().min_by(by_y).zip(points.iter().copied().max_by(by_y));
+        if let Some((low, high)) = extremes.filter(|_| points.len() > 2) {
+            *points = if low.0 <= high.0 { vec![low, high] } else { vec![high, low] };
+        }
+        for (x, y) in points.drain(..) {
+            let command = if path.is_empty() { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{x:.1} {y:.1}");
+        }
+    };
+    let mut together: Vec<(f64, f64)> = Vec::new();
+    for point in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {
+        if together.first().is_some_and(|first| point.0 - first.0 >= 1.0) {
+            add(&mut together);
+        }
+        together.push(point);
+    }
+    add(&mut together);
+    let _ = write!(svg, r#"<path class="{class}" d="{path}"/>"#);
 }
 
 /// Round numbers within `low..=high`, about `wanted` of them: steps of 1, 2 or 5 times a power of
 /// ten.
-fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
+pub(super) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
         return Vec::new();
@@ -167,6 +198,7 @@ mod tests {
         let time = [0.0, 1.0, 2.0];
         let panel = |joint| TorquePanel {
             joint,
+            unit: "N·m",
             time_s: &time,
             measured_nm: &[0.0, 2.0, -1.0],
             predicted_nm: &[0.1, 1.9, f64::NAN],
@@ -176,5 +208,17 @@ mod tests {
         assert_eq!(svg.matches("<path").count(), 9);
         assert!(svg.contains("arm &lt;1&gt; &amp; more") && !svg.contains("NaN"), "{svg}");
         assert!(!svg.contains("http") || svg.matches("http").count() == 1, "only the namespace");
+    }
+
+    /// A hundred points on every unit of x leave two of them, a short record all.
+    #[test]
+    fn a_long_curve_keeps_its_extremes_only() {
+        let (mut long, mut short) = (String::new(), String::new());
+        let sample = |k: u32| (f64::from(k) / 100.0, f64::from(k * k % 97));
+        draw_curve(&mut long, "measured", (0..30_000).map(sample));
+        draw_curve(&mut short, "measured", (0..300).step_by(60).map(sample));
+        assert_eq!(long.matches(' ').count(), 2 * 300 + 2, "one per point, two in the tag");
+        assert!(long.contains(" 96.0") && long.contains(" 0.0"));
+        assert_eq!(short.matches('L').count(), 4);
     }
 }

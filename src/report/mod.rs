@@ -3,22 +3,48 @@
 pub mod convergence;
 pub mod estimate;
 pub mod figure;
+pub mod html;
 pub mod table;
 pub mod terminal;
+
+use didim_core::identification::Identification;
+use didim_core::robot::Robot;
 
 /// One joint's torque, measured and predicted, for a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct TorquePanel<'a> {
     /// The joint's number, from 1.
     pub joint: usize,
+    /// Unit of the torque: N·m, or N of a prismatic joint.
+    pub unit: &'static str,
     /// Time of each row \[s\].
     pub time_s: &'a [f64],
-    /// Measured torque \[N·m\], filtered as the identification used it.
+    /// Measured torque, filtered as the identification used it.
     pub measured_nm: &'a [f64],
-    /// Torque that the identified model predicts \[N·m\].
+    /// Torque that the identified model predicts.
     pub predicted_nm: &'a [f64],
     /// ‖measured − predicted‖ / ‖measured‖.
     pub relative_error: f64,
+}
+
+/// One panel per joint of a fit.
+pub fn panels<'a>(identification: &'a Identification, robot: &Robot) -> Vec<TorquePanel<'a>> {
+    let (estimate, fit) = (&identification.estimate, &identification.fit);
+    fit.measured
+        .iter()
+        .zip(&fit.predicted)
+        .zip(&estimate.relative_error_per_joint)
+        .zip(robot.chain())
+        .zip(1..)
+        .map(|((((measured_nm, predicted_nm), relative_error), described), joint)| TorquePanel {
+            joint,
+            unit: described.kind.torque_unit(),
+            time_s: &fit.time_s,
+            measured_nm,
+            predicted_nm,
+            relative_error: *relative_error,
+        })
+        .collect()
 }
 
 /// The extremes of several series together, widened to contain zero; `None` without finite values.

@@ -123,6 +123,7 @@ mod tests {
         let nan = [f64::NAN; 4];
         let panel = TorquePanel {
             joint: 1,
+            unit: "N·m",
             time_s: &[],
             measured_nm: &nan,
             predicted_nm: &nan,

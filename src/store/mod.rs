@@ -16,7 +16,8 @@ pub const DEFAULT_KEEP: usize = 1000;
 const LATEST: &str = "latest.json";
 const TEMPORARY: &str = ".writing.tmp";
 
-/// A folder of results, `result-00000000.json` and on, and `latest.json`, a copy of the newest.
+/// A folder of results, `result-00000000.json` and on, each with its report of the same number
+/// (`.html`), and `latest.json`, a copy of the newest.
 ///
 /// One process writes into it at a time: it is locked as long as this lives. The number in a name
 /// continues over restarts, so that no result is overwritten. Files with other names are let be.
@@ -82,22 +83,29 @@ impl Store {
     }
 
     /// Writes a result: into a temporary file, to the disk, and only then under its name. Then
-    /// renews the copy and removes the oldest beyond the number to keep; a failure of these is only
-    /// logged, for the result is there.
+    /// writes its report, renews the copy and removes the oldest beyond the number to keep; a
+    /// failure of these is only logged, for the result is there.
     ///
     /// # Errors
     /// [`StoreError`]; what was there before is untouched.
-    pub fn write(&mut self, record: &ResultRecord<'_>) -> Result<Stored, StoreError> {
+    pub fn write(
+        &mut self,
+        record: &ResultRecord<'_>,
+        report: Option<&str>,
+    ) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
         let path = self.folder.join(name(self.next));
         self.replace(&path, &json)?;
+        let beside = report.map_or(Ok(()), |report| {
+            self.replace(&self.folder.join(report_name(self.next)), report.as_bytes())
+        });
         self.next = self.next.saturating_add(1);
         let tidied = self
             .sync_folder()
             .and_then(|()| self.replace(&self.folder.join(LATEST), &json))
             .and_then(|()| self.sync_folder());
-        for problem in [tidied.err(), self.prune().err()].into_iter().flatten() {
+        for problem in [beside.err(), tidied.err(), self.prune().err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
         Ok(Stored { path, json })
@@ -118,12 +126,20 @@ impl Store {
         self.locked.sync_all().map_err(at("sync", &self.folder))
     }
 
-    /// Removes every result beyond the number to keep that can be removed.
+    /// Removes every result beyond the number to keep that can be removed, each with its report.
     fn prune(&self) -> Result<(), StoreError> {
         let indices = self.indices()?;
         let surplus = indices.len().saturating_sub(self.keep);
         let mut removed = Ok(());
         for index in indices.into_iter().take(surplus) {
+            // The report first: without its result nobody would remove it.
+            let report = self.folder.join(report_name(index));
+            removed = removed.and(match fs::remove_file(&report) {
+                Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                    Err(at("remove", &report)(cause))
+                }
+                _ => Ok(()),
+            });
             let path = self.folder.join(name(index));
             removed = removed.and(fs::remove_file(&path).map_err(at("remove", &path)));
         }
@@ -154,6 +170,10 @@ pub struct Stored {
 
 fn name(index: u64) -> String {
     format!("result-{index:08}.json")
+}
+
+fn report_name(index: u64) -> String {
+    format!("result-{index:08}.html")
 }
 
 fn index(name: &str) -> Option<u64> {

@@ -35,7 +35,7 @@ fn window() -> Window {
 
 fn write(store: &mut Store, value: f64) -> Stored {
     let (window, estimate) = (window(), estimate(value));
-    store.write(&ResultRecord::new("cell", "c0ffee", &window, &estimate)).unwrap()
+    store.write(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None).unwrap()
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -118,7 +118,7 @@ fn a_failed_write_leaves_the_old_result_and_the_number() {
     // A folder where the temporary file should be: the write fails, for root as well.
     fs::create_dir(folder.path().join(TEMPORARY)).unwrap();
     let (window, next) = (window(), estimate(2.0));
-    let failed = store.write(&ResultRecord::new("cell", "c0ffee", &window, &next));
+    let failed = store.write(&ResultRecord::new("cell", "c0ffee", &window, &next), None);
     assert!(matches!(failed, Err(StoreError::Io { action: "create", .. })), "{failed:?}");
     assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
     fs::remove_dir(folder.path().join(TEMPORARY)).unwrap();
@@ -167,4 +167,29 @@ fn a_folder_has_one_writer() {
     assert!(second.to_string().contains("another process"), "{second}");
     drop(first);
     Store::open(folder.path(), 3).unwrap();
+}
+
+#[test]
+fn a_report_has_the_number_of_its_result_and_goes_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 2).unwrap();
+    // The report of the second is in the way of itself: the result is stored all the same.
+    fs::create_dir(folder.path().join("result-00000001.html")).unwrap();
+    let (window, estimate) = (window(), estimate(1.0));
+    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    for text in ["first", "second", "third"] {
+        store.write(&record, Some(text)).unwrap();
+    }
+    assert_eq!(
+        names(folder.path()),
+        [
+            "latest.json",
+            "result-00000001.html",
+            "result-00000001.json",
+            "result-00000002.html",
+            "result-00000002.json"
+        ]
+    );
+    let report = fs::read_to_string(folder.path().join("result-00000002.html")).unwrap();
+    assert_eq!(report, "third");
 }

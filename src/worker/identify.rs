@@ -16,8 +16,17 @@ use crate::stream::{DocumentWriter, StreamNode, Topic};
 /// Why a window could not be identified; its text reaches the status.
 pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
 
+/// What came of a window.
+#[derive(Clone, Debug)]
+pub struct Identified {
+    /// The result.
+    pub estimate: Estimate,
+    /// A report to store beside it (HTML).
+    pub report: Option<String>,
+}
+
 /// Identifies from one window.
-pub type Identify = Box<dyn FnMut(&Window) -> Result<Estimate, IdentifyError> + Send>;
+pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, IdentifyError> + Send>;
 
 /// How often a wait for the identification looks whether it is over.
 const POLL: Duration = Duration::from_millis(2);
@@ -180,7 +189,7 @@ impl Job {
     }
 
     fn one(&mut self, window: &Window) -> Result<(), Rejection> {
-        let estimate =
+        let Identified { estimate, report } =
             (self.identify)(window).map_err(|why| Rejection::Refused { why: why.to_string() })?;
         if !self.shared.claim(window.number) {
             return Err(Rejection::Stopped);
@@ -192,7 +201,7 @@ impl Job {
             &estimate,
         );
         let json = match &mut self.store {
-            Some(store) => store.write(&record).map(|stored| stored.json),
+            Some(store) => store.write(&record, report.as_deref()).map(|stored| stored.json),
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;

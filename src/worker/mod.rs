@@ -12,7 +12,7 @@ mod state;
 mod window;
 mod windower;
 
-pub use identify::{Identify, IdentifyError};
+pub use identify::{Identified, Identify, IdentifyError};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Command, Commands, SubmitError, Worker, WorkerEnd, WorkerError, WorkerOptions};
 pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};

@@ -19,4 +19,5 @@ mod identification;
 mod logs;
 mod outputs;
 mod pipeline;
+mod report;
 mod tables;

@@ -104,12 +104,17 @@ impl Installation {
     }
 }
 
-/// The result files of a folder in their order, without the copy of the latest.
+/// The result files of a folder in their order, without the copy of the latest. Each has its report
+/// beside it.
 pub(crate) fn results(folder: &Path) -> Vec<String> {
     let mut paths: Vec<PathBuf> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.file_name().unwrap().to_string_lossy().starts_with("result-"));
     paths.sort();
+    let (reports, paths): (Vec<PathBuf>, Vec<PathBuf>) =
+        paths.into_iter().partition(|path| path.extension().is_some_and(|e| e == "html"));
+    let beside: Vec<PathBuf> = paths.iter().map(|path| path.with_extension("html")).collect();
+    assert_eq!(reports, beside);
     paths.iter().map(|path| fs::read_to_string(path).unwrap()).collect()
 }
 

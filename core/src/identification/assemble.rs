@@ -18,6 +18,9 @@ use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
+/// Lags of the residuals' autocorrelation that are worth looking at.
+const LAGS: usize = 30;
+
 /// The torques along the motion, where the equation that was solved is another one.
 pub(super) struct TorqueRows<'a> {
     /// Regressor and measured torques of the same rows.
@@ -160,6 +163,7 @@ impl Findings<'_> {
             time_s: row_times(self.experiment.counted(), decimation, rate_hz),
             measured: per_joint(torque, measured),
             predicted: per_joint(torque, &(measured - residuals)),
+            white_noise: filter.autocorrelation_of_white_noise(rows, LAGS),
         };
         Ok(Identification { estimate, fit })
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::checks::{ModelCheck, TorqueDelay};
+use crate::regression::NoiseAutocorrelation;
 
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
@@ -146,6 +147,9 @@ pub struct Fit {
     pub measured: Vec<Vec<f64>>,
     /// What the identified model gives for the same rows, X θ.
     pub predicted: Vec<Vec<f64>>,
+    /// What the autocorrelation of `measured − predicted` would be of white noise behind the
+    /// decimation filter, from lag 1.
+    pub white_noise: Vec<NoiseAutocorrelation>,
 }
 
 /// An estimate with what is needed to look at it.

@@ -36,6 +36,17 @@ impl Method {
             Self::IdimIv => "idim-iv",
         }
     }
+
+    /// What the name stands for.
+    pub fn long_name(self) -> &'static str {
+        match self {
+            Self::IdimLs => "inverse dynamic identification model, least squares",
+            Self::Didim => "direct and inverse dynamic identification models",
+            Self::Clie => "closed-loop input error",
+            Self::Cloe => "closed-loop output error",
+            Self::IdimIv => "inverse dynamic identification model, instrumental variables",
+        }
+    }
 }
 
 impl fmt::Display for Method {

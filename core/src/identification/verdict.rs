@@ -269,7 +269,7 @@ impl VerdictLimits {
     }
 
     /// Whether a freedom matters: the data want it, and it moves a parameter too far.
-    fn fails(&self, check: &ModelCheck) -> bool {
+    pub fn fails(&self, check: &ModelCheck) -> bool {
         let limit = match check.freedom {
             Freedom::PositionFilter | Freedom::PositionNoise => self.position_filter_deviations,
             _ => self.model_shift_deviations,

@@ -14,6 +14,7 @@
 //! condition number.
 
 mod analysis;
+mod autocorrelation;
 mod error;
 mod extension;
 mod observations;
@@ -24,6 +25,7 @@ mod spectrum;
 mod spectrum_shape;
 
 pub use analysis::ResidualAnalysis;
+pub use autocorrelation::{NoiseAutocorrelation, autocorrelation};
 pub use error::RegressionError;
 pub use extension::Extension;
 pub use observations::Observations;

@@ -24,9 +24,9 @@ const MOST_EXPLAINED: f64 = 0.9;
 #[derive(Clone, Debug)]
 pub struct RowFilter {
     passband: f64,
-    transform: Transform,
+    pub(super) transform: Transform,
     /// At each frequency of the transform, from 0 to the Nyquist frequency.
-    power: Vec<f64>,
+    pub(super) power: Vec<f64>,
 }
 
 impl RowFilter {
@@ -102,7 +102,7 @@ struct JointSpectrum {
 
 /// A Fourier transform that is long enough for sums over a record's rows not to wrap around.
 #[derive(Clone)]
-struct Transform {
+pub(super) struct Transform {
     fft: Arc<dyn Fft<f64>>,
 }
 
@@ -131,6 +131,16 @@ impl Transform {
     /// How often frequency `k` stands in the two-sided transform.
     fn multiplicity(&self, k: usize) -> f64 {
         if k == 0 || k + 1 == self.frequencies() { 1.0 } else { 2.0 }
+    }
+
+    /// `Σ_k x_k e^{−jωk}/Σ_k x_k` of a two-sided sequence that is even, given by its first half.
+    pub(super) fn of_even(&self, half: &[f64]) -> Vec<f64> {
+        let length = self.fft.len();
+        let mut buffer: Vec<Complex64> =
+            (0..length).map(|k| Complex64::from(half[k.min(length - k)])).collect();
+        self.fft.process(&mut buffer);
+        let sum = buffer[0].re;
+        buffer.iter().take(self.frequencies()).map(|value| value.re / sum).collect()
     }
 
     /// `Σ_k x_k e^{−jωk}` at the frequencies up to Nyquist's.

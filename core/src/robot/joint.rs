@@ -14,6 +14,16 @@ pub enum JointKind {
     Prismatic,
 }
 
+impl JointKind {
+    /// The SI unit of what the drive exerts.
+    pub fn torque_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "N·m",
+            Self::Prismatic => "N",
+        }
+    }
+}
+
 /// What a joint may do, in rad or m by its kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {

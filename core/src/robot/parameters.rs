@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{FrictionTerms, Joint, Transmission};
+use super::{FrictionTerms, Joint, JointKind, Transmission};
 
 /// What a standard parameter stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,6 +55,22 @@ impl ParameterKind {
         Self::Mz,
         Self::M,
     ];
+
+    /// The SI unit of a parameter of this kind at a joint of that one. One into which others are
+    /// regrouped has the unit of the parameter that gives the name.
+    pub fn unit(self, joint: JointKind) -> &'static str {
+        use JointKind::{Prismatic, Revolute};
+
+        match (self, joint) {
+            (Self::Xx | Self::Xy | Self::Xz | Self::Yy | Self::Yz | Self::Zz, _)
+            | (Self::Ia, Revolute) => "kg·m²",
+            (Self::Mx | Self::My | Self::Mz, _) => "kg·m",
+            (Self::M, _) | (Self::Ia, Prismatic) => "kg",
+            (Self::Fv | Self::FvMotor, Revolute) => "N·m·s/rad",
+            (Self::Fv | Self::FvMotor, Prismatic) => "N·s/m",
+            (Self::Fc | Self::FcMotor | Self::Off, joint) => joint.torque_unit(),
+        }
+    }
 
     fn symbol(self) -> &'static str {
         match self {
@@ -150,5 +166,27 @@ impl ParameterTable {
     pub fn find(&self, name: &str) -> Option<usize> {
         let standard = name.strip_suffix('r').unwrap_or(name);
         self.names.iter().position(|own| own == standard)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A column of the regressor times its parameter is a torque, N·m = kg·m²·rad/s², or on a
+    /// sliding axis a force, N = kg·m/s²; a drive and its friction move that axis alone.
+    #[test]
+    fn units_follow_from_the_joint() {
+        use JointKind::{Prismatic, Revolute};
+
+        let own = [ParameterKind::Ia, ParameterKind::FvMotor, ParameterKind::Off];
+        assert_eq!(own.map(|kind| kind.unit(Revolute)), ["kg·m²", "N·m·s/rad", "N·m"]);
+        assert_eq!(own.map(|kind| kind.unit(Prismatic)), ["kg", "N·s/m", "N"]);
+        let link = ParameterKind::LINK;
+        assert_eq!(link.map(|kind| kind.unit(Revolute)), link.map(|kind| kind.unit(Prismatic)));
+        let [inertia, moment, mass] = ["kg·m²", "kg·m", "kg"];
+        let expected = [[inertia; 3], [inertia; 3], [moment; 3]].concat();
+        assert_eq!(link[..9].iter().map(|kind| kind.unit(Revolute)).collect::<Vec<_>>(), expected);
+        assert_eq!(ParameterKind::M.unit(Revolute), mass);
     }
 }

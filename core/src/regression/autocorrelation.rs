@@ -1,0 +1,90 @@
+//! The autocorrelation of residuals, and what white noise behind the decimation filter has.
+
+use super::spectrum::RowFilter;
+
+/// The autocorrelation at one lag of a record of white noise behind the decimation filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseAutocorrelation {
+    /// The filter's own.
+    pub mean: f64,
+    /// Standard deviation over such records; 1/√N with N rows and no filter.
+    pub deviation: f64,
+}
+
+/// `r_l = Σ_k ρ_k ρ_{k−l} / Σ_k ρ_k²` for l from 1 to `lags`; nothing of residuals that are all 0.
+///
+/// A mean is not taken out: the residuals of a right model have none.
+pub fn autocorrelation(residuals: &[f64], lags: usize) -> Vec<f64> {
+    let product = |lag: usize| -> f64 {
+        residuals.iter().zip(residuals.iter().skip(lag)).map(|(a, b)| a * b).sum()
+    };
+    let power = product(0);
+    if power > 0.0 { (1..=lags).map(|lag| product(lag) / power).collect() } else { Vec::new() }
+}
+
+impl RowFilter {
+    /// Of white noise behind the filter, the autocorrelation of a record of so many rows at lags 1
+    /// to `lags`, fewer in a short record. The mean is the transform of the power spectrum; for
+    /// ρ of long records, Bartlett's formula (*J. R. Statist. Soc.* Suppl. 8, 1946) gives the
+    /// variance
+    ///
+    /// ```text
+    /// 1/N Σ_{i≥1} (ρ_{i+l} + ρ_{i−l} − 2 ρ_l ρ_i)²
+    /// ```
+    pub fn autocorrelation_of_white_noise(
+        &self,
+        rows: usize,
+        lags: usize,
+    ) -> Vec<NoiseAutocorrelation> {
+        // From lag 0 to as many as there are rows, which is as good as infinite.
+        let rho = self.transform.of_even(&self.power);
+        let lags = lags.min(rows.saturating_sub(1));
+        let variance = |lag: usize| {
+            let terms = (1..rho.len().saturating_sub(lag))
+                .map(|i| rho[i + lag] + rho[i.abs_diff(lag)] - 2.0 * rho[lag] * rho[i]);
+            terms.map(|term| term * term).sum::<f64>() / rows as f64
+        };
+        let at = |lag| NoiseAutocorrelation { mean: rho[lag], deviation: variance(lag).sqrt() };
+        (1..=lags).map(at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A moving average of order 1, x_k = e_k + θ e_{k−1}, has |H|² = 1 + θ² + 2 θ cos ω and
+    /// ρ_1 = θ/(1 + θ²); Box and Jenkins, *Time Series Analysis*, 2.1.6, give the variances.
+    #[test]
+    fn a_moving_average_has_its_textbook_variances() {
+        let (theta, rows) = (0.6, 400);
+        let power =
+            |ratio: f64| 1.0 + theta * theta + 2.0 * theta * (core::f64::consts::PI * ratio).cos();
+        let expected = RowFilter::new(rows, 1.0, power).autocorrelation_of_white_noise(rows, 5);
+        let rho = theta / (1.0 + theta * theta);
+        let first = 1.0 - 3.0 * rho.powi(2) + 4.0 * rho.powi(4);
+        let later = 1.0 + 2.0 * rho.powi(2);
+        for (k, found) in expected.iter().enumerate() {
+            let (mean, variance) = if k == 0 { (rho, first) } else { (0.0, later) };
+            // Rounding of a transform of 1024 values.
+            assert!((found.mean - mean).abs() < 1e-13, "{k}: {found:?}");
+            assert!((found.deviation.powi(2) * 400.0 - variance).abs() < 1e-12, "{k}: {found:?}");
+        }
+        assert_eq!(expected.len(), 5);
+    }
+
+    #[test]
+    fn it_agrees_with_the_durbin_watson_statistic() {
+        let filter = RowFilter::new(300, 0.8, |ratio| if ratio <= 0.8 { 1.0 } else { 0.01 });
+        let first = filter.autocorrelation_of_white_noise(300, 1)[0];
+        assert!((2.0 * (1.0 - first.mean) - filter.durbin_watson_of_white_noise()).abs() < 1e-13);
+        assert_eq!(filter.autocorrelation_of_white_noise(3, 30).len(), 2);
+    }
+
+    #[test]
+    fn of_residuals() {
+        assert_eq!(autocorrelation(&[1.0, -1.0, 1.0, -1.0], 2), [-0.75, 0.5]);
+        assert_eq!(autocorrelation(&[2.0, 0.0], 3), [0.0, 0.0, 0.0]);
+        assert!(autocorrelation(&[0.0; 4], 2).is_empty() && autocorrelation(&[], 2).is_empty());
+    }
+}

@@ -1,0 +1,43 @@
+//! What would change if the model were free to be otherwise.
+
+use didim_core::identification::ModelCheck;
+use maud::{Markup, html};
+
+use super::{Report, number, probability};
+
+/// The largest shifts first.
+pub(super) fn section(report: &Report<'_>) -> Markup {
+    let limits = &report.cell.options.limits;
+    let mut checks: Vec<&ModelCheck> = report.identification.estimate.model_checks.iter().collect();
+    checks.sort_by(|a, b| b.shift_deviations.abs().total_cmp(&a.shift_deviations.abs()));
+    if checks.is_empty() {
+        return html! {};
+    }
+    let content = html! {
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "If the model were free in" }
+                th scope="col" { "furthest would move" }
+                th.number scope="col" { "by [σ]" }
+                th.number scope="col" { "Probability" }
+                th scope="col" { "Matters" }
+            } }
+            tbody { @for check in checks { tr.matters[limits.fails(check)] {
+                th scope="row" { (check.freedom) }
+                td { (check.parameter) }
+                td.number { (number(check.shift_deviations, 2)) }
+                td.number { (check.probability.map_or("–".to_owned(), probability)) }
+                td { (if limits.fails(check) { "yes" } else { "no" }) }
+            } } }
+        } }
+    };
+    let explanation = format!(
+        "What the model takes for known gets parameters of its own, in turn. It matters where the \
+         data want them, with a probability of a right model below {}, and a parameter would move \
+         by more than {} standard deviations ({} for what concerns the positions).",
+        number(limits.model_probability, 1),
+        limits.model_shift_deviations,
+        limits.position_filter_deviations
+    );
+    super::section("Model checks", &explanation, &content)
+}

@@ -1,0 +1,144 @@
+//! What the model leaves unexplained, joint by joint.
+
+use didim_core::identification::Estimate;
+use didim_core::regression::autocorrelation;
+use maud::{Markup, html};
+
+use super::super::{figure, panels};
+use super::{Report, chart, number, percent, probability, section};
+
+/// Measured and predicted torque over time, with the errors of each joint.
+pub(super) fn torques(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let content = html! {
+        p.legend aria-hidden="true" {
+            span { (key("measured")) "measured" }
+            span { (key("predicted")) "predicted" }
+            span { (key("residual")) "measured − predicted" }
+        }
+        div.panels {
+            @for panel in panels(report.identification, &report.cell.robot) {
+                figure {
+                    (chart::panel(
+                        &format!("Torque of joint {}, measured and predicted", panel.joint),
+                        |svg| figure::draw_panel(svg, &panel),
+                    ))
+                }
+            }
+        }
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "Joint" }
+                th.number scope="col" { "Relative error" }
+                th.number scope="col" { "RMS error" }
+                th.number scope="col" { "Uncertainty of prediction" }
+            } }
+            tbody { @for (k, joint) in report.cell.robot.chain().iter().enumerate() { tr {
+                th scope="row" { (k + 1) }
+                td.number { (at(&estimate.relative_error_per_joint, k, |v| percent(v, 3))) }
+                td.number {
+                    (at(&estimate.rms_error_per_joint_nm, k, |v| number(v, 3)))
+                    " " (joint.kind.torque_unit())
+                }
+                td.number {
+                    (at(&estimate.relative_prediction_deviation_per_joint, k, |v| percent(v, 2)))
+                }
+            } } }
+        } }
+    };
+    let explanation = "Both sides of the equation as they were fitted, over the samples that \
+                       count. The uncertainty of the prediction is what the standard \
+                       deviations of the parameters make of this motion's torque, relative to it.";
+    section("Torque, measured and predicted", explanation, &content)
+}
+
+fn key(class: &str) -> Markup {
+    html! { svg viewBox="0 0 20 6" width="20" height="6" {
+        line.key.(class) x1="0" x2="20" y1="3" y2="3" {}
+    } }
+}
+
+/// Whether the residuals look like noise.
+pub(super) fn residuals(report: &Report<'_>) -> Markup {
+    let (estimate, fit) = (&report.identification.estimate, &report.identification.fit);
+    let found: Vec<Vec<f64>> = (fit.measured.iter().zip(&fit.predicted))
+        .map(|(measured, predicted)| {
+            let residual: Vec<f64> = measured.iter().zip(predicted).map(|(m, p)| m - p).collect();
+            autocorrelation(&residual, fit.white_noise.len())
+        })
+        .collect();
+    let range = chart::autocorrelation_range(&found, &fit.white_noise);
+    let content = html! {
+        div.panels {
+            @for (k, found) in found.iter().enumerate() {
+                @let name = format!("joint {}", k + 1);
+                figure {
+                    (chart::panel(
+                        &format!("Autocorrelation of the residual of {name}"),
+                        |svg| {
+                            chart::draw_autocorrelation(svg, &name, found, &fit.white_noise, range);
+                        },
+                    ))
+                }
+            }
+        }
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "Joint" }
+                th.number scope="col" { "Durbin–Watson" }
+                th.number scope="col" { "Probability of white noise" }
+                th.number scope="col" { "Effective rows" }
+            } }
+            tbody { @for k in 0..found.len() { tr {
+                th scope="row" { (k + 1) }
+                td.number { (at(&estimate.durbin_watson_per_joint, k, |v| number(v, 3))) }
+                td.number { (at(&estimate.whiteness_per_joint, k, probability)) }
+                td.number {
+                    (at(&estimate.effective_rows_per_joint, k, |v| number(v, 3)))
+                    " of " (fit.time_s.len())
+                }
+            } } }
+        } }
+    };
+    let explanation = format!(
+        "Autocorrelation over the lag in rows. The band holds 95 % of the values that white noise \
+         behind the decimation filter has; its Durbin–Watson statistic is {}. Coloured residuals \
+         are usual and spoil nothing: they are worth fewer rows, and σ allows for it.",
+        number(estimate.durbin_watson_expected, 3)
+    );
+    section("Residuals", &explanation, &content)
+}
+
+/// When the torques act, over what their timing says.
+pub(super) fn delays(estimate: &Estimate) -> Markup {
+    let reach = chart::delay_reach(estimate.torque_delay_per_joint.iter().flatten());
+    let content = html! {
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "Joint" }
+                th.number scope="col" { "Delay" }
+                th.number scope="col" { "σ" }
+                th.bar scope="col" { (chart::delay_labels(reach)) }
+            } }
+            tbody { @for (k, delay) in estimate.torque_delay_per_joint.iter().enumerate() { tr {
+                th scope="row" { (k + 1) }
+                @if let Some(delay) = delay {
+                    td.number { (number(1e6 * delay.delay_s, 3)) " µs" }
+                    td.number { (number(1e6 * delay.standard_deviation_s, 2)) " µs" }
+                    td.bar { (chart::delay(*delay, reach)) }
+                } @else {
+                    td.number { "–" }
+                    td.number { "–" }
+                    td { "the motion does not tell" }
+                }
+            } } }
+        } }
+    };
+    let explanation = "How much later than the cell file states each torque acts, with two \
+                       standard deviations to either side; earlier where negative.";
+    section("Torque delays", explanation, &content)
+}
+
+fn at(values: &[f64], k: usize, text: impl Fn(f64) -> String) -> String {
+    values.get(k).map_or("–".to_owned(), |value| text(*value))
+}

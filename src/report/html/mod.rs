@@ -1,0 +1,122 @@
+//! A report: one HTML file that stands by itself, for whoever has to judge a result.
+//!
+//! It needs no network, no script and no font of its own, follows the reader's light or dark
+//! setting, prints, and reads on a phone. It holds no date and no run time: the same input gives the
+//! same bytes. What comes from files is escaped by the builder, without exception.
+
+mod chart;
+mod checks;
+mod joints;
+mod parameters;
+mod provenance;
+mod summary;
+
+use didim_core::identification::{Identification, Method};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+pub use provenance::{InputFile, Origin, SampleRange};
+
+use super::figure::CURVES;
+use super::table::significant;
+use crate::cell::Cell;
+
+const STYLE: &str = include_str!("style.css");
+
+/// What a report is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The cell that it was identified with.
+    pub cell: &'a Cell,
+    /// The result.
+    pub identification: &'a Identification,
+    /// Where its samples come from.
+    pub origin: &'a Origin,
+}
+
+impl Report<'_> {
+    /// The report as HTML.
+    pub fn to_html(&self) -> String {
+        let estimate = &self.identification.estimate;
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (estimate.robot) " · " (estimate.method) " · dynamic parameters" }
+                    style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) }
+                }
+                body {
+                    (summary::heading(self))
+                    main {
+                        (summary::verdict(&estimate.verdict))
+                        (summary::key_figures(self))
+                        (parameters::section(self))
+                        (joints::torques(self))
+                        (joints::residuals(self))
+                        (joints::delays(estimate))
+                        (checks::section(self))
+                        (summary::convergence(&estimate.convergence))
+                        (summary::singular_values(self))
+                        (provenance::section(self))
+                    }
+                }
+            }
+        };
+        page.into_string() + "\n"
+    }
+
+    /// What the rows are, in words: DIDIM may do without decimation.
+    fn matrix(&self) -> &'static str {
+        let estimate = &self.identification.estimate;
+        let simulated = estimate.method == Method::Didim.name();
+        let strict = self.cell.didim.as_ref().is_some_and(|options| !options.decimated);
+        if simulated && strict { "observation matrix" } else { "decimated observation matrix" }
+    }
+}
+
+/// A section under a heading, with a sentence on how to read it.
+fn section(heading: &str, explanation: &str, content: &Markup) -> Markup {
+    html! {
+        section {
+            h2 { (heading) }
+            @if !explanation.is_empty() { p.explanation { (explanation) } }
+            (content)
+        }
+    }
+}
+
+/// A number with so many significant digits and a real minus sign; a dash for what is no number.
+fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() { signed(&significant(value, digits)) } else { "–".to_owned() }
+}
+
+/// A share as a percentage.
+fn percent(share: f64, digits: usize) -> String {
+    if share.is_finite() {
+        format!("{} %", number(100.0 * share, digits))
+    } else {
+        "–".to_owned()
+    }
+}
+
+/// A probability; below one in ten thousand its size means nothing more.
+fn probability(p: f64) -> String {
+    if p < 1e-4 { "< 0.0001".to_owned() } else { number(p, 2) }
+}
+
+/// With real minus signs, and powers of ten in place of exponents.
+fn signed(text: &str) -> String {
+    let text = text.replace('-', "−");
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
+    let raised = |c: char| match c {
+        '−' => '⁻',
+        digit => digit.to_digit(10).map_or(digit, |k| SUPERSCRIPTS[k as usize]),
+    };
+    format!("{mantissa}·10{}", exponent.chars().map(raised).collect::<String>())
+}
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,123 @@
+//! The parameters with their uncertainty, and how regrouped ones are made up.
+
+use didim_core::identification::ParameterEstimate;
+use maud::{Markup, html};
+
+use super::super::estimate::value;
+use super::chart::Scale;
+use super::{Report, number, percent, signed};
+use crate::cell::Cell;
+
+/// Above this relative standard deviation a parameter could be zero.
+const COULD_BE_ZERO: f64 = 0.5;
+
+pub(super) fn section(report: &Report<'_>) -> Markup {
+    let parameters = &report.identification.estimate.parameters;
+    let nominal = |name: &str| nominal(report.cell, name);
+    let has_nominal = parameters.iter().any(|p| nominal(&p.name).is_some());
+    let scale = Scale::of(
+        parameters.iter().flat_map(|p| [p.relative_standard_deviation, relative_classical(p)]),
+    );
+    let columns = if has_nominal { 8 } else { 7 };
+    let table = html! {
+        table.parameters {
+            thead { tr {
+                th scope="col" { "Parameter" }
+                th.number scope="col" { "Value" }
+                th scope="col" { "Unit" }
+                th.number scope="col" { "σ" }
+                th.number.relative scope="col" { "Relative σ" }
+                th.bar scope="col" { (scale.labels()) }
+                th.number scope="col" { "Classical" }
+                @if has_nominal { th.number scope="col" { "Nominal" } }
+            } }
+            @for joint in 0..report.cell.robot.joints() {
+                @let own = own(report.cell, parameters, joint);
+                @if !own.is_empty() { tbody {
+                    tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (joint + 1) } }
+                    @for (parameter, unit) in own {
+                        (row(parameter, unit, scale, has_nominal.then(|| nominal(&parameter.name))))
+                    }
+                } }
+            }
+        }
+    };
+    let content = html! { (table) (regrouping(report)) };
+    let explanation = format!(
+        "σ is the standard deviation, corrected for the colour of the residuals; “classical” is \
+         the relative one that takes them for white, the mark in the bar. The bars are on a \
+         logarithmic scale. A name that ends in r stands for several parameters that no motion \
+         tells apart.{}",
+        if has_nominal { " Nominal values are those of the robot file." } else { "" }
+    );
+    super::section("Parameters", &explanation, &content)
+}
+
+fn relative_classical(p: &ParameterEstimate) -> f64 {
+    p.classical_standard_deviation / p.value.abs()
+}
+
+fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f64>>) -> Markup {
+    let deviation = p.relative_standard_deviation;
+    let uncertain = deviation.is_nan() || deviation > COULD_BE_ZERO;
+    let classical = relative_classical(p);
+    html! {
+        tr.uncertain[uncertain] {
+            th scope="row" { (p.name) }
+            td.number.value { (if p.value.is_finite() { signed(&value(p)) } else { "–".into() }) }
+            td.unit { (unit) }
+            td.number.deviation { (number(p.standard_deviation, 2)) }
+            td.number.relative { (percent(p.relative_standard_deviation, 2)) }
+            td.bar { (scale.bar(p.relative_standard_deviation, classical)) }
+            td.number.classical { (percent(classical, 2)) }
+            @if let Some(nominal) = nominal {
+                td.number.nominal { (nominal.map_or("–".into(), |value| number(value, 4))) }
+            }
+        }
+    }
+}
+
+/// The parameters of a joint, its link and its motor, each with its unit.
+fn own<'a>(
+    cell: &Cell,
+    parameters: &'a [ParameterEstimate],
+    joint: usize,
+) -> Vec<(&'a ParameterEstimate, &'static str)> {
+    let table = cell.robot.parameters();
+    let described = |p: &ParameterEstimate| table.parameters().get(table.find(&p.name)?).copied();
+    let kind = cell.robot.chain().get(joint).map(|described| described.kind);
+    let own = parameters.iter().filter_map(|p| {
+        let described = described(p).filter(|described| described.joint == joint)?;
+        Some((p, described.kind.unit(kind?)))
+    });
+    own.collect()
+}
+
+/// What the robot's file says of a base parameter; nothing where it lists none of those that make
+/// it up.
+fn nominal(cell: &Cell, name: &str) -> Option<f64> {
+    let nominal = cell.robot.nominal()?;
+    let regrouped = || {
+        let value = *cell.base.regroup(nominal.standard()).get(cell.base.find(name)?)?;
+        (value != 0.0).then_some(value)
+    };
+    nominal.value(name).or_else(regrouped)
+}
+
+fn regrouping(report: &Report<'_>) -> Markup {
+    let regrouped: Vec<(&str, String)> = (report.identification.estimate.parameters.iter())
+        .filter(|p| p.name.ends_with('r'))
+        .filter_map(|p| Some((p.name.as_str(), report.cell.base.expression(&p.name)?)))
+        .collect();
+    if regrouped.is_empty() {
+        return html! {};
+    }
+    html! {
+        details {
+            summary { "How regrouped parameters are made up" }
+            dl.expressions { @for (name, expression) in regrouped {
+                div { dt { (name) } dd { "= " (expression.replace('-', "−")) } }
+            } }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What is needed to make the result again.
+
+use std::ops::Range;
+use std::path::Path;
+
+use didim_core::identification::Method;
+use maud::{Markup, html};
+use sha2::{Digest, Sha256};
+
+use super::{Report, number};
+use crate::store::WindowProvenance;
+
+/// Where the samples of a result come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Origin {
+    /// The file that was read, if it was one.
+    pub input: Option<InputFile>,
+    /// Which of its samples.
+    pub samples: SampleRange,
+}
+
+/// Which samples a result comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SampleRange {
+    /// Those of a record that count, and its sample rate \[Hz\].
+    Record(Range<usize>, f64),
+    /// A window of the stream.
+    Window(WindowProvenance),
+}
+
+/// A file by its name and content.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InputFile {
+    /// Its name without the folder, which is nothing to the result.
+    pub name: String,
+    /// SHA-256 of its content in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl InputFile {
+    /// Reads the file through.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no regular file, which would have to be read a second time.
+    pub fn read(path: &Path) -> std::io::Result<Self> {
+        let mut file = std::fs::File::open(path)?;
+        if !file.metadata()?.is_file() {
+            let why = "is no regular file, whose SHA-256 the report would tell; copy it to one";
+            return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
+        }
+        let mut digest = Sha256::new();
+        std::io::copy(&mut file, &mut digest)?;
+        let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        Ok(Self { name, sha256 })
+    }
+}
+
+pub(super) fn section(report: &Report<'_>) -> Markup {
+    let cell = report.cell;
+    let content = html! {
+        dl.provenance {
+            @if let Some(input) = &report.origin.input {
+                div { dt { "Input" } dd { (input.name) } }
+                div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
+            }
+            (samples(&report.origin.samples))
+            div { dt { "Configuration" } dd { "cell " (cell.name) ", robot " (cell.robot.name()) } }
+            div {
+                dt { "SHA-256 of the configuration" }
+                dd.digest { (cell.configuration_sha256) }
+            }
+            div { dt { "Program" } dd { "didim " (env!("CARGO_PKG_VERSION")) } }
+        }
+        @if let Some(options) = options(report) {
+            details {
+                summary { "Options of " (report.identification.estimate.method) }
+                pre { (options) }
+            }
+        }
+    };
+    let explanation = "The same input, configuration and program give this report again, byte for \
+                       byte. The configuration is the cell, robot and DBC file.";
+    super::section("Provenance", explanation, &content)
+}
+
+fn samples(samples: &SampleRange) -> Markup {
+    match samples {
+        SampleRange::Record(counted, rate_hz) => html! {
+            div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
+            div { dt { "Samples that count" } dd {
+                (counted.start) " to " (counted.end.saturating_sub(1)) ", "
+                (seconds(counted.start, *rate_hz)) " to "
+                (seconds(counted.end.saturating_sub(1), *rate_hz))
+                " after the first"
+            } }
+        },
+        SampleRange::Window(window) => html! {
+            div { dt { "Sample rate" } dd { (window.sample_rate_hz) " Hz" } }
+            div { dt { "Window" } dd {
+                (window.number) ", samples " (window.first_sequence) " to "
+                (window.last_sequence) " of the stream"
+            } }
+            div { dt { "Samples that count" } dd {
+                (window.counted) " from " (window.first_counted)
+            } }
+        },
+    }
+}
+
+fn seconds(samples: usize, rate_hz: f64) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+    let seconds = samples as f64 / rate_hz;
+    format!("{} s", number(seconds, 4))
+}
+
+/// The options of the method, as a cell file has them.
+fn options(report: &Report<'_>) -> Option<String> {
+    let options = match report.identification.estimate.method.parse().ok()? {
+        Method::IdimLs => toml::to_string_pretty(&report.cell.options),
+        Method::Didim | Method::IdimIv => toml::to_string_pretty(report.cell.didim.as_ref()?),
+        Method::Clie | Method::Cloe => toml::to_string_pretty(report.cell.output_error.as_ref()?),
+    };
+    options.ok()
+}

@@ -1,0 +1,159 @@
+//! What is read first: which arm, may the result be used, how good is it; and last, how it was
+//! found.
+
+use didim_core::identification::{ConvergenceStep, Method, Verdict};
+use maud::{Markup, html};
+
+use super::super::convergence::draw_panel;
+use super::{Report, chart, number, percent, section};
+
+pub(super) fn heading(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let method = estimate.method.parse::<Method>().ok().map(Method::long_name);
+    html! {
+        header {
+            p.kind { "Identification of dynamic parameters" }
+            h1 { (estimate.robot) }
+            p {
+                "Cell " strong { (report.cell.name) } ", method " strong { (estimate.method) }
+                @if let Some(method) = method { " (" (method) ")" }
+            }
+        }
+    }
+}
+
+pub(super) fn verdict(verdict: &Verdict) -> Markup {
+    let (class, heading) = if verdict.applicable {
+        ("applicable", "Applicable")
+    } else {
+        ("refused", "Not applicable")
+    };
+    html! {
+        section.verdict.(class) {
+            h2 { span.what { "Verdict" } (heading) }
+            @if verdict.reasons.is_empty() {
+                p { "Nothing in the data speaks against the use of these parameters." }
+            } @else {
+                p { "These parameters must not be used as they are:" }
+                ul { @for reason in &verdict.reasons { li { (sentence(reason)) } } }
+            }
+            @if !verdict.notes.is_empty() {
+                p { "To be known with the result:" }
+                ul { @for note in &verdict.notes { li { (sentence(note)) } } }
+            }
+        }
+    }
+}
+
+/// With a capital and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).chain(['.']).collect()
+}
+
+pub(super) fn key_figures(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let limits = &report.cell.options.limits;
+    let steps = match estimate.iterations {
+        1 => "1 least-squares step".to_owned(),
+        steps => format!("{steps} least-squares steps"),
+    };
+    let figures = [
+        (
+            "Relative error",
+            percent(estimate.relative_error, 3),
+            format!(
+                "‖y − Xθ‖ / ‖y‖ over all joints; at most {}",
+                percent(limits.relative_error, 2)
+            ),
+        ),
+        (
+            "Condition number",
+            number(estimate.condition_number, 4),
+            format!("of the weighted {}; at most {}", report.matrix(), limits.condition_number),
+        ),
+        ("Parameters", estimate.parameters.len().to_string(), "base parameters identified".into()),
+        (
+            "Rows",
+            estimate.rows.to_string(),
+            "of the observation matrix, all joints together".into(),
+        ),
+        ("Samples", estimate.samples.to_string(), "of the record, margins included".into()),
+        ("Simulations", estimate.simulations.to_string(), format!("of the closed loop; {steps}")),
+    ];
+    html! {
+        section {
+            h2 { "Key figures" }
+            dl.figures {
+                @for (name, value, meaning) in figures {
+                    div { dt { (name) } dd.value { (value) } dd.meaning { (meaning) } }
+                }
+            }
+        }
+    }
+}
+
+/// The way there, for methods that iterate.
+pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
+    if steps.is_empty() {
+        return html! {};
+    }
+    let content = html! {
+        div.beside {
+            figure {
+                (chart::panel("Convergence over the simulations", |svg| draw_panel(svg, steps)))
+            }
+            div.scroll { table {
+                thead { tr {
+                    th scope="col" { "Simulation" }
+                    th.number scope="col" { "Relative error" }
+                    th.number scope="col" { "Largest step [σ]" }
+                    th.number scope="col" { "Halvings" }
+                } }
+                tbody { @for step in steps { tr {
+                    th scope="row" { (step.simulation) }
+                    td.number { (percent(step.relative_error, 4)) }
+                    td.number { (number(step.parameter_change, 3)) }
+                    td.number { (step.halvings) }
+                } } }
+            } }
+        }
+    };
+    let explanation = "Each step simulates the closed loop with the parameters of the step before. \
+                       The largest step is that of any parameter, in its standard deviations; a \
+                       step that could not be simulated was halved.";
+    section("Convergence", explanation, &content)
+}
+
+pub(super) fn singular_values(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let values = &estimate.singular_values;
+    let content = html! {
+        div.scroll { table {
+            thead { tr {
+                th scope="col" { "Of the " (report.matrix()) }
+                th.number scope="col" { "Largest" }
+                th.number scope="col" { "Smallest" }
+                th.number scope="col" { "Condition number" }
+            } }
+            tbody {
+                tr {
+                    th scope="row" { "weighted" }
+                    td.number { (number(values.max, 4)) }
+                    td.number { (number(values.min, 4)) }
+                    td.number { (number(estimate.condition_number, 4)) }
+                }
+                tr {
+                    th scope="row" { "not weighted" }
+                    td.number { "–" }
+                    td.number { "–" }
+                    td.number { (number(estimate.unweighted_condition_number, 4)) }
+                }
+            }
+        } }
+    };
+    let explanation = "How well the motion tells the parameters apart. The weights divide the rows \
+                       of each joint by its noise level.";
+    section("Singular values", explanation, &content)
+}

@@ -1,0 +1,239 @@
+use std::path::Path;
+
+use didim_core::identification::{
+    ConvergenceStep, Estimate, Fit, Freedom, ModelCheck, ParameterEstimate, TorqueDelay, Verdict,
+};
+use didim_core::regression::NoiseAutocorrelation;
+
+use super::*;
+use crate::cell::Library;
+
+const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
+
+fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
+    ParameterEstimate {
+        name: name.to_owned(),
+        value,
+        standard_deviation: deviation,
+        classical_standard_deviation: 0.5 * deviation,
+        relative_standard_deviation: deviation / value.abs(),
+    }
+}
+
+/// A result with everything in it that a result can have, what is no number among it.
+fn identification() -> Identification {
+    let numbers = vec![0.05, 0.1, f64::NAN, f64::INFINITY, 0.2, 0.0];
+    let step = |simulation, parameter_change| ConvergenceStep {
+        simulation,
+        relative_error: 0.05,
+        relative_error_change: None,
+        parameter_change,
+        halvings: 0,
+    };
+    let check = |freedom, probability, shift_deviations| ModelCheck {
+        freedom,
+        probability,
+        parameter: "fc1".to_owned(),
+        shift_deviations,
+        shift_uncertainty: None,
+    };
+    let delay = TorqueDelay { delay_s: 3e-5, standard_deviation_s: 1e-5 };
+    let estimate = Estimate {
+        method: "didim".to_owned(),
+        robot: "tx40".to_owned(),
+        samples: 1000,
+        rows: 60,
+        parameters: vec![
+            parameter("zz1r", 1.28, 0.0065),
+            parameter("fv1", f64::NAN, f64::NAN),
+            parameter("mx2r", 0.0, 0.1),
+            parameter("fc6", -0.26, 0.14),
+            parameter("fc_m6", 1.9, f64::INFINITY),
+        ],
+        condition_number: f64::INFINITY,
+        relative_error: f64::NAN,
+        relative_error_per_joint: numbers.clone(),
+        rms_error_per_joint_nm: numbers.clone(),
+        relative_prediction_deviation_per_joint: numbers.clone(),
+        durbin_watson_per_joint: numbers.clone(),
+        durbin_watson_expected: 1.64,
+        whiteness_per_joint: numbers.clone(),
+        effective_rows_per_joint: numbers.clone(),
+        torque_delay_per_joint: vec![
+            Some(delay),
+            None,
+            Some(TorqueDelay { standard_deviation_s: f64::NAN, ..delay }),
+        ],
+        model_checks: vec![
+            check(Freedom::TorqueGain(2), Some(0.3), 1.5),
+            check(Freedom::JointFriction(1), Some(1e-9), -7.5),
+            check(Freedom::PositionFilter, None, f64::NAN),
+        ],
+        iterations: 4,
+        simulations: 3,
+        convergence: vec![step(1, 1e5), step(2, f64::NAN), step(3, 0.01)],
+        verdict: Verdict {
+            applicable: false,
+            reasons: vec![format!("the reason {HOSTILE}")],
+            notes: vec!["a note".to_owned()],
+        },
+        ..Estimate::default()
+    };
+    let curve: Vec<f64> = (0..10).map(|k| f64::from(k * k % 7) - 3.0).collect();
+    let broken = vec![f64::NAN; 10];
+    let measured = vec![curve.clone(), broken.clone(), curve.clone(), curve.clone(), broken, curve];
+    let predicted =
+        measured.iter().map(|of| of.iter().map(|value| 0.9 * value).collect()).collect();
+    let fit = Fit {
+        time_s: (0..10).map(|k| f64::from(k) / 50.0).collect(),
+        measured,
+        predicted,
+        white_noise: vec![
+            NoiseAutocorrelation { mean: 0.18, deviation: 0.3 },
+            NoiseAutocorrelation { mean: 0.0, deviation: 0.32 },
+        ],
+    };
+    Identification { estimate, fit }
+}
+
+fn cell() -> Cell {
+    Cell::from_library(Library::Shipped, Path::new("config/cells/tx40-packed-fd.toml")).unwrap()
+}
+
+fn origin() -> Origin {
+    let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
+    Origin { input: Some(input), samples: SampleRange::Record(100..900, 1000.0) }
+}
+
+fn html() -> String {
+    let (mut cell, mut identification) = (cell(), identification());
+    cell.name = HOSTILE.to_owned();
+    identification.estimate.robot = HOSTILE.to_owned();
+    Report { cell: &cell, identification: &identification, origin: &origin() }.to_html()
+}
+
+/// The tags of a page, `/p` for the end of a `p`; what is in a style is none.
+fn tags(html: &str) -> Vec<String> {
+    let (before, style) = html.split_once("<style>").unwrap();
+    let after = style.split_once("</style>").unwrap().1;
+    let text = format!("{before}{after}");
+    let tags = text.split('<').skip(1).map(|tag| tag.split_once('>').unwrap().0.to_owned());
+    tags.collect()
+}
+
+#[test]
+fn what_comes_from_files_is_text() {
+    let html = html();
+    assert!(!html.contains("<script") && !html.contains("alert('&amp;\""));
+    // Name of the robot twice (title and heading), of the cell twice, of the input, in the reason.
+    assert_eq!(html.matches("&lt;script&gt;alert").count(), 6, "{html}");
+}
+
+#[test]
+fn it_stands_by_itself() {
+    let html = html();
+    for outside in ["http", "//", "src=", "href=", "url(", "@import", "<script", "<link", "<img"] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+}
+
+#[test]
+fn what_is_no_number_is_a_dash_and_draws_nothing() {
+    let html = html();
+    for bad in ["NaN", "inf\"", "inf ", ">inf", "-inf", "∞"] {
+        let at = html.find(bad).map(|at| html[..at].chars().rev().take(80).collect::<String>());
+        assert_eq!(at, None, "{bad}");
+    }
+    assert!(html.contains("<td class=\"number value\">–</td>"), "{html}");
+}
+
+#[test]
+fn every_tag_is_closed_in_turn() {
+    let mut open: Vec<String> = Vec::new();
+    for tag in tags(&html()) {
+        let name = tag.split_whitespace().next().unwrap().to_owned();
+        if let Some(name) = name.strip_prefix('/') {
+            assert_eq!(open.pop().as_deref(), Some(name));
+        } else if !tag.ends_with('/') && !["!DOCTYPE", "meta"].contains(&name.as_str()) {
+            open.push(name);
+        }
+    }
+    assert_eq!(open, [""; 0]);
+}
+
+/// One heading of the page, then those of its sections; headers for every row and column.
+#[test]
+fn headings_and_headers() {
+    let html = html();
+    let count = |what: &str| html.matches(what).count();
+    assert_eq!((count("<h1>"), count("<title>"), count("<main>")), (1, 1, 1));
+    assert_eq!(count("<h2>"), count("<section"));
+    for table in html.split("<table").skip(1) {
+        let table = table.split_once("</table>").unwrap().0;
+        let (head, body) = table.split_once("</thead>").unwrap();
+        let columns = head.matches("scope=\"col\"").count();
+        assert!(columns >= 4, "{head}");
+        for row in body.split("<tr").skip(1) {
+            let (header, cells) = (row.matches("<th").count(), row.matches("<td").count());
+            assert_eq!(header, 1, "{row}");
+            let whole = row.contains("colspan=\"8\"");
+            assert!(whole || header + cells == columns, "{columns} columns: {row}");
+        }
+    }
+    for svg in html.split("<svg").skip(1) {
+        let tag = svg.split_once('>').unwrap().0;
+        assert!(tag.contains("aria-label") || tag.contains("aria-hidden") || tag.contains("20 6"));
+    }
+}
+
+#[test]
+fn parameters_stand_by_joint_with_unit_and_nominal_value() {
+    let html = html();
+    let joints: Vec<&str> = html.split("scope=\"rowgroup\"").skip(1).collect();
+    let names = |joint: &str| -> Vec<String> {
+        let rows = joint.split("<th scope=\"row\">").skip(1);
+        rows.map(|row| row.split_once('<').unwrap().0.to_owned()).collect()
+    };
+    assert_eq!(joints.len(), 3, "joints without parameters have no group");
+    assert_eq!(names(joints[0]), ["zz1r", "fv1"]);
+    assert_eq!(names(joints[1]), ["mx2r"]);
+    assert_eq!(names(joints[2])[..2], ["fc6", "fc_m6"]);
+    assert!(joints[0].contains("kg·m²") && joints[0].contains("N·m·s/rad"));
+    // The file of the robot has zz1r = 1.24.
+    assert!(joints[0].contains("<td class=\"number nominal\">1.240</td>"), "{}", joints[0]);
+    assert!(html.contains("zz1 + ia1 + yy2 + yy3"), "{html}");
+}
+
+#[test]
+fn the_largest_shift_comes_first_and_what_matters_is_marked() {
+    let html = html();
+    let checks = html.split_once("Model checks").unwrap().1;
+    let [first, second] =
+        ["friction law of joint 1", "torque gain of joint 2"].map(|of| checks.find(of).unwrap());
+    assert!(first < second);
+    // What is no number matters too.
+    let checks = checks.split_once("Provenance").unwrap().0;
+    assert_eq!(checks.matches("<tr class=\"matters\">").count(), 2);
+    assert!(checks.contains("−7.5") && checks.contains("&lt; 0.0001"));
+}
+
+#[test]
+fn a_robot_without_nominal_values_has_no_such_column() {
+    let (mut cell, identification) = (cell(), identification());
+    let text = Library::Shipped.read(Path::new("config/robots/tx40.toml")).unwrap();
+    let without = text.split_once("[nominal").unwrap().0;
+    cell.robot = didim_core::robot::Robot::from_toml(without).unwrap();
+    let origin = origin();
+    let html = Report { cell: &cell, identification: &identification, origin: &origin }.to_html();
+    assert!(!html.contains("Nominal") && html.contains("colspan=\"7\""));
+}
+
+#[test]
+fn numbers_as_people_write_them() {
+    let cases =
+        [(-0.4943, "−0.494"), (6.9e-6, "6.90·10⁻⁶"), (-1.25e12, "−1.25·10¹²"), (f64::NAN, "–")];
+    for (value, text) in cases {
+        assert_eq!(number(value, 3), text);
+    }
+    assert_eq!((percent(0.0564, 3), probability(0.0)), ("5.64 %".into(), "< 0.0001".into()));
+}

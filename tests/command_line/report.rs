@@ -1,0 +1,165 @@
+//! `--report`: a file that stands by itself, says what the result says, and can be looked at.
+
+use std::path::Path;
+use std::process::Command;
+
+use sha2::{Digest, Sha256};
+
+use crate::support::{Folder, cia402_cell, data, didim, packed_cell};
+
+/// Identifies the simulated arm; the report and what `--json` says.
+fn report(folder: &Folder, method: &str) -> (String, serde_json::Value) {
+    let path = folder.path(&format!("{method}.html"));
+    let (cell, input) = (packed_cell(), &data().packed_log);
+    let command = ["identify", "--cell", &cell, "--input", input, "--method", method, "--json"];
+    let json = didim(&[&command[..], &["--report", &path]].concat()).done();
+    (std::fs::read_to_string(path).unwrap(), serde_json::from_str(&json).unwrap())
+}
+
+/// The texts between every `open` and the `<` after it.
+fn texts<'a>(html: &'a str, open: &str) -> Vec<&'a str> {
+    html.split(open).skip(1).map(|text| text.split_once('<').unwrap().0).collect()
+}
+
+#[test]
+fn it_has_its_sections_in_order_and_says_what_the_result_says() {
+    let folder = Folder::new();
+    for method in ["idim-ls", "didim"] {
+        let (html, result) = report(&folder, method);
+        let mut sections = vec![
+            "Key figures",
+            "Parameters",
+            "Torque, measured and predicted",
+            "Residuals",
+            "Torque delays",
+            "Model checks",
+            "Convergence",
+            "Singular values",
+            "Provenance",
+        ];
+        sections.retain(|section| method == "didim" || *section != "Convergence");
+        // The heading of the verdict has more than text in it.
+        assert_eq!(texts(&html, "<h2>")[1..], sections);
+        assert!(html.contains("<span class=\"what\">Verdict</span>Applicable</h2>"));
+        assert!(!html.contains("http"));
+
+        let parameters = result["parameters"].as_array().unwrap();
+        let rows = texts(html.split_once("<h2>Torque,").unwrap().0, "<th scope=\"row\">");
+        assert_eq!(rows.len(), parameters.len());
+        for parameter in parameters {
+            let name = parameter["name"].as_str().unwrap();
+            assert!(rows.contains(&name), "{name} in {rows:?}");
+            // As many digits as the table for people shows, to a tenth of σ.
+            let sigma = parameter["standard_deviation"].as_f64().unwrap();
+            let shown = html.split_once(&format!("<th scope=\"row\">{name}</th>")).unwrap().1;
+            let shown: f64 =
+                texts(shown, "<td class=\"number value\">")[0].replace('−', "-").parse().unwrap();
+            let value = parameter["value"].as_f64().unwrap();
+            assert!((shown - value).abs() <= 0.5 * sigma, "{name}: {shown} for {value}");
+        }
+        // Two panels per joint, and one of the convergence.
+        let panels = html.matches("<svg class=\"panel\"").count();
+        assert_eq!(panels, if method == "didim" { 13 } else { 12 });
+    }
+}
+
+#[test]
+fn it_names_its_input_by_content() {
+    let folder = Folder::new();
+    let (html, _) = report(&folder, "idim-ls");
+    let bytes = std::fs::read(&data().packed_log).unwrap();
+    let digest: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    assert!(html.contains(&digest) && html.contains("<dd>packed.log</dd>"));
+    assert!(!html.contains(env!("CARGO_TARGET_TMPDIR")), "no path of this machine");
+}
+
+/// Offline the record counts, in the pipeline the window, and beside the stored result its report.
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let folder = Folder::new();
+    let (one, two) = (report(&folder, "didim").0, report(&folder, "didim").0);
+    assert!(one == two);
+    let replay = |name: &str| {
+        let (state, path) = (folder.path(name), folder.path(&format!("{name}.html")));
+        let (cell, log) = (packed_cell(), &data().packed_log);
+        didim(&["replay", "--cell", &cell, log, "--state", &state, "--report", &path]).done();
+        let stored = Path::new(&state).join("result-00000000.html");
+        [path.as_str(), stored.to_str().unwrap()].map(|path| std::fs::read_to_string(path).unwrap())
+    };
+    let ([shown, stored], again) = (replay("1"), replay("2"));
+    assert!([&shown, &stored] == [&again[0], &again[1]]);
+    assert!(shown.contains("packed.log") && shown.contains("<dt>Window</dt>"));
+    // The service knows no file; everything else is the same.
+    let without_file = shown.split_once("<div><dt>Input</dt>").unwrap().0;
+    assert!(stored.starts_with(without_file) && !stored.contains("packed.log"));
+}
+
+/// A report that cannot be written does not cost the result, and says which file.
+#[test]
+fn a_report_that_cannot_be_written_is_told() {
+    let path = "/proc/didim-test.html";
+    let (cell, log) = (cia402_cell(), &data().cia402_log);
+    let identify = ["identify", "--cell", &cell, "--input", log, "--json", "--report", path];
+    let replay = ["replay", "--cell", &cell, log, "--json", "--report", path];
+    for command in [&identify[..], &replay[..]] {
+        let mut outcome = didim(command);
+        let result = std::mem::take(&mut outcome.stdout);
+        serde_json::from_str::<serde_json::Value>(&result).unwrap();
+        outcome.refused(1, &[path, "folder"]);
+    }
+}
+
+/// A browser draws it without an error, at phone width without scrolling sideways.
+#[test]
+fn a_browser_draws_it() {
+    let Some(browser) =
+        ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| {
+            Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success())
+        })
+    else {
+        println!("SKIPPED: no chromium here");
+        return;
+    };
+    let folder = Folder::new();
+    report(&folder, "idim-ls");
+    report(&folder, "didim");
+    for (method, panels) in [("idim-ls", 12), ("didim", 13)] {
+        // What is drawn is told in the title of a page around it.
+        let page = format!(
+            r#"<!doctype html><meta charset="utf-8">
+<iframe src="{method}.html" width="360" height="2000" style="border:0"></iframe>
+<iframe src="{method}.html" width="1200" height="2000" style="border:0"></iframe>
+<script>onload = () => {{
+  document.title = [...document.querySelectorAll("iframe")].map(frame => {{
+    const root = frame.contentDocument.documentElement;
+    const drawn = [...root.querySelectorAll("svg.panel")].filter(svg => svg.getBBox().width > 300);
+    const heading = root.querySelector("h1").getBoundingClientRect();
+    return [root.scrollWidth, drawn.length, heading.height > 20].join(" ");
+  }}).join(", ");
+}}</script>"#
+        );
+        let page = folder.file("page.html", &page);
+        let profile = folder.path("profile");
+        let output = Command::new("timeout")
+            .args(["60", browser, "--headless", "--no-sandbox", "--disable-gpu"])
+            .args(["--allow-file-access-from-files", "--enable-logging=stderr"])
+            .args(["--window-size=1700,2100", "--dump-dom"])
+            .arg(format!("--user-data-dir={profile}"))
+            .arg(format!("file://{page}"))
+            .output()
+            .unwrap();
+        let (told, drawn) =
+            (String::from_utf8_lossy(&output.stderr), String::from_utf8_lossy(&output.stdout));
+        let errors: Vec<&str> = told.lines().filter(|line| line.contains("CONSOLE")).collect();
+        assert_eq!(errors, [""; 0]);
+        let title = texts(&drawn, "<title>");
+        println!("{method}: {title:?}");
+        let title = title.first().expect("the page was drawn");
+        for (frame, width) in title.split(", ").zip([360, 1200]) {
+            let [scroll, found, heading] = frame.split(' ').collect::<Vec<_>>().try_into().unwrap();
+            assert!(scroll.parse::<u32>().unwrap() <= width, "{title}");
+            assert_eq!((found, heading), (panels.to_string().as_str(), "true"), "{title}");
+        }
+        assert_eq!(title.matches(", ").count(), 1, "{title}");
+    }
+}
