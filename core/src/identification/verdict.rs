@@ -45,7 +45,7 @@ pub struct VerdictLimits {
     /// leave a few 1e-5, a gain that is wrong by 2 % twice this limit.
     pub controller_error: f64,
     /// Furthest that position filter and position noise may move a parameter, in its standard
-    /// deviations. 0.7: less than the noise of the torques does.
+    /// deviations. 0.5: half of what the noise of the torques does.
     pub position_filter_deviations: f64,
 }
 
@@ -61,7 +61,7 @@ impl Default for VerdictLimits {
             model_shift_deviations: 4.0,
             model_probability: 1e-4,
             controller_error: 0.001,
-            position_filter_deviations: 0.7,
+            position_filter_deviations: 0.5,
         }
     }
 }

