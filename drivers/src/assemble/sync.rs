@@ -15,6 +15,9 @@ const DOUBTFUL: f64 = 0.75;
 /// point and farther than this it is on no grid of ours.
 const REPEATED: f64 = 0.25;
 
+/// Nearer than this to the SYNC before, in periods, one is the same frame again.
+const ECHO: f64 = 0.01;
+
 /// Periods after which a SYNC counts as missing: the next one would be the nearer grid point.
 const SYNC_MISSING: f64 = 1.5;
 
@@ -45,6 +48,15 @@ impl State {
             return self.begin_cycle(stamp_ns, 0);
         }
         if cycles < 1.0 {
+            // The same SYNC twice; or, some time from it, perhaps the next one of a clock that was
+            // set back by about a period: the frames to come may be of the next cycle and complete
+            // this one, and targets that came before may be a cycle older than those to come.
+            let echo_ns = rounded(ECHO * self.period_ns);
+            let apart = |cycle: &&mut Cycle| cycle.stamp_ns.abs_diff(stamp_ns) > echo_ns;
+            if let Some(cycle) = self.open.as_mut().filter(apart) {
+                cycle.fault = first(cycle.fault, CycleCause::Contradiction);
+                self.pending.drop_older(u64::MAX);
+            }
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
         #[allow(clippy::cast_possible_truncation, reason = "positive, and shorter than a silence")]
