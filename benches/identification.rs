@@ -18,13 +18,8 @@ use didim_core::identification::{
 };
 use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{PlaybackConfig, Scenario};
-use nalgebra::DMatrix;
 
 const SAMPLES: usize = 45_000;
-
-fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
-}
 
 /// So many samples at 5 kHz: rest, the motion, which is what counts, and rest.
 fn experiment_of(scenario: &Scenario, samples: usize, rest: usize) -> Experiment {
@@ -34,12 +29,7 @@ fn experiment_of(scenario: &Scenario, samples: usize, rest: usize) -> Experiment
     let record =
         scenario.clone().with_playback(playback).unwrap().played_loop().unwrap().run(samples);
     let record = record.unwrap();
-    let signals = Signals {
-        sample_rate_hz: record.sample_rate_hz,
-        position_rad: columns(&record.motor_position_rad),
-        torque_nm: columns(&record.motor_torque_nm),
-        reference_rad: Some(columns(&record.motor_reference_rad)),
-    };
+    let signals = Signals::of_motors(&record);
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })

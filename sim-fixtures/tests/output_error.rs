@@ -15,7 +15,6 @@ use didim_core::robot::Robot;
 use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{Scenario, tx40_paper};
-use nalgebra::DMatrix;
 
 /// The scenario's loop with gains of this factor, as a log holds it.
 fn record(scenario: &Scenario, simulation: &SimulationConfig, stiffness: f64) -> Experiment {
@@ -32,7 +31,7 @@ fn record_on_grid(
 ) -> Experiment {
     let mut controller = scenario.controller().clone();
     controller.joints.iter_mut().for_each(|joint| scale(&mut joint.law, stiffness));
-    let record = ClosedLoop::new(
+    let mut record = ClosedLoop::new(
         scenario.robot(),
         scenario.standard_parameters(),
         &controller,
@@ -43,18 +42,10 @@ fn record_on_grid(
     .unwrap()
     .run(samples)
     .unwrap();
-    let columns = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
-        matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
-    };
-    let signals = Signals {
-        sample_rate_hz: record.sample_rate_hz,
-        position_rad: columns(&record.motor_position_rad.map(|q| match grid_rad {
-            Some(grid) => (q / grid).round() * grid,
-            None => q,
-        })),
-        torque_nm: columns(&record.motor_torque_nm),
-        reference_rad: Some(columns(&record.motor_reference_rad)),
-    };
+    if let Some(grid) = grid_rad {
+        record.motor_position_rad.apply(|q| *q = (*q / grid).round() * grid);
+    }
+    let signals = Signals::of_motors(&record);
     let hold_s = controller.timing.sample_period_s();
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()

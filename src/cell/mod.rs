@@ -181,18 +181,6 @@ impl Cell {
             ));
         }
         let section = file.identification.simulation.unwrap_or_default();
-        let output_error = file.controller.clone().map(|controller| OutputErrorOptions {
-            regression: options.clone(),
-            decimated: section.decimated,
-            controller,
-            reference: section.reference,
-            integrator: section.integrator,
-            substeps: section.substeps,
-            start: section.start,
-            sensitivities: section.sensitivities,
-            optimiser: section.optimiser,
-            convergence: section.convergence,
-        });
         let didim = file.controller.map(|controller| DidimOptions {
             regression: options.clone(),
             decimated: section.decimated,
@@ -203,11 +191,14 @@ impl Cell {
             start: section.start,
             convergence: section.convergence,
         });
+        let output_error = didim.clone().map(|options| {
+            OutputErrorOptions::of_loop(options, section.sensitivities, section.optimiser)
+        });
         // Whatever the method: a layout and a controller that contradict each other are both in
         // doubt.
         if let Some(didim) = &didim {
             let checked = didim.validate(&robot, sample_rate_hz, layout.torque_timing());
-            checked.map_err(|source| wrong(didim_key(&source), source.to_string()))?;
+            checked.map_err(|source| wrong(simulation_key(&source), source.to_string()))?;
         }
         Ok(Self {
             name: file.name,
@@ -237,7 +228,7 @@ impl Cell {
 }
 
 /// Where in the cell file the mistake is.
-fn didim_key(error: &IdentificationError) -> &'static str {
+fn simulation_key(error: &IdentificationError) -> &'static str {
     match error {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",
         IdentificationError::NoNominalParameters { .. } => "identification.simulation.start",

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::MAX_JOINTS;
 use crate::robot::Transmission;
+use crate::simulation::Record;
 
 /// When the logged value of a signal acts, relative to the instant of its sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,6 +45,21 @@ pub struct Signals {
     pub torque_nm: Vec<Vec<f64>>,
     /// What the controller was told to reach, in the unit of the position, when it is known.
     pub reference_rad: Option<Vec<Vec<f64>>>,
+}
+
+impl Signals {
+    /// What a simulated loop logs on the motor side, its reference included.
+    pub fn of_motors(record: &Record) -> Self {
+        let columns = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+            matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
+        };
+        Self {
+            sample_rate_hz: record.sample_rate_hz,
+            position_rad: columns(&record.motor_position_rad),
+            torque_nm: columns(&record.motor_torque_nm),
+            reference_rad: Some(columns(&record.motor_reference_rad)),
+        }
+    }
 }
 
 /// Joint-side signals of one window on a uniform grid: one row per sample, one column per joint.

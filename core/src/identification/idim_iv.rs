@@ -13,7 +13,6 @@ use super::observation::observation_matrix;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
-use crate::signal::ParallelDecimation;
 
 /// Instruments that are correlated with their columns by less do not carry an estimate.
 const LEAST_CORRELATION: f64 = 0.5;
@@ -43,12 +42,7 @@ pub fn idim_iv(
     options: &DidimOptions,
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
-    let decimation = if options.decimated {
-        let filter = &options.regression.decimation_filter;
-        filter.design().map_err(IdentificationError::DecimationFilter)?
-    } else {
-        ParallelDecimation::none()
-    };
+    let decimation = options.regression.decimation(options.decimated)?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let start = start::parameters(options.start, robot, base, &fit)?;

@@ -37,8 +37,7 @@ pub fn idim_ls(
     experiment: &Experiment,
     options: &IdimLsOptions,
 ) -> Result<Identification, IdentificationError> {
-    let decimation =
-        options.decimation_filter.design().map_err(IdentificationError::DecimationFilter)?;
+    let decimation = options.decimation(true)?;
     let fit = EquationErrorFit::new(robot, base, experiment, options, decimation)?;
     let findings = Findings {
         method: Method::IdimLs,

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::error::IdentificationError;
 use super::verdict::VerdictLimits;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
 
@@ -87,4 +88,17 @@ pub struct IdimLsOptions {
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,
+}
+
+impl IdimLsOptions {
+    /// The decimation filter; none where rows are not decimated.
+    pub(super) fn decimation(
+        &self,
+        decimated: bool,
+    ) -> Result<ParallelDecimation, IdentificationError> {
+        if !decimated {
+            return Ok(ParallelDecimation::none());
+        }
+        self.decimation_filter.design().map_err(IdentificationError::DecimationFilter)
+    }
 }

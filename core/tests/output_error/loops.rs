@@ -3,11 +3,11 @@
 use didim_core::control::ControlLaw;
 use didim_core::dynamics::BaseParameters;
 use didim_core::identification::{
-    ConvergenceLimits, DidimOptions, Experiment, Identification, IdentificationError, Optimiser,
-    OutputErrorOptions, SensitivityMethod, Start, clie, cloe,
+    Experiment, Identification, IdentificationError, Optimiser, OutputErrorOptions,
+    SensitivityMethod, clie, cloe,
 };
 use didim_core::robot::Robot;
-use didim_core::simulation::{ClosedLoop, InitialState, Integrator, SimulationConfig};
+use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::SampledReference;
 use nalgebra::DMatrix;
 
@@ -24,19 +24,8 @@ pub(crate) const METHODS: [(&str, Method); 2] = [("clie", clie), ("cloe", cloe)]
 
 /// The cabinet's fixed gains, and the paper's start.
 pub(crate) fn options(looped: &Looped) -> OutputErrorOptions {
-    let DidimOptions { regression, controller, reference, .. } = looped.options();
-    OutputErrorOptions {
-        regression,
-        decimated: true,
-        controller,
-        reference,
-        integrator: Integrator::Ode3,
-        substeps: 1,
-        start: Start::UnitDriveInertias,
-        sensitivities: SensitivityMethod::Exact,
-        optimiser: Optimiser::LevenbergMarquardt,
-        convergence: ConvergenceLimits::default(),
-    }
+    let exact = SensitivityMethod::Exact;
+    OutputErrorOptions::of_loop(looped.options(), exact, Optimiser::LevenbergMarquardt)
 }
 
 /// Derivatives of position and torque at the samples of a loop: rows are the samples of joint 1,

@@ -2,7 +2,6 @@
 
 use didim_core::identification::{Experiment, SignalTiming, Signals};
 use didim_sim::{PlaybackConfig, Scenario};
-use nalgebra::DMatrix;
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
 const REST: usize = 1250;
@@ -16,12 +15,7 @@ pub(crate) fn experiment(scenario: &Scenario) -> Experiment {
     let playback = PlaybackConfig { lead_in_s: rest_s, tail_s: rest_s, cycles: Some(1) };
     let mut played = scenario.clone().with_playback(playback).unwrap().played_loop().unwrap();
     let record = played.run(scenario.samples() + 2 * REST).unwrap();
-    let signals = Signals {
-        sample_rate_hz: record.sample_rate_hz,
-        position_rad: columns(&record.motor_position_rad),
-        torque_nm: columns(&record.motor_torque_nm),
-        reference_rad: Some(columns(&record.motor_reference_rad)),
-    };
+    let signals = Signals::of_motors(&record);
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
@@ -39,8 +33,4 @@ pub(crate) fn hold_ignored(experiment: Experiment) -> Experiment {
 pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
     let listed = scenario.robot().nominal().unwrap().listed();
     listed.iter().map(|(name, _)| name.clone()).collect()
-}
-
-fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
 }

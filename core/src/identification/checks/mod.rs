@@ -180,8 +180,9 @@ impl Subject<'_> {
             let friction = columns.friction(&transmission.direction(motor)[..joints])?;
             add(Freedom::MotorFriction(motor + 1), friction)?;
         }
+        let predicted = self.predicted();
         for joint in 0..joints {
-            add(Freedom::TorqueGain(joint + 1), Some(self.gain(joint)))?;
+            add(Freedom::TorqueGain(joint + 1), Some(self.gain(&predicted, joint)))?;
         }
         if delays.is_none() {
             notes.push(
@@ -248,8 +249,7 @@ impl Subject<'_> {
 
     /// The predicted torque of one joint in its own rows: a gain that is wrong by a factor 1 + g
     /// adds g times this.
-    fn gain(&self, joint: usize) -> DMatrix<f64> {
-        let predicted = self.predicted();
+    fn gain(&self, predicted: &DVector<f64>, joint: usize) -> DMatrix<f64> {
         let range = self.observations.joint_rows(joint);
         DMatrix::from_fn(predicted.len(), 1, |row, _| {
             if range.contains(&row) { predicted[row] } else { 0.0 }

@@ -1,8 +1,12 @@
 //! Which logged torque acts when.
 
+use nalgebra::DVector;
+
 use crate::control::ControlTiming;
 use crate::identification::error::IdentificationError;
-use crate::identification::experiment::SignalTiming;
+use crate::identification::experiment::{Experiment, SignalTiming};
+use crate::identification::prefilter::delayed_torque;
+use crate::signal::ParallelDecimation;
 
 /// Two delays this close are the same \[s\].
 const SAME_DELAY_S: f64 = 1e-9;
@@ -48,6 +52,20 @@ pub(in crate::identification) fn torque_shift_samples(
     let shift = shift_s * sample_rate_hz;
     let whole = shift.round();
     Ok(if (shift - whole).abs() < WHOLE_SAMPLE { whole } else { shift })
+}
+
+/// The measured torques of the rows, shifted to be those of the simulated samples.
+///
+/// # Errors
+/// Those of [`torque_shift_samples`] and of [`delayed_torque`].
+pub(in crate::identification) fn torque_of_simulated_samples(
+    experiment: &Experiment,
+    controller: ControlTiming,
+    decimation: &ParallelDecimation,
+) -> Result<DVector<f64>, IdentificationError> {
+    let (timing, rate_hz) = (experiment.torque_timing(), experiment.sample_rate_hz());
+    let shift = torque_shift_samples(timing, rate_hz, controller)?;
+    delayed_torque(experiment, shift, decimation)
 }
 
 /// Whether a controller computes once per sample of the record.

@@ -7,7 +7,7 @@ mod iteration;
 mod options;
 mod position_noise;
 pub(super) mod start;
-mod validate;
+pub(super) mod validate;
 
 pub use inertia::mean_joint_inertia;
 pub(super) use iteration::{Equation, Iteration};
@@ -20,11 +20,9 @@ use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
-use super::prefilter::delayed_torque;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
-use crate::signal::ParallelDecimation;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
 /// in place of the measured one.
@@ -51,19 +49,10 @@ pub fn didim(
     options: &DidimOptions,
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
-    let decimation = if options.decimated {
-        let filter = &options.regression.decimation_filter;
-        filter.design().map_err(IdentificationError::DecimationFilter)?
-    } else {
-        ParallelDecimation::none()
-    };
+    let decimation = options.regression.decimation(options.decimated)?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
-    let shift = alignment::torque_shift_samples(
-        experiment.torque_timing(),
-        experiment.sample_rate_hz(),
-        options.controller.timing(),
-    )?;
-    let torque = delayed_torque(experiment, shift, &fit.decimation)?;
+    let timing = options.controller.timing();
+    let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let equation = Equation::Simulated { torque };
     let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);

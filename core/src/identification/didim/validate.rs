@@ -4,7 +4,7 @@ use super::alignment::torque_shift_samples;
 use super::{DidimOptions, Start};
 use crate::identification::error::IdentificationError;
 use crate::identification::experiment::SignalTiming;
-use crate::identification::simulator::periods_per_sample;
+use crate::identification::simulator::{LoopOptions, periods_per_sample};
 use crate::robot::Robot;
 use crate::simulation::{SetupError, SimulationConfig};
 
@@ -20,18 +20,30 @@ impl DidimOptions {
         sample_rate_hz: f64,
         torque: SignalTiming,
     ) -> Result<(), IdentificationError> {
-        let setup = IdentificationError::Setup;
         self.convergence.validate()?;
-        let unit = vec![1.0; robot.joints()];
-        self.controller.for_inertia(&unit).map_err(|error| setup(SetupError::Control(error)))?;
-        periods_per_sample(sample_rate_hz, self.controller.timing())?;
-        torque_shift_samples(torque, sample_rate_hz, self.controller.timing())?;
-        let config = SimulationConfig { substeps: self.substeps, ..SimulationConfig::default() };
-        config.validate(robot.joints()).map_err(setup)?;
-        if self.start == Start::Nominal && robot.nominal().is_none() {
-            let robot = robot.name().to_owned();
-            return Err(IdentificationError::NoNominalParameters { robot });
-        }
-        Ok(())
+        validate_loop(self.loop_options(), self.start, robot, sample_rate_hz, torque)
     }
+}
+
+/// Whether a loop of this robot can be simulated and started, for every method that does.
+pub(in crate::identification) fn validate_loop(
+    options: LoopOptions<'_>,
+    start: Start,
+    robot: &Robot,
+    sample_rate_hz: f64,
+    torque: SignalTiming,
+) -> Result<(), IdentificationError> {
+    let setup = IdentificationError::Setup;
+    let (controller, timing) = (options.controller, options.controller.timing());
+    let unit = vec![1.0; robot.joints()];
+    controller.for_inertia(&unit).map_err(|error| setup(SetupError::Control(error)))?;
+    periods_per_sample(sample_rate_hz, timing)?;
+    torque_shift_samples(torque, sample_rate_hz, timing)?;
+    let config = SimulationConfig { substeps: options.substeps, ..SimulationConfig::default() };
+    config.validate(robot.joints()).map_err(setup)?;
+    if start == Start::Nominal && robot.nominal().is_none() {
+        let robot = robot.name().to_owned();
+        return Err(IdentificationError::NoNominalParameters { robot });
+    }
+    Ok(())
 }

@@ -21,12 +21,10 @@ use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
 use super::observation::observation_matrix;
-use super::prefilter::delayed_torque;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::regression::Observations;
 use crate::robot::Robot;
-use crate::signal::ParallelDecimation;
 use iteration::Iteration;
 use problem::{Output, Problem};
 use rows::Rows;
@@ -85,16 +83,10 @@ fn identify(
     options: &OutputErrorOptions,
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
-    let decimation = if options.decimated {
-        let filter = &options.regression.decimation_filter;
-        filter.design().map_err(IdentificationError::DecimationFilter)?
-    } else {
-        ParallelDecimation::none()
-    };
+    let decimation = options.regression.decimation(options.decimated)?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
-    let (timing, rate_hz) = (experiment.torque_timing(), experiment.sample_rate_hz());
-    let shift = alignment::torque_shift_samples(timing, rate_hz, options.controller.timing())?;
-    let torque = delayed_torque(experiment, shift, &fit.decimation)?;
+    let timing = options.controller.timing();
+    let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?
         .with_gains_for(&fit.weighted.parameters)?;
     let start = start::parameters(options.start, robot, base, &fit)?;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::control::SimulatedController;
-use crate::identification::didim::{ConvergenceLimits, Start};
+use crate::identification::didim::{ConvergenceLimits, DidimOptions, Start};
 use crate::identification::options::IdimLsOptions;
 use crate::identification::simulator::LoopOptions;
 use crate::simulation::Integrator;
@@ -73,6 +73,36 @@ pub enum Optimiser {
 }
 
 impl OutputErrorOptions {
+    /// The same loop, rows, start and limits as DIDIM's.
+    pub fn of_loop(
+        options: DidimOptions,
+        sensitivities: SensitivityMethod,
+        optimiser: Optimiser,
+    ) -> Self {
+        let DidimOptions {
+            regression,
+            decimated,
+            controller,
+            reference,
+            integrator,
+            substeps,
+            start,
+            convergence,
+        } = options;
+        Self {
+            regression,
+            decimated,
+            controller,
+            reference,
+            integrator,
+            substeps,
+            start,
+            sensitivities,
+            optimiser,
+            convergence,
+        }
+    }
+
     pub(super) fn loop_options(&self) -> LoopOptions<'_> {
         LoopOptions {
             controller: &self.controller,

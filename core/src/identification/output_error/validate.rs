@@ -1,7 +1,7 @@
 //! Options that cannot work, found before anything is recorded.
 
 use super::OutputErrorOptions;
-use crate::identification::didim::DidimOptions;
+use crate::identification::didim::validate::validate_loop;
 use crate::identification::error::IdentificationError;
 use crate::identification::experiment::SignalTiming;
 use crate::robot::Robot;
@@ -18,17 +18,7 @@ impl OutputErrorOptions {
         sample_rate_hz: f64,
         torque: SignalTiming,
     ) -> Result<(), IdentificationError> {
-        // What can be wrong with the loop is the same.
-        DidimOptions {
-            regression: self.regression.clone(),
-            decimated: self.decimated,
-            controller: self.controller.clone(),
-            reference: self.reference,
-            integrator: self.integrator,
-            substeps: self.substeps,
-            start: self.start,
-            convergence: self.convergence,
-        }
-        .validate(robot, sample_rate_hz, torque)
+        self.convergence.validate()?;
+        validate_loop(self.loop_options(), self.start, robot, sample_rate_hz, torque)
     }
 }
