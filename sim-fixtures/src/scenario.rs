@@ -4,7 +4,8 @@ use didim_core::control::ControllerConfig;
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_core::robot::{ParameterKind, Robot, RobotError};
 use didim_core::simulation::{
-    ClosedLoop, InitialState, NoiseConfig, SetupError, SimulationConfig, Unmodelled,
+    ClosedLoop, InitialState, NoiseConfig, Record, SetupError, SimulationConfig, SimulationError,
+    Unmodelled,
 };
 use didim_core::trajectory::{
     JointLimits, Move, MoveSequence, Reference, Trajectory, TrajectoryError,
@@ -108,6 +109,9 @@ pub enum ScenarioError {
     /// The loop cannot be built.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// The simulated arm went astray. Choose gains that hold it, or errors that leave it stable.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
 }
 
 impl Scenario {
@@ -279,6 +283,22 @@ impl Scenario {
     /// None that reading the scenario has not met.
     pub fn closed_loop(&self) -> Result<ClosedLoop<&Trajectory>, SetupError> {
         self.closed_loop_along(&self.trajectory)
+    }
+
+    /// What the drives log of the experiment, with a rest before it and one after it: filters need
+    /// neighbours, and the loop sags into its steady error at first. The motion is that of the samples
+    /// from `before` on, [`Self::samples`] of them.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Simulation`] when the arm goes astray.
+    pub fn record_with_rests(&self, before: usize, after: usize) -> Result<Record, ScenarioError> {
+        let period_s = self.controller.timing.sample_period_s();
+        let rest_s = |samples: usize| samples as f64 * period_s;
+        let playback =
+            PlaybackConfig { lead_in_s: rest_s(before), tail_s: rest_s(after), cycles: Some(1) };
+        let reference = Playback::new(self.trajectory.clone(), playback);
+        let mut played = self.closed_loop_along(reference)?;
+        Ok(played.run(before + self.samples + after)?)
     }
 
     /// The loop as a device plays it, with the rests.

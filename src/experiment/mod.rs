@@ -5,9 +5,11 @@
 
 mod csv;
 mod log;
+mod simulated;
 
 pub use csv::{CsvError, read_csv, write_csv};
 pub use log::{LogError, read_log};
+pub use simulated::{SimulatedError, simulate};
 
 use didim_core::identification::Signals;
 use didim_core::{JointSample, MAX_JOINTS};

@@ -1,7 +1,7 @@
 //! The simulated arm's record as an experiment.
 
 use didim_core::identification::{Experiment, SignalTiming, Signals};
-use didim_sim::{PlaybackConfig, Scenario};
+use didim_sim::Scenario;
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
 const REST: usize = 1250;
@@ -11,10 +11,7 @@ const REST: usize = 1250;
 /// at first. The torque command is held until the next sample.
 pub(crate) fn experiment(scenario: &Scenario) -> Experiment {
     let hold_s = scenario.controller().timing.sample_period_s();
-    let rest_s = REST as f64 * hold_s;
-    let playback = PlaybackConfig { lead_in_s: rest_s, tail_s: rest_s, cycles: Some(1) };
-    let mut played = scenario.clone().with_playback(playback).unwrap().played_loop().unwrap();
-    let record = played.run(scenario.samples() + 2 * REST).unwrap();
+    let record = scenario.record_with_rests(REST, REST).unwrap();
     let signals = Signals::of_motors(&record);
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
