@@ -7,6 +7,7 @@
 //! fv_i, and into ia_i where motor i is not coupled itself.
 
 use crate::MAX_JOINTS;
+use crate::dual::Dual;
 use crate::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, Off};
 use crate::robot::{Robot, SignModel};
 use crate::scalar::Scalar;
@@ -114,6 +115,50 @@ impl Drives {
         }
         for &(column, row) in &self.offset {
             add(row, column, T::constant(1.0));
+        }
+    }
+
+    /// Calls `add(row, joint, value)` for every entry of ∂τ/∂q̇ that friction causes.
+    pub(super) fn for_each_friction_partial(
+        &self,
+        parameters: &[f64],
+        dq: &[f64],
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        for &Term { column, row, input, factor } in &self.viscous {
+            add(row, input, factor * parameters[column]);
+        }
+        for CoulombTerm { column, direction } in &self.coulomb {
+            // fc s sign(s · q̇) has the derivative fc s sign'(s · q̇) sᵀ.
+            let speed = direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
+            let sign = self.sign_model.value(Dual::<1>::variable(speed, 0));
+            let slope = parameters[*column] * sign.slope[0];
+            for &(row, s) in direction {
+                for &(joint, by) in direction {
+                    add(row, joint, slope * s * by);
+                }
+            }
+        }
+    }
+
+    /// The drives of the parameters with a place, by their places in place of their columns.
+    pub(super) fn selecting(&self, places: &[Option<usize>]) -> Self {
+        let terms = |terms: &[Term]| {
+            let kept = terms
+                .iter()
+                .filter_map(|term| Some(Term { column: places[term.column]?, ..*term }));
+            kept.collect()
+        };
+        let coulomb = self.coulomb.iter().filter_map(|term| {
+            Some(CoulombTerm { column: places[term.column]?, direction: term.direction.clone() })
+        });
+        let offset = self.offset.iter().filter_map(|&(column, row)| Some((places[column]?, row)));
+        Self {
+            inertia: terms(&self.inertia),
+            viscous: terms(&self.viscous),
+            coulomb: coulomb.collect(),
+            offset: offset.collect(),
+            sign_model: self.sign_model,
         }
     }
 

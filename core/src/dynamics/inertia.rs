@@ -32,6 +32,11 @@ impl<T: Scalar> Inertia<T> {
         Self { xx, xy, xz, yy, yz, zz, first_moment: Vector3::new(mx, my, mz), mass }
     }
 
+    /// tr J.
+    pub(super) fn trace(&self) -> T {
+        self.xx + self.yy + self.zz
+    }
+
     /// J v.
     pub(super) fn rotate(&self, v: Vector3<T>) -> Vector3<T> {
         Vector3::new(
@@ -53,20 +58,26 @@ impl<T: Scalar> Inertia<T> {
     }
 
     /// The same body seen from the previous link's frame.
+    pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
+        self.carried(|v| pose.to_previous(v), pose.origin)
+    }
+
+    /// The same body in any other frame, by what turns vectors into it and the place of this frame's
+    /// origin there.
     ///
     /// Turned by A, then moved by p: J' = A J Aᵀ + (2 p·c + m p·p) I − p cᵀ − c pᵀ − m p pᵀ with
     /// c = A ms, and ms' = c + m p.
-    pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
+    #[inline]
+    pub(super) fn carried(self, turn: impl Fn(Vector3<T>) -> Vector3<T>, p: Vector3<T>) -> Self {
         // The columns of A J, then those of A (A J)ᵀ = A J Aᵀ.
-        let a = pose.to_previous(Vector3::new(self.xx, self.xy, self.xz));
-        let b = pose.to_previous(Vector3::new(self.xy, self.yy, self.yz));
-        let c = pose.to_previous(Vector3::new(self.xz, self.yz, self.zz));
-        let x = pose.to_previous(Vector3::new(a.x, b.x, c.x));
-        let y = pose.to_previous(Vector3::new(a.y, b.y, c.y));
-        let z = pose.to_previous(Vector3::new(a.z, b.z, c.z));
+        let a = turn(Vector3::new(self.xx, self.xy, self.xz));
+        let b = turn(Vector3::new(self.xy, self.yy, self.yz));
+        let c = turn(Vector3::new(self.xz, self.yz, self.zz));
+        let x = turn(Vector3::new(a.x, b.x, c.x));
+        let y = turn(Vector3::new(a.y, b.y, c.y));
+        let z = turn(Vector3::new(a.z, b.z, c.z));
 
-        let turned = pose.to_previous(self.first_moment);
-        let p = pose.origin;
+        let turned = turn(self.first_moment);
         // With h = c + m p / 2, the shift is 2 p·h I − p hᵀ − h pᵀ.
         let half = turned + p.scale(self.mass * T::constant(0.5));
         let (px, py, pz) = (p.x * half.x, p.y * half.y, p.z * half.z);

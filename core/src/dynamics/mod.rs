@@ -11,12 +11,14 @@ mod inertia;
 mod inverse;
 mod kinematics;
 mod mass_matrix;
+mod partials;
 mod regressor;
 mod variation;
 mod vector;
 
 pub use base::{BaseParameters, BaseParametersError, UnknownBaseParameter};
 pub use direct::NotPositiveDefinite;
+pub use regressor::RegressorColumns;
 pub(crate) use variation::{Variation, VariationWorkspace};
 
 use drives::Drives;
@@ -36,6 +38,7 @@ pub struct Model {
     /// Column of each link's XX; its other nine parameters follow.
     first_columns: Vec<usize>,
     drives: Drives,
+    all_columns: RegressorColumns,
 }
 
 impl Model {
@@ -45,12 +48,18 @@ impl Model {
         let is_first = |(column, parameter): (usize, &Parameter)| {
             (parameter.kind == ParameterKind::Xx).then_some(column)
         };
+        let first_columns: Vec<usize> =
+            table.parameters().iter().enumerate().filter_map(is_first).collect();
+        let drives = Drives::new(robot);
+        let all: Vec<usize> = (0..table.names().len()).collect();
+        let all_columns = RegressorColumns::new(&first_columns, &drives, all.len(), &all);
         Self {
             chain: robot.chain().to_vec(),
             gravity_m_s2: robot.gravity_m_s2(),
-            first_columns: table.parameters().iter().enumerate().filter_map(is_first).collect(),
+            first_columns,
             table,
-            drives: Drives::new(robot),
+            drives,
+            all_columns,
         }
     }
 
@@ -78,6 +87,7 @@ impl Model {
     #[must_use]
     pub fn with_sign_model(mut self, sign_model: SignModel) -> Self {
         self.drives.set_sign_model(sign_model);
+        self.all_columns.set_sign_model(sign_model);
         self
     }
 

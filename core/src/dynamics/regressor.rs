@@ -1,19 +1,63 @@
 //! The regressor: the inverse dynamic model as a matrix times the standard parameters.
 
+use super::drives::Drives;
+use super::inertia::Wrench;
 use super::kinematics::Motion;
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
-use crate::robot::JointKind;
+use crate::robot::{JointKind, SignModel};
 use crate::scalar::Scalar;
 
+/// Which columns of the regressor are wanted, prepared for evaluation.
+#[derive(Clone, Debug)]
+pub struct RegressorColumns {
+    width: usize,
+    /// Of each link, which of its ten parameters are wanted, and their places among the wanted.
+    links: Vec<Vec<(usize, usize)>>,
+    /// The drives' parameters by their places.
+    drives: Drives,
+}
+
+impl RegressorColumns {
+    pub(super) fn new(
+        first_columns: &[usize],
+        drives: &Drives,
+        parameters: usize,
+        wanted: &[usize],
+    ) -> Self {
+        let place = |column: usize| wanted.iter().position(|&other| other == column);
+        let of_link = |&first: &usize| {
+            (0..10).filter_map(|component| Some((component, place(first + component)?))).collect()
+        };
+        let mut links: Vec<Vec<_>> = first_columns.iter().map(of_link).collect();
+        // Beyond the last link with wanted parameters there is nothing to do.
+        while links.last().is_some_and(Vec::is_empty) {
+            links.pop();
+        }
+        let places: Vec<_> = (0..parameters).map(place).collect();
+        Self { width: wanted.len(), links, drives: drives.selecting(&places) }
+    }
+
+    pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
+        self.drives.set_sign_model(sign_model);
+    }
+
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+}
+
 impl Model {
+    /// These columns of the regressor, in this order, each at most once.
+    pub fn regressor_columns(&self, columns: &[usize]) -> RegressorColumns {
+        let parameters = self.parameter_names().len();
+        RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns)
+    }
+
     /// The matrix Y(q, q̇, q̈) with τ = Y φ: n × p, row-major, row = joint, columns as
     /// [`parameter_names`](Self::parameter_names).
-    ///
-    /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns
-    /// the link with c, both in the link's frame, and τ_i is the sum over the links of
-    /// c · N_l + b · F_l.
     ///
     /// # Panics
     /// When a slice is not of the model's size: n entries for q, dq and ddq, n × p for `out`.
@@ -25,35 +69,75 @@ impl Model {
         ddq: &[T],
         out: &mut [T],
     ) {
+        self.selected_regressor(ws, &self.all_columns, q, dq, ddq, out);
+    }
+
+    /// The wanted columns of the [`regressor`](Self::regressor) alone, n × b, row-major.
+    ///
+    /// # Panics
+    /// When a slice is not of the model's size: n entries for q, dq and ddq, n × b for `out`; or
+    /// when the columns are those of another model.
+    pub fn selected_regressor<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        columns: &RegressorColumns,
+        q: &[T],
+        dq: &[T],
+        ddq: &[T],
+        out: &mut [T],
+    ) {
         self.check_joints(q);
+        self.place(ws, q);
+        self.regressor_of_poses(ws, columns, dq, ddq, out);
+    }
+
+    /// The same with the poses in the workspace.
+    ///
+    /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns
+    /// the link with c, both in the link's frame, and τ_i is the sum over the links of
+    /// c · N_l + b · F_l.
+    pub(super) fn regressor_of_poses<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        columns: &RegressorColumns,
+        dq: &[T],
+        ddq: &[T],
+        out: &mut [T],
+    ) {
         self.check_joints(dq);
         self.check_joints(ddq);
-        let width = self.parameter_names().len();
+        let width = columns.width;
         assert_eq!(out.len(), self.joints() * width, "one row per joint, one column per parameter");
         out.fill(T::zero());
-        self.place(ws, q);
         self.propagate(ws, dq, Some(ddq));
 
-        for (i, joint) in self.chain.iter().enumerate() {
-            let z = Vector3::along_z(T::constant(1.0));
-            let (mut turn, mut shift) = match joint.kind {
+        let z = Vector3::along_z(T::constant(1.0));
+        let mut axes = [(Vector3::zero(), Vector3::zero()); MAX_JOINTS];
+        for (l, wanted) in columns.links.iter().enumerate() {
+            let pose = &ws.poses[l];
+            for (turn, shift) in &mut axes[..l] {
+                *shift = pose.to_link(*shift + turn.cross(pose.origin));
+                *turn = pose.to_link(*turn);
+            }
+            axes[l] = match self.chain[l].kind {
                 JointKind::Revolute => (z, Vector3::zero()),
                 JointKind::Prismatic => (Vector3::zero(), z),
             };
-            let row = &mut out[i * width..(i + 1) * width];
-            for l in i..self.chain.len() {
-                if l > i {
-                    let pose = &ws.poses[l];
-                    shift = pose.to_link(shift + turn.cross(pose.origin));
-                    turn = pose.to_link(turn);
+            for &(component, place) in wanted {
+                let rows = out.chunks_exact_mut(width).zip(&axes[..=l]);
+                if component < INERTIA_COMPONENTS {
+                    let moment = unit_inertia_moment(component, &ws.motions[l]);
+                    rows.for_each(|(row, (turn, _))| row[place] = turn.dot(moment));
+                } else {
+                    let Wrench { moment, force } = unit_mass_wrench(component, &ws.motions[l]);
+                    rows.for_each(|(row, (turn, shift))| {
+                        row[place] = turn.dot(moment) + shift.dot(force);
+                    });
                 }
-                let columns = link_columns(turn, shift, &ws.motions[l]);
-                let first = self.first_columns[l];
-                row[first..first + columns.len()].copy_from_slice(&columns);
             }
         }
-        self.drives.for_each_inertia(ddq, |row, column, c| out[row * width + column] += c);
-        self.drives.for_each_friction(dq, |row, column, c| out[row * width + column] += c);
+        columns.drives.for_each_inertia(ddq, |row, place, c| out[row * width + place] += c);
+        columns.drives.for_each_friction(dq, |row, place, c| out[row * width + place] += c);
     }
 
     /// Which entries of the regressor can differ from 0, in its layout: a joint feels only what
@@ -73,26 +157,42 @@ impl Model {
     }
 }
 
-/// c · N + b · F by the link's ten parameters, with N and F of
-/// [`Inertia::wrench`](super::inertia::Inertia::wrench):
-///
-/// J:  cᵀ J ω̇ + (c × ω)ᵀ J ω      ms:  ms · (a × c + b × ω̇ + (b × ω) × ω)      m:  b · a
-fn link_columns<T: Scalar>(turn: Vector3<T>, shift: Vector3<T>, motion: &Motion<T>) -> [T; 10] {
-    let w = motion.angular_velocity;
-    let dw = motion.angular_acceleration;
-    let a = motion.acceleration;
-    let e = turn.cross(w);
-    let ms = a.cross(turn) + shift.cross(dw) + shift.cross(w).cross(w);
-    [
-        turn.x * dw.x + e.x * w.x,
-        turn.x * dw.y + turn.y * dw.x + e.x * w.y + e.y * w.x,
-        turn.x * dw.z + turn.z * dw.x + e.x * w.z + e.z * w.x,
-        turn.y * dw.y + e.y * w.y,
-        turn.y * dw.z + turn.z * dw.y + e.y * w.z + e.z * w.y,
-        turn.z * dw.z + e.z * w.z,
-        ms.x,
-        ms.y,
-        ms.z,
-        shift.dot(a),
-    ]
+/// xx, xy, xz, yy, yz and zz come first of a link's ten parameters.
+const INERTIA_COMPONENTS: usize = 6;
+
+/// N of a link whose only parameter is this component of J, 1: J ω̇ + ω × J ω
+/// (see [`Inertia::wrench`](super::inertia::Inertia::wrench)).
+fn unit_inertia_moment<T: Scalar>(component: usize, motion: &Motion<T>) -> Vector3<T> {
+    let Motion { angular_velocity: w, angular_acceleration: dw, .. } = *motion;
+    match component {
+        0 => Vector3::new(dw.x, w.z * w.x, -(w.y * w.x)),
+        1 => Vector3::new(dw.y - w.z * w.x, dw.x + w.z * w.y, w.x * w.x - w.y * w.y),
+        2 => Vector3::new(dw.z + w.y * w.x, w.z * w.z - w.x * w.x, dw.x - w.y * w.z),
+        3 => Vector3::new(-(w.z * w.y), dw.y, w.x * w.y),
+        4 => Vector3::new(w.y * w.y - w.z * w.z, dw.z - w.x * w.y, dw.y + w.x * w.z),
+        _ => Vector3::new(w.y * w.z, -(w.x * w.z), dw.z),
+    }
+}
+
+/// N and F of a link whose only parameter is mx, my, mz or m, 1:
+/// N = ms × a, F = m a + ω̇ × ms + ω × (ω × ms).
+fn unit_mass_wrench<T: Scalar>(component: usize, motion: &Motion<T>) -> Wrench<T> {
+    let Motion { angular_velocity: w, angular_acceleration: dw, acceleration: a } = *motion;
+    let zero = T::zero();
+    let (moment, force) = match component {
+        6 => (
+            Vector3::new(zero, -a.z, a.y),
+            Vector3::new(-(w.y * w.y) - w.z * w.z, dw.z + w.y * w.x, w.z * w.x - dw.y),
+        ),
+        7 => (
+            Vector3::new(a.z, zero, -a.x),
+            Vector3::new(w.x * w.y - dw.z, -(w.z * w.z) - w.x * w.x, dw.x + w.z * w.y),
+        ),
+        8 => (
+            Vector3::new(-a.y, a.x, zero),
+            Vector3::new(dw.y + w.x * w.z, w.y * w.z - dw.x, -(w.x * w.x) - w.y * w.y),
+        ),
+        _ => (Vector3::zero(), a),
+    };
+    Wrench { force, moment }
 }

@@ -1,22 +1,15 @@
 //! How the acceleration changes with parameters, motion and torques.
 
-use super::{Model, Workspace};
-use crate::MAX_JOINTS;
-use crate::dual::Dual;
-use crate::scalar::Scalar;
-
-/// Partial derivatives are found so many at a time; 4 and 12 take longer for six joints.
-const DIRECTIONS: usize = 6;
+use super::{Model, RegressorColumns, Workspace};
 
 /// Scratch memory for the variations of one model.
 #[derive(Clone, Debug)]
 pub(crate) struct VariationWorkspace {
-    duals: Workspace<Dual<DIRECTIONS>>,
-    plain: Workspace<f64>,
-    parameters: Vec<Dual<DIRECTIONS>>,
+    columns: RegressorColumns,
     regressor: Vec<f64>,
-    /// ∂τ/∂(q, q̇) of the inverse dynamic model, a row per joint.
-    partials: [[f64; 2 * MAX_JOINTS]; MAX_JOINTS],
+    /// ∂τ/∂q and ∂τ/∂q̇ of the inverse dynamic model, n × n each.
+    by_position: Vec<f64>,
+    by_velocity: Vec<f64>,
 }
 
 /// Variations of a motion with b parameters, each n × b, a row per joint.
@@ -31,46 +24,52 @@ pub(crate) struct Variation<'a> {
 }
 
 impl VariationWorkspace {
-    pub(crate) fn new(model: &Model, parameters: &[f64]) -> Self {
+    /// For the parameters in these columns.
+    pub(crate) fn new(model: &Model, columns: &[usize]) -> Self {
+        let n = model.joints();
         Self {
-            duals: Workspace::new(),
-            plain: Workspace::new(),
-            parameters: parameters.iter().map(|&value| Dual::constant(value)).collect(),
-            regressor: vec![0.0; model.joints() * parameters.len()],
-            partials: [[0.0; 2 * MAX_JOINTS]; MAX_JOINTS],
+            columns: model.regressor_columns(columns),
+            regressor: vec![0.0; n * columns.len()],
+            by_position: vec![0.0; n * n],
+            by_velocity: vec![0.0; n * n],
         }
     }
 }
 
 impl Model {
-    /// ∂q̈/∂θ (n × b) of the parameters in these columns, from the derivative of τ = φ θ along the
-    /// motion, with the dependence of the motion on θ:
+    /// ∂q̈/∂θ (n × b) of the parameters that the workspace is for, from the derivative of τ = φ θ
+    /// along the motion (q̇, q̈), with the dependence of the motion on θ:
     ///
     /// M δq̈ = δτ − φ δθ − ∂(φθ)/∂q δq − ∂(φθ)/∂q̇ δq̇
     ///
-    /// `solved` is where [`direct_dynamics`](Self::direct_dynamics) found this `ddq`: its mass
-    /// matrix is factorised there.
+    /// `solved` is where [`direct_dynamics`](Self::direct_dynamics) found this q̈ with these
+    /// `parameters`: the poses of the links are there, and the factorised mass matrix.
     pub(crate) fn acceleration_variation(
         &self,
         ws: &mut VariationWorkspace,
-        solved: &Workspace<f64>,
-        columns: &[usize],
-        motion: [&[f64]; 3],
+        solved: &mut Workspace<f64>,
+        parameters: &[f64],
+        [dq, ddq]: [&[f64]; 2],
         variation: Variation<'_>,
         out: &mut [f64],
     ) {
-        let (n, width) = (self.joints(), columns.len());
-        let [q, dq, ddq] = motion;
-        self.inverse_dynamics_partials(ws, motion);
-        self.regressor(&mut ws.plain, q, dq, ddq, &mut ws.regressor);
-        let all = self.parameter_names().len();
+        let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
+        self.partials_of_poses(solved, parameters, dq, ddq, by_position, by_velocity);
+        self.regressor_of_poses(solved, columns, dq, ddq, regressor);
+        let (n, width) = (self.joints(), columns.width());
         for (i, out) in out.chunks_exact_mut(width).enumerate() {
-            out.copy_from_slice(&variation.torque[i * width..(i + 1) * width]);
-            for (out, &column) in out.iter_mut().zip(columns) {
-                *out -= ws.regressor[i * all + column];
+            let row = i * width..(i + 1) * width;
+            for ((out, torque), entry) in
+                out.iter_mut().zip(&variation.torque[row.clone()]).zip(&regressor[row])
+            {
+                *out = torque - entry;
             }
             for j in 0..n {
-                let (by_q, by_dq) = (ws.partials[i][j], ws.partials[i][n + j]);
+                let (by_q, by_dq) = (by_position[i * n + j], by_velocity[i * n + j]);
+                // Many torques do not depend on the joint at all.
+                if by_q == 0.0 && by_dq == 0.0 {
+                    continue;
+                }
                 let rows = j * width..(j + 1) * width;
                 let changes =
                     (variation.position[rows.clone()].iter()).zip(&variation.velocity[rows]);
@@ -80,29 +79,5 @@ impl Model {
             }
         }
         self.solve_mass(solved, width, out);
-    }
-
-    /// Fills `ws.partials` at constant q̈.
-    fn inverse_dynamics_partials(&self, ws: &mut VariationWorkspace, motion: [&[f64]; 3]) {
-        let n = self.joints();
-        let zero = Dual::constant(0.0);
-        let ([mut q, mut dq, mut ddq], mut tau) = ([[zero; MAX_JOINTS]; 3], [zero; MAX_JOINTS]);
-        for first in (0..2 * n).step_by(DIRECTIONS) {
-            // Directions 0 to n − 1 are positions, n to 2n − 1 velocities.
-            let seed =
-                |value: f64, direction: usize| Dual::variable(value, direction.wrapping_sub(first));
-            for j in 0..n {
-                q[j] = seed(motion[0][j], j);
-                dq[j] = seed(motion[1][j], n + j);
-                ddq[j] = Dual::constant(motion[2][j]);
-            }
-            let (q, dq, ddq, tau) = (&q[..n], &dq[..n], &ddq[..n], &mut tau[..n]);
-            self.inverse_dynamics(&mut ws.duals, &ws.parameters, q, dq, ddq, tau);
-            for (partials, tau) in ws.partials.iter_mut().zip(tau) {
-                for (partial, slope) in partials[..2 * n].iter_mut().skip(first).zip(tau.slope) {
-                    *partial = slope;
-                }
-            }
-        }
     }
 }

@@ -34,17 +34,16 @@ pub fn observation_matrix(
         .flat_map(|joint| (0..selection.columns().len()).map(move |parameter| (joint, parameter)))
         .filter(|&(joint, parameter)| pattern[joint * width + selection.columns()[parameter]])
         .collect();
-    let places: Vec<usize> = entries
-        .iter()
-        .map(|&(joint, parameter)| joint * width + selection.columns()[parameter])
-        .collect();
+    let columns = model.regressor_columns(selection.columns());
+    let places: Vec<usize> =
+        entries.iter().map(|&(joint, parameter)| joint * columns.width() + parameter).collect();
 
     let mut workspace = Workspace::new();
-    let mut regressor = vec![0.0; joints * width];
+    let mut regressor = vec![0.0; joints * columns.width()];
     let signals = decimation.decimate(samples, places.len(), counted, |k, values| {
         let [q, dq, ddq] = motion.at(k);
         let (q, dq, ddq) = (&q[..joints], &dq[..joints], &ddq[..joints]);
-        model.regressor(&mut workspace, q, dq, ddq, &mut regressor);
+        model.selected_regressor(&mut workspace, &columns, q, dq, ddq, &mut regressor);
         for (value, &place) in values.iter_mut().zip(&places) {
             *value = regressor[place];
         }

@@ -142,7 +142,7 @@ impl<R: Reference> ClosedLoop<R> {
         }
         self.plant.parameters.copy_from_slice(parameters);
         if let Some(variation) = &mut self.plant.variation {
-            variation.restart(&self.plant.model, parameters);
+            variation.restart();
         }
         if let Some((controller, hold)) = &mut self.varied {
             controller.reset();

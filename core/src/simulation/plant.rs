@@ -121,11 +121,11 @@ impl<R: Reference> Plant<R> {
                 let point = ReferencePoint::at(&self.reference, time_s);
                 error = point.error(q);
             }
-            let motion = [q, dq, &*ddq];
             variation.rate(
                 &self.model,
-                &self.workspace,
-                motion,
+                &mut self.workspace,
+                &self.parameters,
+                [dq, &*ddq],
                 &error[..n],
                 derivatives,
                 derivative_rates,

@@ -27,7 +27,7 @@ pub struct Sensitivities<'a> {
 /// model where it matters.
 pub(super) struct PlantVariation {
     workspace: VariationWorkspace,
-    columns: Vec<usize>,
+    width: usize,
     joints: usize,
     /// The law, where the controller acts at every instant.
     continuous: Option<CommandVariation>,
@@ -38,17 +38,15 @@ pub(super) struct PlantVariation {
 impl PlantVariation {
     pub(super) fn new(
         model: &Model,
-        parameters: &[f64],
-        columns: Vec<usize>,
+        columns: &[usize],
         continuous: Option<CommandVariation>,
     ) -> Self {
-        let (workspace, joints) = (VariationWorkspace::new(model, parameters), model.joints());
-        let torque = vec![0.0; joints * columns.len()];
-        Self { workspace, columns, joints, continuous, torque }
+        let (workspace, joints) = (VariationWorkspace::new(model, columns), model.joints());
+        let width = columns.len();
+        Self { workspace, width, joints, continuous, torque: vec![0.0; joints * width] }
     }
 
-    pub(super) fn restart(&mut self, model: &Model, parameters: &[f64]) {
-        self.workspace = VariationWorkspace::new(model, parameters);
+    pub(super) fn restart(&mut self) {
         self.torque.fill(0.0);
     }
 
@@ -57,18 +55,19 @@ impl PlantVariation {
         self.torque.copy_from_slice(torque);
     }
 
-    /// The rates of the derivatives at this motion (q, q̇, q̈), whose acceleration was `solved`.
-    /// `error` is q_r − q under a continuous controller.
+    /// The rates of the derivatives at this motion (q̇, q̈), whose acceleration was `solved` with
+    /// these parameters. `error` is q_r − q under a continuous controller.
     pub(super) fn rate(
         &mut self,
         model: &Model,
-        solved: &Workspace<f64>,
-        motion: [&[f64]; 3],
+        solved: &mut Workspace<f64>,
+        parameters: &[f64],
+        motion: [&[f64]; 2],
         error: &[f64],
         derivatives: &[f64],
         rates: &mut [f64],
     ) {
-        let size = self.joints * self.columns.len();
+        let size = self.joints * self.width;
         let (position, rest) = derivatives.split_at(size);
         let (velocity, integral) = rest.split_at(size);
         let (position_rate, rest) = rates.split_at_mut(size);
@@ -83,7 +82,7 @@ impl PlantVariation {
         model.acceleration_variation(
             workspace,
             solved,
-            &self.columns,
+            parameters,
             motion,
             variation,
             velocity_rate,
@@ -91,7 +90,7 @@ impl PlantVariation {
     }
 
     pub(super) fn sensitivities<'a>(&'a self, derivatives: &'a [f64]) -> Sensitivities<'a> {
-        let size = self.joints * self.columns.len();
+        let size = self.joints * self.width;
         Sensitivities { position: &derivatives[..size], torque: &self.torque }
     }
 }
@@ -125,8 +124,7 @@ impl<R: Reference> ClosedLoop<R> {
         });
         let continuous = self.sampled.is_none().then_some(command);
         let model = &self.plant.model;
-        self.plant.variation =
-            Some(PlantVariation::new(model, &parameters, columns.to_vec(), continuous));
+        self.plant.variation = Some(PlantVariation::new(model, columns, continuous));
         self.computed = vec![0.0; joints * width];
         let size = states * (1 + width);
         self.stages = Stages::new(size);

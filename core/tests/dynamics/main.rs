@@ -9,6 +9,7 @@ mod energy;
 mod generic;
 mod golden;
 mod identities;
+mod kernels;
 mod metamorphic;
 mod robot_file;
 mod tx40;
