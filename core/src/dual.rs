@@ -104,11 +104,11 @@ impl<const N: usize> Scalar for Dual<N> {
         Self { value, slope: [0.0; N] }
     }
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.value.sin_cos();
+        let (sin, cos) = Scalar::sin_cos(self.value);
         (self.chain(sin, cos), self.chain(cos, -sin))
     }
     fn tanh(self) -> Self {
-        let tanh = self.value.tanh();
+        let tanh = Scalar::tanh(self.value);
         self.chain(tanh, 1.0 - tanh * tanh)
     }
     fn sqrt(self) -> Self {

@@ -12,6 +12,7 @@
 pub mod control;
 pub mod dual;
 pub mod dynamics;
+mod elementary;
 pub mod identification;
 pub mod regression;
 pub mod robot;

@@ -4,6 +4,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::elementary;
+
 /// A field with the few functions that rigid-body dynamics and friction use.
 ///
 /// Branches on a value are expressed as functions (`sign`, `dead_band_sign`), so that a type that
@@ -26,6 +28,15 @@ pub trait Scalar:
     fn sin_cos(self) -> (Self, Self);
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
+    /// Sines and cosines of several angles, which may be faster together.
+    fn sin_cos_of<const L: usize>(angles: [Self; L]) -> ([Self; L], [Self; L]) {
+        let both = angles.map(Self::sin_cos);
+        (both.map(|(sin, _)| sin), both.map(|(_, cos)| cos))
+    }
+    /// Hyperbolic tangents of several values, which may be faster together.
+    fn tanh_of<const L: usize>(values: [Self; L]) -> [Self; L] {
+        values.map(Self::tanh)
+    }
     /// Square root; NaN for a negative value.
     fn sqrt(self) -> Self;
     /// −1, 0 or 1; 0 at exactly 0.
@@ -46,10 +57,18 @@ impl Scalar for f64 {
         value
     }
     fn sin_cos(self) -> (Self, Self) {
-        f64::sin_cos(self)
+        let ([sin], [cos]) = elementary::sin_cos([self]);
+        (sin, cos)
     }
     fn tanh(self) -> Self {
-        f64::tanh(self)
+        let [tanh] = elementary::tanh([self]);
+        tanh
+    }
+    fn sin_cos_of<const L: usize>(angles: [Self; L]) -> ([Self; L], [Self; L]) {
+        elementary::sin_cos(angles)
+    }
+    fn tanh_of<const L: usize>(values: [Self; L]) -> [Self; L] {
+        elementary::tanh(values)
     }
     fn sqrt(self) -> Self {
         f64::sqrt(self)

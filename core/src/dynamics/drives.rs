@@ -28,6 +28,9 @@ struct CoulombTerm {
     direction: Vec<(usize, f64)>,
 }
 
+/// Signs that are computed together.
+const TOGETHER: usize = MAX_JOINTS;
+
 /// The terms of all drives, each with the column of its parameter.
 #[derive(Clone, Debug)]
 pub(super) struct Drives {
@@ -103,14 +106,18 @@ impl Drives {
         for &Term { column, row, input, factor } in &self.viscous {
             add(row, column, T::constant(factor) * dq[input]);
         }
-        for CoulombTerm { column, direction } in &self.coulomb {
-            let mut speed = T::zero();
-            for &(joint, s) in direction {
-                speed += T::constant(s) * dq[joint];
+        for terms in self.coulomb.chunks(TOGETHER) {
+            let mut speeds = [T::zero(); TOGETHER];
+            for (speed, term) in speeds.iter_mut().zip(terms) {
+                for &(joint, s) in &term.direction {
+                    *speed += T::constant(s) * dq[joint];
+                }
             }
-            let sign = self.sign_model.value(speed);
-            for &(joint, s) in direction {
-                add(joint, *column, T::constant(s) * sign);
+            let signs = self.sign_model.values(speeds);
+            for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
+                for &(joint, s) in direction {
+                    add(joint, *column, T::constant(s) * sign);
+                }
             }
         }
         for &(column, row) in &self.offset {

@@ -2,6 +2,7 @@
 
 use super::vector::Vector3;
 use super::{Model, Workspace};
+use crate::MAX_JOINTS;
 use crate::robot::{Angle, Joint, JointKind};
 use crate::scalar::Scalar;
 
@@ -25,13 +26,13 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    fn new(joint: &Joint, q: T) -> Self {
+    /// From the joint's position and the sine and cosine of it.
+    fn new(joint: &Joint, q: T, (sin, cos): (T, T)) -> Self {
         let Joint { kind, alpha, theta, d_m, r_m, .. } = *joint;
         let (cos0, sin0) = (T::constant(theta.cos), T::constant(theta.sin));
         let (cos_theta, sin_theta, r) = match kind {
             JointKind::Revolute => {
                 // The offset is added as a rotation, not to q: quarter turns stay exact.
-                let (sin, cos) = q.sin_cos();
                 (cos * cos0 - sin * sin0, sin * cos0 + cos * sin0, T::constant(r_m))
             }
             JointKind::Prismatic => (cos0, sin0, T::constant(r_m) + q),
@@ -95,8 +96,16 @@ impl<T: Scalar> Motion<T> {
 impl Model {
     /// Fills the poses of all links.
     pub(super) fn place<T: Scalar>(&self, ws: &mut Workspace<T>, q: &[T]) {
-        for ((pose, joint), q) in ws.poses.iter_mut().zip(&self.chain).zip(q) {
-            *pose = Pose::new(joint, *q);
+        let mut angles = [T::zero(); MAX_JOINTS];
+        for ((angle, joint), q) in angles.iter_mut().zip(&self.chain).zip(q) {
+            if joint.kind == JointKind::Revolute {
+                *angle = *q;
+            }
+        }
+        let (sines, cosines) = T::sin_cos_of(angles);
+        let both = sines.into_iter().zip(cosines);
+        for (((pose, joint), q), both) in ws.poses.iter_mut().zip(&self.chain).zip(q).zip(both) {
+            *pose = Pose::new(joint, *q, both);
         }
     }
 

@@ -88,10 +88,11 @@ impl Moving {
         let wrench = times(&inertia, acceleration).join(velocity.carry(momentum));
         let (w, u, h) = (velocity.angular, velocity.linear, inertia.first_moment);
         let half_trace = 0.5 * inertia.trace();
-        let coriolis = UNIT.map(|unit| {
-            let unit = Vector3::constant(unit);
+        let column = |unit: Vector3<f64>| {
             w.cross(unit.scale(half_trace) - inertia.rotate(unit)) + h.cross(u.cross(unit))
-        });
+        };
+        let [x, y, z] = UNIT;
+        let coriolis = [column(x), column(y), column(z)];
         Self { inertia, wrench, coriolis, momentum: momentum.force }
     }
 
@@ -120,7 +121,11 @@ impl Moving {
     }
 }
 
-const UNIT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const UNIT: [Vector3<f64>; 3] = [
+    Vector3 { x: 1.0, y: 0.0, z: 0.0 },
+    Vector3 { x: 0.0, y: 1.0, z: 0.0 },
+    Vector3 { x: 0.0, y: 0.0, z: 1.0 },
+];
 
 /// I w = (J c + h × b, m b − h × c) for w = (c, b).
 fn times(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
@@ -225,7 +230,7 @@ impl Model {
         axes: &mut [Axis; MAX_JOINTS],
         links: &mut [Option<Moving>; MAX_JOINTS],
     ) {
-        let [x, y, z] = UNIT.map(Vector3::constant);
+        let [x, y, z] = UNIT;
         let (mut frame, mut origin) = ([x, y, z], Vector3::zero());
         let mut velocity = Twist::zero();
         let lifted = Vector3::constant(self.gravity_m_s2.map(|g| -g));
@@ -235,7 +240,8 @@ impl Model {
             let in_base =
                 |v: Vector3<f64>| frame[0].scale(v.x) + frame[1].scale(v.y) + frame[2].scale(v.z);
             origin = origin + in_base(pose.origin);
-            frame = [x, y, z].map(|unit| in_base(pose.to_previous(unit)));
+            let column = |unit| in_base(pose.to_previous(unit));
+            frame = [column(x), column(y), column(z)];
             let z = frame[2];
             let axis = match joint.kind {
                 JointKind::Revolute => Twist { angular: z, linear: origin.cross(z) },

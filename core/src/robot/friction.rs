@@ -34,6 +34,17 @@ impl SignModel {
             Self::Tanh { width_rad_s } => (speed / T::constant(width_rad_s)).tanh(),
         }
     }
+
+    /// The model's values at several speeds.
+    pub(crate) fn values<T: Scalar, const L: usize>(self, speeds: [T; L]) -> [T; L] {
+        match self {
+            Self::Tanh { width_rad_s } => {
+                let width = T::constant(width_rad_s);
+                T::tanh_of(speeds.map(|speed| speed / width))
+            }
+            Self::Sign | Self::DeadBand { .. } => speeds.map(|speed| self.value(speed)),
+        }
+    }
 }
 
 /// Which friction terms every joint has: τ_f = fv q̇ + fc sign(q̇) + off.
