@@ -28,6 +28,10 @@ pub trait Scalar:
     fn sin_cos(self) -> (Self, Self);
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
+    /// Whether it is 0 in every lane with every derivative; false where that is not known.
+    fn is_zero(self) -> bool {
+        false
+    }
     /// Sines and cosines of several angles, which may be faster together.
     fn sin_cos_of<const L: usize>(angles: [Self; L]) -> ([Self; L], [Self; L]) {
         let both = angles.map(Self::sin_cos);
@@ -63,6 +67,9 @@ impl Scalar for f64 {
     fn tanh(self) -> Self {
         let [tanh] = elementary::tanh([self]);
         tanh
+    }
+    fn is_zero(self) -> bool {
+        self == 0.0
     }
     fn sin_cos_of<const L: usize>(angles: [Self; L]) -> ([Self; L], [Self; L]) {
         elementary::sin_cos(angles)

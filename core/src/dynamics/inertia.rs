@@ -27,6 +27,7 @@ pub(super) struct Wrench<T> {
 
 impl<T: Scalar> Inertia<T> {
     /// From ten parameters in the order xx xy xz yy yz zz mx my mz m.
+    #[inline(always)]
     pub(super) fn from_parameters(p: &[T; 10]) -> Self {
         let [xx, xy, xz, yy, yz, zz, mx, my, mz, mass] = *p;
         Self { xx, xy, xz, yy, yz, zz, first_moment: Vector3::new(mx, my, mz), mass }
@@ -38,6 +39,7 @@ impl<T: Scalar> Inertia<T> {
     }
 
     /// J v.
+    #[inline(always)]
     pub(super) fn rotate(&self, v: Vector3<T>) -> Vector3<T> {
         Vector3::new(
             self.xx * v.x + self.xy * v.y + self.xz * v.z,
@@ -48,6 +50,7 @@ impl<T: Scalar> Inertia<T> {
 
     /// What the motion of the body takes (Newton and Euler about the frame's origin), with ms the
     /// first moments: F = m a + ω̇ × ms + ω × (ω × ms) and N = J ω̇ + ω × J ω + ms × a.
+    #[inline(always)]
     pub(super) fn wrench(&self, motion: &Motion<T>) -> Wrench<T> {
         let Motion { angular_velocity: w, angular_acceleration: dw, acceleration: a } = *motion;
         let ms = self.first_moment;
@@ -115,6 +118,7 @@ impl<T: Scalar> Wrench<T> {
     }
 
     /// The same wrench at the previous link's origin: (A f, A n + p × A f).
+    #[inline(always)]
     pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
         let force = pose.to_previous(self.force);
         let moment = pose.to_previous(self.moment) + pose.origin.cross(force);

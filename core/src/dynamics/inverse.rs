@@ -67,10 +67,11 @@ impl Model {
         self.check_joints(q);
         self.friction(parameters, dq, tau);
         self.place(ws, q);
-        self.propagate(ws, dq, ddq);
+        let links = self.heavy_links(parameters);
+        self.propagate(ws, links, dq, ddq);
         // Inward: what link j takes, and all that hangs on it.
         let mut carried = Wrench::zero();
-        for (j, joint) in self.chain.iter().enumerate().rev() {
+        for (j, joint) in self.chain[..links].iter().enumerate().rev() {
             let link: Inertia<T> = self.link(parameters, j);
             let total = link.wrench(&ws.motions[j]).join(carried);
             tau[j] += match joint.kind {

@@ -109,16 +109,22 @@ impl Model {
         }
     }
 
-    /// Fills the motions of all links from their poses: the outward recursion of Luh, Walker and
+    /// Fills the motions of the first `links` links from their poses: the outward recursion of Luh, Walker and
     /// Paul in Khalil's form (Khalil and Dombre, ch. 9.5). With A the rotation to the link's
     /// frame, p the origin's place, ω, ω̇ and a those of the previous link:
     ///
     /// revolute  ω_j = A ω + q̇ z,  ω̇_j = A ω̇ + q̈ z + A ω × q̇ z,  a_j = A (a + ω̇ × p + ω × (ω × p))
     /// prismatic ω_j = A ω,  ω̇_j = A ω̇,  a_j = A (…) + q̈ z + 2 A ω × q̇ z
-    pub(super) fn propagate<T: Scalar>(&self, ws: &mut Workspace<T>, dq: &[T], ddq: Option<&[T]>) {
+    pub(super) fn propagate<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        links: usize,
+        dq: &[T],
+        ddq: Option<&[T]>,
+    ) {
         let mut previous = Motion::zero();
         previous.acceleration = Vector3::constant(self.gravity_m_s2.map(|g| -g));
-        for (j, joint) in self.chain.iter().enumerate() {
+        for (j, joint) in self.chain.iter().enumerate().take(links) {
             let pose = ws.poses[j];
             let Motion { angular_velocity, angular_acceleration, acceleration } = previous;
             let centripetal = angular_velocity.cross(angular_velocity.cross(pose.origin));

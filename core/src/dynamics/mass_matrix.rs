@@ -3,6 +3,7 @@
 use super::inertia::{Inertia, Wrench};
 use super::vector::Vector3;
 use super::{Model, Workspace};
+use crate::MAX_JOINTS;
 use crate::robot::JointKind;
 use crate::scalar::Scalar;
 
@@ -32,8 +33,12 @@ impl Model {
 
     /// Fills the workspace's mass matrix from its poses.
     pub(super) fn composite<T: Scalar>(&self, ws: &mut Workspace<T>, parameters: &[T]) {
+        let links = self.heavy_links(parameters);
+        for row in &mut ws.mass {
+            *row = [T::zero(); MAX_JOINTS];
+        }
         let mut body: Option<Inertia<T>> = None;
-        for (j, joint) in self.chain.iter().enumerate().rev() {
+        for (j, joint) in self.chain[..links].iter().enumerate().rev() {
             // Link j and all that hangs on it, as one body in the frame of link j.
             let own = self.link(parameters, j);
             let whole = body.map_or(own, |outer| own.join(outer.to_previous(&ws.poses[j + 1])));

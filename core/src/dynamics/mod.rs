@@ -98,6 +98,13 @@ impl Model {
         Inertia::from_parameters(&ten)
     }
 
+    /// How many links there are up to the last with inertia: those beyond take no torque.
+    fn heavy_links<T: Scalar>(&self, parameters: &[T]) -> usize {
+        let has_inertia =
+            |first: &usize| parameters[*first..*first + 10].iter().any(|value| !value.is_zero());
+        self.first_columns.iter().rposition(has_inertia).map_or(0, |last| last + 1)
+    }
+
     fn check_joints<T>(&self, slice: &[T]) {
         assert_eq!(slice.len(), self.joints(), "one entry per joint");
     }

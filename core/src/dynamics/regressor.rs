@@ -109,7 +109,7 @@ impl Model {
         let width = columns.width;
         assert_eq!(out.len(), self.joints() * width, "one row per joint, one column per parameter");
         out.fill(T::zero());
-        self.propagate(ws, dq, Some(ddq));
+        self.propagate(ws, columns.links.len(), dq, Some(ddq));
 
         let z = Vector3::along_z(T::constant(1.0));
         let mut axes = [(Vector3::zero(), Vector3::zero()); MAX_JOINTS];

@@ -258,7 +258,7 @@ impl<R: Reference> ClosedLoop<R> {
             }
         }
         self.plant.check_bounds(end_s, &self.trial)?;
-        self.state.copy_from_slice(&self.trial);
+        core::mem::swap(&mut self.state, &mut self.trial);
         Ok(())
     }
 

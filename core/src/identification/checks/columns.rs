@@ -7,6 +7,7 @@ use crate::MAX_JOINTS;
 use crate::dynamics::Workspace;
 use crate::identification::error::IdentificationError;
 use crate::identification::prefilter::Motion;
+use crate::scalar::Scalar;
 use crate::signal::central_difference;
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
@@ -49,8 +50,10 @@ impl<'a> Columns<'a> {
         let laws =
             self.subject.decimation.decimate(speed.len(), BENDS.len(), counted, |k, laws| {
                 let u = speed[k];
-                for (law, bend) in laws.iter_mut().zip(BENDS) {
-                    *law = (u / (bend * highest)).tanh() - sign.value(u);
+                let bent = f64::tanh_of(BENDS.map(|bend| u / (bend * highest)));
+                let model = sign.value(u);
+                for (law, bent) in laws.iter_mut().zip(bent) {
+                    *law = bent - model;
                 }
             });
         let laws = laws.map_err(IdentificationError::RegressorFilter)?;

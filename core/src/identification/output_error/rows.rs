@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::identification::error::IdentificationError;
 use crate::identification::experiment::Experiment;
-use crate::signal::ParallelDecimation;
+use crate::signal::{ParallelDecimation, SignalError};
 
 /// Which samples become rows, and the filter before.
 pub(super) struct Rows<'a> {
@@ -29,14 +29,19 @@ impl<'a> Rows<'a> {
         signals: &DMatrix<f64>,
         signal: &'static str,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let mut rows = Vec::with_capacity(self.kept.len() * self.joints);
-        for (joint, column) in (1..).zip(signals.column_iter()) {
-            let mut values: Vec<f64> = column.iter().copied().collect();
-            let failed = |cause| IdentificationError::Signal { signal, joint, cause };
-            self.decimation.filter(&mut values).map_err(failed)?;
-            rows.extend(self.kept.iter().filter_map(|&k| values.get(k)));
-        }
-        Ok(DVector::from_vec(rows))
+        let rows = self.decimation.decimate_columns(signals, self.counted.clone());
+        let rows = rows.map_err(|cause| {
+            let joint = match cause {
+                SignalError::NotFinite { index } => signals
+                    .row(index)
+                    .iter()
+                    .position(|value| !value.is_finite())
+                    .unwrap_or_default(),
+                _ => 0,
+            };
+            IdentificationError::Signal { signal, joint: joint + 1, cause }
+        })?;
+        Ok(DVector::from_column_slice(rows.as_slice()))
     }
 
     /// Ψ, filtered as the signals are.
