@@ -88,7 +88,7 @@ impl Grid {
             };
             let base = scenarios[motion].1.clone();
             let scenario = level.simulated(base).map_err(|error| wrong(error.to_string()))?;
-            let cell = level.described(cell.clone());
+            let cell = level.described(cell.clone()).map_err(|error| wrong(error.to_string()))?;
             described += &format!("{scenario:?}{:?}", cell.didim);
             grid.cells.push(GridCell { levels, scenario, cell, motion });
         }

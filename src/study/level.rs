@@ -1,7 +1,8 @@
 //! What a level of an axis changes: the arm that is simulated, or what is known of its controller.
 
+use didim_core::control::ControlError;
 use didim_core::simulation::{NoiseConfig, Unmodelled};
-use didim_sim::{Scenario, ScenarioError};
+use didim_sim::{Payload, Scenario, ScenarioError};
 use serde::Deserialize;
 
 use crate::cell::Cell;
@@ -24,7 +25,7 @@ pub struct Level {
     pub unmodelled: Option<Unmodelled>,
     /// What the arm carries, and nobody says.
     #[serde(default)]
-    pub payload: Option<f64>,
+    pub payload: Option<Payload>,
     /// Bandwidth of the arm's controller, and of the one that the cell describes, over that of the
     /// files.
     #[serde(default)]
@@ -114,11 +115,20 @@ impl Level {
         if let Some(unmodelled) = &self.unmodelled {
             scenario = scenario.with_unmodelled(unmodelled.clone())?;
         }
-        Ok(scenario)
+        if let Some(payload) = self.payload {
+            scenario = scenario.with_payload(payload)?;
+        }
+        match self.bandwidth {
+            Some(factor) => scenario.with_bandwidth(factor),
+            None => Ok(scenario),
+        }
     }
 
     /// The cell that identifies it, with the controller that it takes for the arm's.
-    pub(super) fn described(&self, mut cell: Cell) -> Cell {
+    ///
+    /// # Errors
+    /// [`ControlError`] where a factor is not positive.
+    pub(super) fn described(&self, mut cell: Cell) -> Result<Cell, ControlError> {
         let bandwidth = self.bandwidth.unwrap_or(1.0) * self.described_bandwidth.unwrap_or(1.0);
         let gain = self.described_gain.unwrap_or(1.0);
         let controllers = [
@@ -126,8 +136,8 @@ impl Level {
             cell.output_error.as_mut().map(|options| &mut options.controller),
         ];
         for controller in controllers.into_iter().flatten() {
-            let _ = (controller, bandwidth, gain);
+            *controller = controller.clone().with_bandwidth(bandwidth)?.with_gain(gain);
         }
-        cell
+        Ok(cell)
     }
 }
