@@ -70,7 +70,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         )));
     }
     if arguments.json {
-        return print(&json);
+        let line = serde_json::to_string(&summary).map_err(CliError::failed)?;
+        return print(&format!("{line}\n"));
     }
     print(&table(&summary))?;
     print(&format!("\n{}", times(&grid, &progress, threads, begin.elapsed())))?;

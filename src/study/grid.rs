@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use didim_core::identification::Method;
+use didim_core::trajectory::RandomMoves;
 use didim_sim::Scenario;
 
 use super::PlanError;
@@ -10,6 +11,9 @@ use super::level::Level;
 use super::plan::Plan;
 use super::torque::ReferenceTorque;
 use crate::cell::{Cell, sha256};
+
+/// Which scenario, and what is moved otherwise.
+type Motion = (String, Option<RandomMoves>);
 
 /// One cell of the grid: an arm and who identifies it.
 #[derive(Debug)]
@@ -69,28 +73,30 @@ impl Grid {
             motions: Vec::new(),
             plan,
         };
-        let mut scenarios: Vec<(String, Scenario)> = Vec::new();
+        let mut moving: Vec<(Motion, Scenario)> = Vec::new();
         let mut described = String::new();
         for levels in combinations(&grid.plan) {
             let level = combined(&grid.plan, &levels);
-            let name = level.scenario.as_ref().unwrap_or(&grid.plan.scenario);
             let key = key_of(&grid.plan, &levels);
             let wrong = |problem: String| PlanError::value(path, key.clone(), problem);
-            let motion = match scenarios.iter().position(|(known, _)| known == name) {
-                Some(motion) => motion,
+            let name = level.scenario.as_ref().unwrap_or(&grid.plan.scenario);
+            let motion = (name.clone(), level.random_moves.clone());
+            let index = match moving.iter().position(|(known, _)| *known == motion) {
+                Some(index) => index,
                 None => {
                     let scenario = read_scenario(name, folder, &cell).map_err(&wrong)?;
+                    let scenario = level.moved(scenario).map_err(|e| wrong(e.to_string()))?;
                     let factor = cell.options.decimation_filter.factor;
                     grid.motions.push(ReferenceTorque::new(&scenario, &cell.base, factor));
-                    scenarios.push((name.clone(), scenario));
-                    scenarios.len() - 1
+                    moving.push((motion, scenario));
+                    moving.len() - 1
                 }
             };
-            let base = scenarios[motion].1.clone();
-            let scenario = level.simulated(base).map_err(|error| wrong(error.to_string()))?;
+            let scenario = moving[index].1.clone();
+            let scenario = level.simulated(scenario).map_err(|error| wrong(error.to_string()))?;
             let cell = level.described(cell.clone()).map_err(|error| wrong(error.to_string()))?;
             described += &format!("{scenario:?}{:?}", cell.didim);
-            grid.cells.push(GridCell { levels, scenario, cell, motion });
+            grid.cells.push(GridCell { levels, scenario, cell, motion: index });
         }
         grid.scenario_sha256 = sha256(&[&described]);
         Ok(grid)

@@ -2,6 +2,7 @@
 
 use didim_core::control::ControlError;
 use didim_core::simulation::{NoiseConfig, Unmodelled};
+use didim_core::trajectory::RandomMoves;
 use didim_sim::{Payload, Scenario, ScenarioError};
 use serde::Deserialize;
 
@@ -17,6 +18,9 @@ pub struct Level {
     /// plan.
     #[serde(default)]
     pub scenario: Option<String>,
+    /// Another motion of the same length, drawn at random.
+    #[serde(default)]
+    pub random_moves: Option<RandomMoves>,
     /// All random disturbances; the seed is that of the run.
     #[serde(default)]
     pub noise: Option<Noise>,
@@ -62,6 +66,7 @@ impl Level {
     pub(super) fn keys(&self) -> impl Iterator<Item = &'static str> {
         [
             ("scenario", self.scenario.is_some()),
+            ("random_moves", self.random_moves.is_some()),
             ("noise", self.noise.is_some()),
             ("unmodelled", self.unmodelled.is_some()),
             ("payload", self.payload.is_some()),
@@ -78,6 +83,7 @@ impl Level {
         Self {
             name: self.name,
             scenario: self.scenario.or_else(|| other.scenario.clone()),
+            random_moves: self.random_moves.or_else(|| other.random_moves.clone()),
             noise: self.noise.or_else(|| other.noise.clone()),
             unmodelled: self.unmodelled.or_else(|| other.unmodelled.clone()),
             payload: self.payload.or(other.payload),
@@ -98,7 +104,21 @@ impl Level {
         factors.into_iter().find(|(_, factor)| !(factor.is_finite() && *factor > 0.0))
     }
 
-    /// The arm of this level.
+    /// The scenario along the motion of this level.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Trajectory`] where it is no motion for the arm.
+    pub(super) fn moved(&self, scenario: Scenario) -> Result<Scenario, ScenarioError> {
+        match &self.random_moves {
+            Some(random) => {
+                let moves = random.draw(scenario.limits())?;
+                scenario.with_moves(&moves)
+            }
+            None => Ok(scenario),
+        }
+    }
+
+    /// The arm of this level, whose motion is that of the scenario.
     ///
     /// # Errors
     /// [`ScenarioError`] where something does not fit the arm.
