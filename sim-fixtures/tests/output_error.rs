@@ -74,6 +74,7 @@ fn options(scenario: &Scenario) -> OutputErrorOptions {
         integrator: scenario.simulation().integrator,
         substeps: scenario.simulation().substeps,
         start: Start::Nominal,
+        didim_steps: 0,
         sensitivities: SensitivityMethod::Exact,
         optimiser: Optimiser::LevenbergMarquardt,
         convergence: ConvergenceLimits::default(),

@@ -32,7 +32,7 @@ mod verdict;
 
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
-pub use error::IdentificationError;
+pub use error::{Failure, IdentificationError};
 pub use estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
     SingularValues, Verdict,
