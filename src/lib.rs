@@ -11,4 +11,5 @@ pub mod service;
 pub mod status;
 pub mod store;
 pub mod stream;
+pub mod study;
 pub mod worker;

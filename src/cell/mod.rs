@@ -249,7 +249,7 @@ fn resolve(address: BusAddress, folder: &Path) -> BusAddress {
 }
 
 /// SHA-256 of several texts, each preceded by its length so that no two lists give one digest.
-fn sha256(texts: &[&str]) -> String {
+pub(crate) fn sha256(texts: &[&str]) -> String {
     use sha2::{Digest, Sha256};
 
     let mut digest = Sha256::new();

@@ -15,6 +15,7 @@ mod run;
 mod signals;
 mod sim;
 mod status;
+mod study;
 mod window;
 
 use std::process::ExitCode;
@@ -44,6 +45,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Identify offline, from a CSV experiment or a candump log
     Identify(identify::Arguments),
+    /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
+    Study(study::Arguments),
     /// Convert between a CSV experiment and a candump log
     Convert(convert::Arguments),
     /// Show what a running service knows
@@ -72,6 +75,7 @@ pub fn main() -> ExitCode {
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
+        Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),

@@ -178,7 +178,7 @@ pub(super) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
     found
 }
 
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

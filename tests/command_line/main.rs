@@ -20,4 +20,5 @@ mod logs;
 mod outputs;
 mod pipeline;
 mod report;
+mod study;
 mod tables;

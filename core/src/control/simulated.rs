@@ -56,6 +56,42 @@ impl SimulatedController {
         }
     }
 
+    /// The controllers of a loop whose bandwidth is `factor` times as large
+    /// ([`ControllerConfig::with_bandwidth`]).
+    ///
+    /// # Errors
+    /// [`ControlError`] when the factor is not finite and positive.
+    pub fn with_bandwidth(self, factor: f64) -> Result<Self, ControlError> {
+        Ok(match self {
+            Self::Cabinet { timing, joints, rescale_to_inertia_kg_m2 } => {
+                let config = ControllerConfig { timing, joints }.with_bandwidth(factor)?;
+                Self::Cabinet { timing, joints: config.joints, rescale_to_inertia_kg_m2 }
+            }
+            Self::Bandwidth { timing, mut bandwidth_hz, damping, acceleration_feed_forward } => {
+                bandwidth_hz.iter_mut().for_each(|hz| *hz *= factor);
+                Self::Bandwidth { timing, bandwidth_hz, damping, acceleration_feed_forward }
+            }
+        })
+    }
+
+    /// The controllers whose feedback is `factor` times as large, as if all torque gains were.
+    #[must_use]
+    pub fn with_gain(mut self, factor: f64) -> Self {
+        match &mut self {
+            Self::Cabinet { joints, .. } => {
+                for joint in joints {
+                    *joint = joint.scaled(factor);
+                }
+            }
+            // J ω² and 2 ζ J ω by this factor; J q̈_r is no feedback.
+            Self::Bandwidth { bandwidth_hz, damping, .. } => {
+                bandwidth_hz.iter_mut().for_each(|hz| *hz *= factor.sqrt());
+                *damping *= factor.sqrt();
+            }
+        }
+        self
+    }
+
     /// The controllers for joints of these inertias \[kg·m²\], one per joint, all above 0, without
     /// torque limits.
     ///

@@ -44,6 +44,15 @@ impl Robot {
         self
     }
 
+    /// The same robot with each nominal parameter, if it has any, multiplied by the factor of its
+    /// name; asked for in the order of [`NominalParameters::listed`].
+    #[must_use]
+    pub fn with_scaled_nominal(mut self, factor: impl FnMut(&str) -> f64) -> Self {
+        let table = &self.parameters;
+        self.nominal = self.nominal.map(|n| n.scaled(|name| table.find(name), factor));
+        self
+    }
+
     /// The name that results carry.
     pub fn name(&self) -> &str {
         &self.name

@@ -13,6 +13,23 @@ impl NominalParameters {
         Self { listed, standard }
     }
 
+    /// The same parameters, each multiplied by the factor of its name; `column` finds a name's place
+    /// in the model.
+    pub(super) fn scaled(
+        mut self,
+        column: impl Fn(&str) -> Option<usize>,
+        mut factor: impl FnMut(&str) -> f64,
+    ) -> Self {
+        for (name, value) in &mut self.listed {
+            let factor = factor(name);
+            *value *= factor;
+            if let Some(standard) = column(name).and_then(|column| self.standard.get_mut(column)) {
+                *standard *= factor;
+            }
+        }
+        self
+    }
+
     /// The values as listed in the file (`zz1r` or `zz1`), in the order of the model's columns.
     pub fn listed(&self) -> &[(String, f64)] {
         &self.listed

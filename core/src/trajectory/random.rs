@@ -3,12 +3,14 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
+use serde::{Deserialize, Serialize};
 
 use super::{JointLimits, Move, MoveSequence, TrajectoryError};
 
 /// A generator of random move sequences. The same data give the same sequence on every machine:
 /// ChaCha is defined bit by bit and the versions are locked.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RandomMoves {
     /// Chooses the sequence.
     pub seed: u64,

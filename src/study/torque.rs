@@ -1,0 +1,114 @@
+//! How wrong a model is, in torque.
+
+use didim_core::MAX_JOINTS;
+use didim_core::dynamics::{BaseParameters, Model, Workspace};
+use didim_core::identification::ParameterEstimate;
+use didim_core::trajectory::Reference as _;
+use didim_sim::Scenario;
+
+/// A parameter that makes so much of the torque along the motion is large.
+const LARGE_SHARE: f64 = 0.05;
+
+/// The torque of an arm along its planned motion, as its base parameters make it.
+#[derive(Clone, Debug)]
+pub struct ReferenceTorque {
+    names: Vec<String>,
+    truth: Vec<f64>,
+    /// Column after column, a row per joint and instant: X.
+    columns: Vec<Vec<f64>>,
+    /// ‖X θ‖.
+    norm: f64,
+}
+
+impl ReferenceTorque {
+    /// The motion of a scenario, at every `decimation`-th of its samples.
+    pub fn new(scenario: &Scenario, base: &BaseParameters, decimation: usize) -> Self {
+        let model = Model::new(scenario.robot());
+        let (joints, width) = (model.joints(), model.parameter_names().len());
+        let period_s = scenario.controller().timing.sample_period_s();
+        let (mut names, mut truth) = (Vec::new(), Vec::new());
+        for (name, value) in scenario.truth() {
+            names.push(name.clone());
+            truth.push(*value);
+        }
+        let mut columns = vec![Vec::new(); names.len()];
+        let (mut workspace, mut regressor) = (Workspace::new(), vec![0.0; joints * width]);
+        for sample in (0..scenario.samples()).step_by(decimation.max(1)) {
+            let [mut q, mut dq, mut ddq] = [[0.0; MAX_JOINTS]; 3];
+            #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+            let time_s = sample as f64 * period_s;
+            scenario.trajectory().at(time_s, &mut q, &mut dq, &mut ddq);
+            let (q, dq, ddq) = (&q[..joints], &dq[..joints], &ddq[..joints]);
+            model.regressor(&mut workspace, q, dq, ddq, &mut regressor);
+            for (column, &of_model) in columns.iter_mut().zip(base.columns()) {
+                column.extend((0..joints).map(|joint| regressor[joint * width + of_model]));
+            }
+        }
+        let norm = norm_of_sum(&columns, &truth);
+        Self { names, truth, columns, norm }
+    }
+
+    /// ‖X (θ̂ − θ)‖ / ‖X θ‖ over all joints; a parameter that is not identified is taken for 0.
+    pub fn deviation(&self, estimate: &[ParameterEstimate]) -> f64 {
+        let value = |name: &String| {
+            estimate.iter().find(|parameter| parameter.name == *name).map_or(0.0, |p| p.value)
+        };
+        let differences: Vec<f64> =
+            self.names.iter().zip(&self.truth).map(|(name, truth)| value(name) - truth).collect();
+        norm_of_sum(&self.columns, &differences) / self.norm
+    }
+
+    /// The true value of a base parameter.
+    pub fn truth(&self, name: &str) -> Option<f64> {
+        let index = self.names.iter().position(|own| own == name)?;
+        self.truth.get(index).copied()
+    }
+
+    /// Whether a parameter makes at least 5 % of the torque: ‖X_k θ_k‖ / ‖X θ‖.
+    pub fn is_large(&self, name: &str) -> bool {
+        let Some(index) = self.names.iter().position(|own| own == name) else { return false };
+        let column = &self.columns[index..=index];
+        norm_of_sum(column, &self.truth[index..=index]) >= LARGE_SHARE * self.norm
+    }
+}
+
+/// ‖Σ_k X_k θ_k‖.
+fn norm_of_sum(columns: &[Vec<f64>], factors: &[f64]) -> f64 {
+    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
+    for (column, factor) in columns.iter().zip(factors) {
+        sum.iter_mut().zip(column).for_each(|(sum, value)| *sum += factor * value);
+    }
+    sum.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(truth: &[(String, f64)], factor: f64) -> Vec<ParameterEstimate> {
+        let parameter = |(name, value): &(String, f64)| ParameterEstimate {
+            name: name.clone(),
+            value: factor * value,
+            standard_deviation: 1.0,
+            classical_standard_deviation: 1.0,
+            relative_standard_deviation: 1.0,
+        };
+        truth.iter().map(parameter).collect()
+    }
+
+    /// Torques are linear in the parameters: all 5 % too large is a deviation of 5 %; none at all,
+    /// one of 100 %.
+    #[test]
+    fn the_deviation_is_that_of_the_torque() {
+        let scenario = didim_sim::tx40_paper().unwrap();
+        let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
+        let torque = ReferenceTorque::new(&scenario, &base, 125);
+        let deviation = |factor| torque.deviation(&estimate(scenario.truth(), factor));
+        assert!(deviation(1.0) < 1e-15);
+        assert!((deviation(1.05) - 0.05).abs() < 1e-12);
+        assert!((torque.deviation(&[]) - 1.0).abs() < 1e-12);
+        // Gravity of the upper arm is large, a wrist's inertia is not; nor is what nobody knows.
+        assert!(torque.is_large("mx2r") && torque.is_large("fc2"));
+        assert!(!torque.is_large("ia6") && !torque.is_large("nothing"));
+    }
+}

@@ -1,0 +1,237 @@
+//! `didim study`: a study that was interrupted, and one on other threads, gives the same files.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::support::{Folder, didim, packed_cell, shipped};
+
+/// What a study leaves beside its runs.
+const DERIVED: [&str; 7] = [
+    "applicable.svg",
+    "converged.svg",
+    "rms-deviation.svg",
+    "study.json",
+    "study.md",
+    "torque-deviation.svg",
+    "wrongly-accepted.svg",
+];
+
+fn smoke() -> String {
+    shipped("studies/smoke.toml")
+}
+
+fn study(plan: &str, out: &str, jobs: &str) -> String {
+    didim(&["study", "--plan", plan, "--out", out, "--jobs", jobs]).done()
+}
+
+/// The smoke study in one go on one thread; made once.
+fn whole() -> &'static str {
+    static WHOLE: OnceLock<String> = OnceLock::new();
+    WHOLE.get_or_init(|| {
+        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("smoke-study");
+        let _ = std::fs::remove_dir_all(&out);
+        let out = out.to_str().unwrap().to_owned();
+        let text = study(&smoke(), &out, "1");
+        assert!(text.contains("12 runs added") && text.contains("on 1 threads"), "{text}");
+        out
+    })
+}
+
+fn read(folder: &str, file: &str) -> String {
+    std::fs::read_to_string(Path::new(folder).join(file)).unwrap()
+}
+
+#[track_caller]
+fn assert_same_files(folder: &str) {
+    for file in DERIVED {
+        assert_eq!(read(folder, file), read(whole(), file), "{file}");
+    }
+}
+
+fn runs(folder: &str) -> Vec<String> {
+    let mut lines: Vec<String> = read(folder, "runs.jsonl").lines().map(str::to_owned).collect();
+    lines.sort();
+    lines
+}
+
+#[test]
+fn runs_and_figures_are_what_a_known_truth_says() {
+    let json: Value = serde_json::from_str(&read(whole(), "study.json")).unwrap();
+    assert_eq!((&json["runs"], &json["planned"]), (&12.into(), &12.into()));
+    let cells = json["cells"].as_array().unwrap();
+    let cell = |error: &str, method: &str| {
+        let found = cells.iter().find(|cell| {
+            cell["levels"] == serde_json::json!(["low", error]) && cell["method"] == method
+        });
+        found.unwrap()
+    };
+    let deviation = |cell: &Value| cell["figures"]["torque_deviation_median"].as_f64().unwrap();
+    for method in ["idim-ls", "didim"] {
+        assert!(deviation(cell("none", method)) < 1e-4);
+        // Every torque is 5 % too large, and so is the model.
+        assert!((deviation(cell("all gains 5 %", method)) - 0.05).abs() < 2e-3);
+    }
+    // Nothing in its signals tells IDIM-LS; DIDIM knows the controller.
+    assert_eq!(cell("all gains 5 %", "idim-ls")["wrongly_accepted"], 2);
+    assert_eq!(cell("all gains 5 %", "didim")["rightly_refused"], 1);
+    // Two methods on two by two cells, and the legend's classes.
+    let svg = read(whole(), "applicable.svg");
+    assert_eq!(svg.matches("<rect class=\"c").count(), 8 + 7);
+}
+
+/// What is torn was not written; the rest is not run again.
+#[test]
+fn an_interrupted_study_goes_on_and_ends_the_same() {
+    let folder = Folder::new();
+    let out = folder.path("out");
+    std::fs::create_dir(&out).unwrap();
+    let lines = read(whole(), "runs.jsonl");
+    let fifth = lines.match_indices('\n').nth(4).unwrap().0;
+    std::fs::write(Path::new(&out).join("runs.jsonl"), &lines[..fifth + 100]).unwrap();
+    let text = study(&smoke(), &out, "3");
+    assert!(text.contains("8 runs added") && text.contains("on 3 threads"), "{text}");
+    assert_same_files(&out);
+    assert_eq!(runs(&out), runs(whole()));
+    // Another time there is nothing to do.
+    assert!(study(&smoke(), &out, "2").contains("0 runs added"));
+    assert_same_files(&out);
+}
+
+#[test]
+fn an_interrupt_ends_the_study_and_keeps_its_runs() {
+    let folder = Folder::new();
+    let out = folder.path("out");
+    let child = Command::new(env!("CARGO_BIN_EXE_didim"))
+        .args(["study", "--plan", &smoke(), "--out", &out, "--jobs", "1"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let path = Path::new(&out).join("runs.jsonl");
+    let written = || std::fs::read_to_string(&path).is_ok_and(|text| text.lines().count() > 1);
+    while !written() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no run in a minute");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let id = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(id, rustix::process::Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("of 12 runs; the same command goes on from there"), "{stderr}");
+    assert!(output.stdout.is_empty());
+    assert!(read(&out, "study.md").contains("of 12 runs: 4 cells of the grid"));
+    study(&smoke(), &out, "2");
+    assert_same_files(&out);
+}
+
+/// A plan of the test's own.
+struct Plan(Folder);
+
+impl Plan {
+    /// The smoke study with edits.
+    #[track_caller]
+    fn with(edits: &[(&str, &str)]) -> Self {
+        let folder = Folder::new();
+        let mut text = std::fs::read_to_string(smoke()).unwrap();
+        text = text.replacen("../cells/tx40-packed-fd.toml", &packed_cell(), 1);
+        for (from, to) in edits {
+            assert!(text.contains(from), "the plan has no {from:?}");
+            text = text.replacen(from, to, 1);
+        }
+        folder.file("plan.toml", &text);
+        Self(folder)
+    }
+
+    fn path(&self) -> String {
+        self.0.path("plan.toml")
+    }
+}
+
+#[test]
+fn one_json_object_and_more_seeds_go_on_from_those_that_are_there() {
+    let few = [
+        ("seeds = 2", "seeds = 1"),
+        ("[[axis.level]]\nname = \"high\"", "[[axis.level]]\nname = \"more\""),
+    ];
+    let one = Plan::with(&few);
+    let out = one.0.path("out");
+    let command = |plan: &Plan| didim(&["study", "--plan", &plan.path(), "--out", &out, "--json"]);
+    let text = command(&one).done();
+    assert_eq!((text.matches('\n').count(), text.ends_with('\n')), (1, true), "{text}");
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["runs"], 8);
+    // The runs of before are as they were; those of seeds that nobody wants any more do not count.
+    let before = runs(&out);
+    let two = Plan::with(&few[1..]);
+    let json: Value = serde_json::from_str(&command(&two).done()).unwrap();
+    assert_eq!(json["runs"], 12);
+    assert!(before.iter().all(|line| runs(&out).contains(line)));
+    let json: Value = serde_json::from_str(&command(&one).done()).unwrap();
+    assert_eq!(json["runs"], 8);
+}
+
+#[test]
+fn a_folder_belongs_to_one_study() {
+    let folder = Folder::new();
+    let out = folder.path("out");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::copy(Path::new(whole()).join("runs.jsonl"), Path::new(&out).join("runs.jsonl"))
+        .unwrap();
+    let before = folder.names();
+    for (from, to, what) in [
+        ("name = \"smoke\"", "name = \"other\"", "the name differs"),
+        ("start = \"idim-ls\"", "start = \"nominal\"", "the plan differs"),
+    ] {
+        let plan = Plan::with(&[(from, to)]);
+        didim(&["study", "--plan", &plan.path(), "--out", &out])
+            .refused(1, &["runs.jsonl", "another study", what, "choose another folder"]);
+    }
+    assert_eq!(folder.names(), before);
+    let damaged = read(&out, "runs.jsonl").replacen("\"seed\":1", "\"seed\":x", 1);
+    std::fs::write(Path::new(&out).join("runs.jsonl"), damaged).unwrap();
+    didim(&["study", "--plan", &smoke(), "--out", &out])
+        .refused(1, &["runs.jsonl: line 2", "remove that line"]);
+}
+
+/// Each mistake is named with file and key, before anything is simulated or written.
+#[test]
+fn mistakes_in_a_plan_are_named() {
+    let gains = "torque_gain = [1.05, 1.05, 1.05, 1.05, 1.05, 1.05]";
+    let cases: [(&str, &str, &[&str]); 15] = [
+        ("scenario =", "scenarios =", &["line 4", "unknown field `scenarios`"]),
+        ("seeds = 2", "seeds = -2", &["line 8", "seeds = -2"]),
+        ("seeds = 2", "seeds = 0", &["method \"idim-ls\", seeds", "at least 1"]),
+        ("seeds = 2", "seeds = 20000000", &["`max_runs`", "80000004 runs in 4 cells", "100000"]),
+        ("seeds = 2", "seeds = 2\nstart = \"nominal\"", &["start", "leave it out"]),
+        ("start = \"idim-ls\"", "nominal_deviation = 0.1", &["start = \"nominal\""]),
+        ("method = \"didim\"", "method = \"idim-ls\"", &["`method.name`", "is there twice"]),
+        ("method = \"didim\"", "method = \"dydim\"", &["line 11", "dydim"]),
+        ("name = \"low\"", "name = \"high\"", &["axis \"noise\"", "\"high\" is there twice"]),
+        ("name = \"low\"", "name = \"low\"\npayloads = 1", &["payloads", "unknown field"]),
+        (gains, "torque_gain = [1.05]", &["error of the model = all gains 5 %", "torque_gain"]),
+        (
+            "name = \"low\"",
+            "name = \"low\"\nunmodelled = {}",
+            &["level \"all gains 5 %\", unmodelled", "axis \"noise\" sets it too"],
+        ),
+        ("name = \"low\"", "name = \"low\"\nbandwidth = 0.0", &["bandwidth", "not above 0"]),
+        ("\"tx40-paper\"", "\"nowhere.toml\"", &["nowhere.toml", "No such file", "tx40-physical"]),
+        ("\"tx40-paper\"", "\"tx40-physical\"", &["robot `tx40-physical`", "`tx40`"]),
+    ];
+    for (from, to, says) in cases {
+        let plan = Plan::with(&[(from, to)]);
+        let says = [&["plan.toml"], says].concat();
+        let out = plan.0.path("out");
+        didim(&["study", "--plan", &plan.path(), "--out", &out]).refused(78, &says);
+        assert!(!Path::new(&out).exists(), "{to}");
+    }
+    let plan = Plan::with(&[("tx40-packed-fd.toml", "nowhere.toml")]);
+    didim(&["study", "--plan", &plan.path(), "--out", "/nowhere"])
+        .refused(78, &["`cell`", "nowhere.toml"]);
+}
