@@ -47,6 +47,8 @@ fn one_object_with_the_promised_keys() {
         "parameters",
         "condition_number",
         "singular_values",
+        "unweighted_condition_number",
+        "unweighted_singular_values",
         "relative_error",
         "relative_error_per_joint",
         "rms_error_per_joint_nm",

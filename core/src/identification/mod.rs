@@ -27,6 +27,7 @@ mod options;
 mod output_error;
 mod prefilter;
 mod selection;
+mod simulation_error;
 mod simulator;
 mod verdict;
 

@@ -11,6 +11,7 @@
 mod arm;
 mod exact;
 mod failures;
+mod figures;
 mod instruments;
 #[path = "../didim/looped.rs"]
 #[allow(dead_code, reason = "shared with the tests of DIDIM, which use more of it")]

@@ -32,6 +32,14 @@ pub(in crate::identification) enum Equation {
     Instrumented,
 }
 
+/// The last simulation, its equation and the solution.
+pub(in crate::identification) struct Converged {
+    /// The parameters that were simulated (b).
+    pub(in crate::identification) simulated: DVector<f64>,
+    pub(in crate::identification) observations: Observations,
+    pub(in crate::identification) solution: Solution,
+}
+
 /// From a start to parameters that stand still.
 pub(in crate::identification) struct Iteration<'a> {
     experiment: &'a Experiment,
@@ -109,18 +117,18 @@ impl<'a> Iteration<'a> {
         self.simulator.motion()
     }
 
-    /// The equation of the last simulation and its solution.
+    /// Until the estimates stand still.
     pub(in crate::identification) fn run(
         &mut self,
         start: DVector<f64>,
-    ) -> Result<(Observations, Solution), IdentificationError> {
+    ) -> Result<Converged, IdentificationError> {
         let mut previous = None;
         let mut parameters = start;
         loop {
             let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
             let (observations, solution) = self.solve()?;
             if self.converged(&observations, &solution, &parameters, halvings)? {
-                return Ok((observations, solution));
+                return Ok(Converged { simulated: parameters, observations, solution });
             }
             let next = solution.parameters;
             previous = Some(core::mem::replace(&mut parameters, next));

@@ -21,6 +21,7 @@ use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
 use super::observation::observation_matrix;
+use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::regression::Observations;
@@ -107,6 +108,8 @@ fn identify(
     let regressor =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
+    let torques = Some((&torque, &optimum.point.torque));
+    let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
     let along = Observations::new(regressor, torque, robot.joints()).map_err(named)?;
     let torque_residuals = match output {
         Output::Torque => optimum.solution.residuals.clone(),
@@ -138,11 +141,12 @@ fn identify(
             checked: output == Output::Torque,
         }),
         solution: &optimum.solution,
-        unweighted_condition_number: unweighted.condition_number(),
+        unweighted: &unweighted,
         iterations: optimum.linear_steps,
         simulations: problem.simulations,
         convergence: optimum.steps,
         reference: Some(problem.simulator.source()),
+        simulation_errors: Some(simulation_errors),
         controller_error_per_joint: controller_error,
         limits: &options.regression.limits,
         instrument_correlation: None,
