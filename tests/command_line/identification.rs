@@ -56,6 +56,7 @@ fn one_object_with_the_promised_keys() {
         "relative_prediction_deviation_per_joint",
         "durbin_watson_expected",
         "whiteness_per_joint",
+        "ljung_box_per_joint",
         "effective_rows_per_joint",
         "torque_delay_per_joint",
         "model_checks",

@@ -15,7 +15,7 @@ use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, RowFilter, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
@@ -122,6 +122,7 @@ impl Findings<'_> {
                 }
             });
         let statistics = torque.residual_statistics(residuals);
+        let ljung_box = analysis.spectrum().ljung_box_per_joint();
         let own_statistics = observations.residual_statistics(&solution.residuals);
         let (position_errors, torque_errors) = match self.simulation_errors {
             Some(errors) => (Some(errors.position_per_joint), errors.torque_per_joint),
@@ -144,7 +145,8 @@ impl Findings<'_> {
             relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
             durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
-            whiteness_per_joint: analysis.spectrum().whiteness_per_joint(),
+            whiteness_per_joint: ljung_box.iter().map(LjungBox::probability).collect(),
+            ljung_box_per_joint: ljung_box,
             effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
             torque_delay_per_joint: checks.torque_delay_per_joint,
             model_checks: checks.model_checks,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::checks::{ModelCheck, TorqueDelay};
-use crate::regression::{NoiseAutocorrelation, Solution};
+use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
@@ -117,6 +117,8 @@ pub struct Estimate {
     /// The probability that white noise behind the decimation filter has residuals as correlated
     /// as those of each joint.
     pub whiteness_per_joint: Vec<f64>,
+    /// The test that says so.
+    pub ljung_box_per_joint: Vec<LjungBox>,
     /// How many independent rows those of each joint are worth where a mean is formed.
     pub effective_rows_per_joint: Vec<f64>,
     /// How much later than stated each joint's torque acts; null where the motion does not tell.
