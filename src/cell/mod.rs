@@ -130,6 +130,7 @@ impl Cell {
             position_filter: file.identification.position_filter,
             decimation_filter: file.identification.decimation_filter,
             parameters: file.identification.parameters.clone(),
+            robust: file.identification.robust,
             limits: file.identification.limits,
         };
         file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;

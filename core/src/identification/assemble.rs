@@ -51,6 +51,8 @@ pub(super) struct Findings<'a> {
     pub(super) torque: Option<TorqueRows<'a>>,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
+    /// Rows that an M-estimate weights down, where it is one.
+    pub(super) downweighted_rows_per_joint: Option<Vec<usize>>,
     /// The solution of the same equation without weights.
     pub(super) unweighted: &'a Solution,
     pub(super) iterations: u32,
@@ -154,6 +156,7 @@ impl Findings<'_> {
             simulations: self.simulations,
             convergence: self.convergence,
             reference: self.reference,
+            downweighted_rows_per_joint: self.downweighted_rows_per_joint,
             relative_position_error_per_joint: position_errors,
             simulated_torque_error_per_joint: torque_errors,
             controller_error_per_joint: self.controller_error_per_joint,

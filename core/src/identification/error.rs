@@ -4,6 +4,7 @@ use core::ops::Range;
 
 use thiserror::Error;
 
+use super::method::Method;
 use super::selection::Selection;
 use super::verdict::LimitError;
 use crate::regression::RegressionError;
@@ -264,6 +265,13 @@ pub enum IdentificationError {
         signal: &'static str,
         /// Every parameter that takes part.
         parameters: Vec<String>,
+    },
+    /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
+    /// method, or no robust weights.
+    #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
+    NotRobust {
+        /// The method.
+        method: Method,
     },
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]

@@ -30,6 +30,7 @@ mod selection;
 mod simulation_error;
 mod simulator;
 mod verdict;
+mod weighting;
 
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};

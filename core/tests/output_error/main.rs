@@ -17,5 +17,6 @@ mod instruments;
 #[allow(dead_code, reason = "shared with the tests of DIDIM, which use more of it")]
 mod looped;
 mod loops;
+mod robust;
 mod sensitivity;
 mod variants;
