@@ -10,12 +10,12 @@ use super::estimate::{
 };
 use super::experiment::Experiment;
 use super::method::Method;
-use super::prefilter::{Motion, row_times};
+use super::prefilter::{Motion, row_filter, row_times};
 use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::{LjungBox, Observations, ResidualAnalysis, RowFilter, Solution};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
@@ -76,9 +76,8 @@ impl Findings<'_> {
     /// The estimate with its verdict, and the fit.
     pub(super) fn assemble(self) -> Result<Identification, IdentificationError> {
         let Self { selection, observations, solution, decimation, .. } = self;
-        let noise_power = |ratio| decimation.noise_power(ratio);
         let rows = observations.rows_per_joint();
-        let filter = RowFilter::new(rows, decimation.cutoff_ratio().min(1.0), noise_power);
+        let filter = row_filter(decimation, rows);
         let analysis = ResidualAnalysis::new(observations, solution, &filter);
         let classical = solution.standard_deviations();
         let covariance = analysis.covariance();

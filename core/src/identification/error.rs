@@ -273,6 +273,12 @@ pub enum IdentificationError {
         /// The method.
         method: Method,
     },
+    /// A level of significance is no probability. Remedy: 0.05 is usual.
+    #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
+    Level {
+        /// The level given.
+        level: f64,
+    },
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]
     Regression(RegressionError),

@@ -16,6 +16,7 @@
 mod analysis;
 mod autocorrelation;
 mod error;
+mod exclusion;
 mod extension;
 mod ljung_box;
 mod observations;
@@ -29,6 +30,7 @@ mod spectrum_shape;
 pub use analysis::ResidualAnalysis;
 pub use autocorrelation::{NoiseAutocorrelation, autocorrelation};
 pub use error::RegressionError;
+pub use exclusion::Exclusion;
 pub use extension::Extension;
 pub use ljung_box::LjungBox;
 pub use observations::Observations;
