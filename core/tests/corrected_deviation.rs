@@ -4,7 +4,7 @@
 
 use core::f64::consts::TAU;
 
-use didim_core::regression::{Observations, ResidualAnalysis, RowFilter};
+use didim_core::regression::{LjungBox, Observations, ResidualAnalysis, RowFilter};
 use didim_core::signal::ParallelDecimation;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -93,8 +93,8 @@ struct Scatter {
     corrected: f64,
     /// Share of the estimates within 2 and 3 corrected σ.
     within: [f64; 2],
-    /// Share of the joints whose residuals are called coloured at a level of 5 %.
-    coloured: f64,
+    /// The probability that every joint's residuals are white noise, of all repetitions.
+    whiteness: Vec<f64>,
 }
 
 fn scatter(count: usize, memory: f64, repetitions: u64) -> Scatter {
@@ -103,7 +103,7 @@ fn scatter(count: usize, memory: f64, repetitions: u64) -> Scatter {
     let noise_power = |ratio| decimation.noise_power(ratio);
     let filter = RowFilter::new(count, decimation.cutoff_ratio(), noise_power);
     let truth = DVector::from_fn(PARAMETERS, |c, _| 1.0 + c as f64);
-    let (mut sums, mut coloured) = ([0.0; 4], 0.0);
+    let (mut sums, mut whiteness) = ([0.0; 4], Vec::new());
     for seed in 0..repetitions {
         let mut noise = Noise::new(seed, memory);
         let noise = rows(count, &decimation, |_| {
@@ -115,8 +115,8 @@ fn scatter(count: usize, memory: f64, repetitions: u64) -> Scatter {
         let solution = observations.weighted(&levels).unwrap();
         let analysis = ResidualAnalysis::new(&observations, &solution, &filter);
         let corrected = analysis.covariance();
-        let whiteness = analysis.spectrum().whiteness_per_joint();
-        coloured += whiteness.iter().filter(|p| **p < 0.05).count() as f64;
+        let tests = analysis.spectrum().ljung_box_per_joint();
+        whiteness.extend(tests.iter().map(LjungBox::probability));
         for c in 0..PARAMETERS {
             let deviation = solution.parameters[c] - truth[c];
             let z = deviation / corrected[(c, c)].sqrt();
@@ -128,19 +128,15 @@ fn scatter(count: usize, memory: f64, repetitions: u64) -> Scatter {
     }
     let [classical, corrected, two, three] =
         sums.map(|sum| sum / (repetitions as f64 * PARAMETERS as f64));
-    let coloured = coloured / (repetitions as f64 * JOINTS as f64);
     let within = [two, three];
-    Scatter { classical: classical.sqrt(), corrected: corrected.sqrt(), within, coloured }
+    Scatter { classical: classical.sqrt(), corrected: corrected.sqrt(), within, whiteness }
 }
 
 /// 400 repetitions of 12 parameters: the standard error of a root mean square is about 0.011, of
 /// the share within 2 σ about 0.4 %, of that within 3 σ about 0.1 %.
 fn check(memory: f64, classical: core::ops::Range<f64>) -> Scatter {
     let found = scatter(ROWS, memory, 400);
-    println!(
-        "{:.3} {:.3} {:?} {:.3}",
-        found.classical, found.corrected, found.within, found.coloured
-    );
+    println!("{:.3} {:.3} {:?}", found.classical, found.corrected, found.within);
     assert!(classical.contains(&found.classical), "classical {}", found.classical);
     assert!((found.corrected - 1.0).abs() < 0.06, "corrected {}", found.corrected);
     assert!((found.within[0] - 0.9545).abs() < 0.02, "within 2: {}", found.within[0]);
@@ -151,16 +147,26 @@ fn check(memory: f64, classical: core::ops::Range<f64>) -> Scatter {
 /// White noise that passed the filter: the classical σ is small by √(1/0.8) = 1.12.
 #[test]
 fn corrects_for_the_decimation_filter() {
-    let found = check(0.0, 1.09..1.15);
-    // Of 1200 tests: a standard error of 0.6 %, and the statistic is χ² in long records only.
-    assert!((0.02..0.08).contains(&found.coloured), "{} called coloured", found.coloured);
+    let mut whiteness = check(0.0, 1.09..1.15).whiteness;
+    // Kolmogorov's statistic of 1200 probabilities, which are uniform: above 1.63/√1200 = 0.047 in one
+    // of a hundred.
+    whiteness.sort_by(f64::total_cmp);
+    let count = whiteness.len() as f64;
+    let steps = whiteness.iter().enumerate();
+    let distance = |(k, p): (usize, &f64)| (p - (k as f64 + 0.5) / count).abs() + 0.5 / count;
+    let distance = steps.map(distance).fold(0.0, f64::max);
+    let below = |level: f64| whiteness.iter().filter(|p| **p < level).count() as f64 / count;
+    println!("{distance:.3} from uniform; {:.4} {:.4} {:.4}", below(0.01), below(0.05), below(0.2));
+    assert!(distance < 1.63 / count.sqrt(), "{distance}");
+    // Standard errors of 0.3 and 0.6 %.
+    assert!(below(0.01) < 0.02 && (0.03..0.07).contains(&below(0.05)), "{}", below(0.05));
 }
 
 /// Noise that remembers 1.5 rows.
 #[test]
 fn corrects_for_coloured_noise() {
     let found = check((-1.0 / (1.5 * FACTOR as f64)).exp(), 1.4..2.2);
-    assert!(found.coloured > 0.99, "{} called coloured", found.coloured);
+    assert!(found.whiteness.iter().all(|p| *p < 1e-3));
 }
 
 /// As few rows as the verdict allows: σ is uncertain itself then, and the deviations are wider than

@@ -62,6 +62,7 @@ fn options(scenario: &Scenario) -> OutputErrorOptions {
                 factor: 125,
             },
             parameters: Some(listed.iter().map(|(name, _)| name.clone()).collect()),
+            robust: None,
             limits: VerdictLimits::default(),
         },
         decimated: true,

@@ -10,11 +10,12 @@ use super::estimate::{
 };
 use super::experiment::Experiment;
 use super::method::Method;
-use super::prefilter::{Motion, row_times};
+use super::prefilter::{Motion, row_filter, row_times};
 use super::selection::Selection;
+use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
@@ -50,14 +51,18 @@ pub(super) struct Findings<'a> {
     pub(super) torque: Option<TorqueRows<'a>>,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
-    /// Condition number of the observation matrix without weights.
-    pub(super) unweighted_condition_number: f64,
+    /// Rows that an M-estimate weights down, where it is one.
+    pub(super) downweighted_rows_per_joint: Option<Vec<usize>>,
+    /// The solution of the same equation without weights.
+    pub(super) unweighted: &'a Solution,
     pub(super) iterations: u32,
     pub(super) simulations: u32,
     /// The way there, where there was one.
     pub(super) convergence: Vec<ConvergenceStep>,
     /// What the simulated loops followed.
     pub(super) reference: Option<ReferenceSource>,
+    /// How far the last simulated loop is from the measurements, where there was one.
+    pub(super) simulation_errors: Option<SimulationErrors>,
     /// How far the described controller is from the recorded one, where that can be told.
     pub(super) controller_error_per_joint: Option<Vec<f64>>,
     pub(super) limits: &'a VerdictLimits,
@@ -71,9 +76,8 @@ impl Findings<'_> {
     /// The estimate with its verdict, and the fit.
     pub(super) fn assemble(self) -> Result<Identification, IdentificationError> {
         let Self { selection, observations, solution, decimation, .. } = self;
-        let noise_power = |ratio| decimation.noise_power(ratio);
         let rows = observations.rows_per_joint();
-        let filter = RowFilter::new(rows, decimation.cutoff_ratio().min(1.0), noise_power);
+        let filter = row_filter(decimation, rows);
         let analysis = ResidualAnalysis::new(observations, solution, &filter);
         let classical = solution.standard_deviations();
         let covariance = analysis.covariance();
@@ -118,9 +122,13 @@ impl Findings<'_> {
                     relative_standard_deviation: sd / value.abs(),
                 }
             });
-        let (max, min) = solution.extreme_singular_values();
         let statistics = torque.residual_statistics(residuals);
+        let ljung_box = analysis.spectrum().ljung_box_per_joint();
         let own_statistics = observations.residual_statistics(&solution.residuals);
+        let (position_errors, torque_errors) = match self.simulation_errors {
+            Some(errors) => (Some(errors.position_per_joint), errors.torque_per_joint),
+            None => (None, None),
+        };
         let mut estimate = Estimate {
             schema: SCHEMA,
             method: self.method.name().to_owned(),
@@ -129,15 +137,17 @@ impl Findings<'_> {
             rows: observations.matrix().nrows(),
             parameters: parameters.collect(),
             condition_number: solution.condition_number(),
-            singular_values: SingularValues { max, min },
-            unweighted_condition_number: self.unweighted_condition_number,
+            singular_values: SingularValues::of(solution),
+            unweighted_condition_number: self.unweighted.condition_number(),
+            unweighted_singular_values: SingularValues::of(self.unweighted),
             relative_error: statistics.relative_error,
             relative_error_per_joint: statistics.relative_error_per_joint,
             rms_error_per_joint_nm: statistics.rms_per_joint,
             relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
             durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
-            whiteness_per_joint: analysis.spectrum().whiteness_per_joint(),
+            whiteness_per_joint: ljung_box.iter().map(LjungBox::probability).collect(),
+            ljung_box_per_joint: ljung_box,
             effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
             torque_delay_per_joint: checks.torque_delay_per_joint,
             model_checks: checks.model_checks,
@@ -145,6 +155,9 @@ impl Findings<'_> {
             simulations: self.simulations,
             convergence: self.convergence,
             reference: self.reference,
+            downweighted_rows_per_joint: self.downweighted_rows_per_joint,
+            relative_position_error_per_joint: position_errors,
+            simulated_torque_error_per_joint: torque_errors,
             controller_error_per_joint: self.controller_error_per_joint,
             smallest_instrument_correlation: self.instrument_correlation,
             verdict: Verdict::default(),
@@ -163,6 +176,7 @@ impl Findings<'_> {
             time_s: row_times(self.experiment.counted(), decimation, rate_hz),
             measured: per_joint(torque, measured),
             predicted: per_joint(torque, &(measured - residuals)),
+            equation_residuals: per_joint(observations, &solution.residuals),
             white_noise: filter.autocorrelation_of_white_noise(rows, LAGS),
         };
         Ok(Identification { estimate, fit })

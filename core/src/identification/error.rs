@@ -5,6 +5,7 @@ use core::ops::Range;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::method::Method;
 use super::selection::Selection;
 use super::verdict::LimitError;
 use crate::regression::RegressionError;
@@ -265,6 +266,19 @@ pub enum IdentificationError {
         signal: &'static str,
         /// Every parameter that takes part.
         parameters: Vec<String>,
+    },
+    /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
+    /// method, or no robust weights.
+    #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
+    NotRobust {
+        /// The method.
+        method: Method,
+    },
+    /// A level of significance is no probability. Remedy: 0.05 is usual.
+    #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
+    Level {
+        /// The level given.
+        level: f64,
     },
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]

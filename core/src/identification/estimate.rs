@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::checks::{ModelCheck, TorqueDelay};
 use super::error::Failure;
-use crate::regression::NoiseAutocorrelation;
+use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
@@ -24,13 +24,21 @@ pub struct ParameterEstimate {
     pub relative_standard_deviation: f64,
 }
 
-/// The extreme singular values of the weighted observation matrix.
+/// The extreme singular values of an observation matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SingularValues {
     /// Largest.
     pub max: f64,
     /// Smallest.
     pub min: f64,
+}
+
+impl SingularValues {
+    /// Of the matrix that was solved.
+    pub(super) fn of(solution: &Solution) -> Self {
+        let (max, min) = solution.extreme_singular_values();
+        Self { max, min }
+    }
 }
 
 /// Whether a result may be used, and if not, why not, in words.
@@ -105,6 +113,8 @@ pub struct Estimate {
     pub singular_values: SingularValues,
     /// Condition number of the same matrix without the weights.
     pub unweighted_condition_number: f64,
+    /// Its extreme singular values: the μ of the paper's tables 2 and 5.
+    pub unweighted_singular_values: SingularValues,
     /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
     pub relative_error: f64,
     /// The same per joint.
@@ -121,6 +131,8 @@ pub struct Estimate {
     /// The probability that white noise behind the decimation filter has residuals as correlated
     /// as those of each joint.
     pub whiteness_per_joint: Vec<f64>,
+    /// The test that says so.
+    pub ljung_box_per_joint: Vec<LjungBox>,
     /// How many independent rows those of each joint are worth where a mean is formed.
     pub effective_rows_per_joint: Vec<f64>,
     /// How much later than stated each joint's torque acts; null where the motion does not tell.
@@ -138,6 +150,18 @@ pub struct Estimate {
     /// What the simulated loops followed, for methods that simulate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSource>,
+    /// Rows of each joint of whose residual less than a half counts, with robust weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downweighted_rows_per_joint: Option<Vec<usize>>,
+    /// ‖q − q_s‖ / ‖q‖ over the rows of each joint, with q_s the positions of the last simulation, for
+    /// methods that simulate (the paper's table 3).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_position_error_per_joint: Option<Vec<f64>>,
+    /// ‖τ − τ_s‖ / ‖τ‖ over the rows of each joint, with τ_s the torques of the last simulation, for
+    /// methods that simulate (the paper's table 3); absent where the logged torques and those of the
+    /// simulated controller do not act at the same time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulated_torque_error_per_joint: Option<Vec<f64>>,
     /// How far the command that the described controller makes of the recorded reference and
     /// position is from the recorded one, relative to it; for methods that simulate, where it can
     /// be told.
@@ -161,8 +185,11 @@ pub struct Fit {
     pub measured: Vec<Vec<f64>>,
     /// What the identified model gives for the same rows, X θ.
     pub predicted: Vec<Vec<f64>>,
-    /// What the autocorrelation of `measured − predicted` would be of white noise behind the
-    /// decimation filter, from lag 1.
+    /// What is left of the equation that was solved: `measured − predicted`, but with CLOE that of
+    /// the positions \[rad or m\].
+    pub equation_residuals: Vec<Vec<f64>>,
+    /// What the autocorrelation of `equation_residuals` would be if they were white noise behind the
+    /// decimation filter, if there is one, from lag 1.
     pub white_noise: Vec<NoiseAutocorrelation>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::assemble::{Findings, TorqueRows};
 use super::checks::PositionError;
-use super::didim::{DidimOptions, Equation, Iteration, start};
+use super::didim::{Converged, DidimOptions, Equation, Iteration, alignment, start};
 use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
@@ -10,6 +10,7 @@ use super::idim_ls::EquationErrorFit;
 use super::instruments::Instruments;
 use super::method::Method;
 use super::observation::observation_matrix;
+use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
@@ -43,18 +44,28 @@ pub fn idim_iv(
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
+    options.regression.refuse_robust(Method::IdimIv)?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let start = start::parameters(options.start, robot, base, &fit)?;
     let equation = Equation::Instrumented;
     let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);
-    let (_, last) = iteration.run(start)?;
+    let Converged { simulated, solution: last, .. } = iteration.run(start)?;
 
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let levels = fit.observations.noise_levels(&last.residuals);
     let (counted, motion) = (experiment.counted(), iteration.motion());
     let instruments =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let timing = options.controller.timing();
+    let torque = match alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation) {
+        Ok(measured) => Some((measured, &instruments * simulated)),
+        // Instruments need not be exact, so that this is no reason to refuse.
+        Err(IdentificationError::TorqueDelay { .. }) => None,
+        Err(error) => return Err(error),
+    };
+    let torque = torque.as_ref().map(|(measured, simulated)| (measured, simulated));
+    let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torque)?;
     let instruments = Instruments::new(&fit.observations, &instruments, &levels, &fit.selection)?;
     let solution = instruments.solve(&fit.observations, &levels).map_err(named)?;
     let unweighted = instruments.projected.ordinary().map_err(named)?;
@@ -76,11 +87,13 @@ pub fn idim_iv(
             checked: true,
         }),
         solution: &solution,
-        unweighted_condition_number: unweighted.condition_number(),
+        downweighted_rows_per_joint: None,
+        unweighted: &unweighted,
         iterations: iteration.least_squares_steps() + 1,
         simulations: iteration.simulations(),
         convergence: iteration.steps().to_vec(),
         reference: Some(iteration.reference()),
+        simulation_errors: Some(simulation_errors),
         controller_error_per_joint: None,
         limits: &options.regression.limits,
         instrument_correlation: Some(correlation),

@@ -8,6 +8,7 @@ use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
+use crate::regression::RowFilter;
 use crate::signal::{ParallelDecimation, central_difference, delay_linear};
 
 /// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
@@ -116,6 +117,12 @@ fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), Ident
         return Ok(());
     }
     Err(IdentificationError::TorqueOutside { shift_samples, counted, samples })
+}
+
+/// What the rows have passed.
+pub(super) fn row_filter(decimation: &ParallelDecimation, rows: usize) -> RowFilter {
+    let passband = decimation.cutoff_ratio().min(1.0);
+    RowFilter::new(rows, passband, |ratio| decimation.noise_power(ratio))
 }
 
 /// Times of the rows of one joint since the first sample \[s\].

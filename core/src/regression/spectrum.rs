@@ -10,8 +10,8 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlannerScalar};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::ljung_box::LjungBox;
 use super::observations::Observations;
 use super::spectrum_shape::SmoothSpectrum;
 
@@ -96,8 +96,8 @@ pub struct ResidualSpectrum {
 struct JointSpectrum {
     /// Power at each frequency of the transform, from 0 to the Nyquist frequency.
     power: Vec<f64>,
-    /// Sum of squared autocorrelations against the filter's own, with its number of terms.
-    correlation: (f64, usize),
+    /// Autocorrelations from lag 1 when the filter's own colour is taken out.
+    autocorrelations: Vec<f64>,
 }
 
 /// A Fourier transform that is long enough for sums over a record's rows not to wrap around.
@@ -199,7 +199,7 @@ impl ResidualSpectrum {
                 .map(|(value, power)| value / power.sqrt())
                 .collect();
             whitened.push(white);
-            joints.push(JointSpectrum { power, correlation: shape.correlation });
+            joints.push(JointSpectrum { power, autocorrelations: shape.autocorrelations });
         }
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
@@ -260,17 +260,11 @@ impl ResidualSpectrum {
         self.joints.iter().map(effective).collect()
     }
 
-    /// Of every joint, the probability that white noise behind the filter has residuals as
-    /// correlated as these: Box and Pierce's statistic, `n Σ_l r_l²` of χ² distribution (*J. Amer.
-    /// Statist. Assoc.* 65, 1970), of the autocorrelations that remain when the filter's own colour
-    /// is taken out, n the rows times the passband.
-    pub fn whiteness_per_joint(&self) -> Vec<f64> {
-        let probability = |joint: &JointSpectrum| {
-            let (squares, lags) = joint.correlation;
-            let statistic = self.filter.independent(self.rows) * squares;
-            ChiSquared::new(lags as f64).map_or(1.0, |chi_squared| chi_squared.sf(statistic))
-        };
-        self.joints.iter().map(probability).collect()
+    /// Of every joint, the test for whiteness: of the autocorrelations that remain when the filter's
+    /// own colour is taken out, over as many independent samples as rows times the passband.
+    pub fn ljung_box_per_joint(&self) -> Vec<LjungBox> {
+        let samples = self.filter.independent(self.rows);
+        self.joints.iter().map(|joint| LjungBox::of(&joint.autocorrelations, samples)).collect()
     }
 }
 

@@ -17,14 +17,14 @@ pub(super) struct SmoothSpectrum {
     coefficients: Vec<f64>,
     /// σ².
     level: f64,
-    /// Sum of the squared autocorrelations of the first lags, and how many were summed.
-    pub(super) correlation: (f64, usize),
+    /// r_1, r_2, … of what the band holds, as many as are tested for whiteness.
+    pub(super) autocorrelations: Vec<f64>,
 }
 
 impl SmoothSpectrum {
     /// A flat spectrum.
     pub(super) fn flat(level: f64) -> Self {
-        Self { coefficients: Vec::new(), level, correlation: (0.0, 0) }
+        Self { coefficients: Vec::new(), level, autocorrelations: Vec::new() }
     }
 
     /// Fits a periodogram given at equal steps from one end of the band to the other, which came
@@ -43,7 +43,7 @@ impl SmoothSpectrum {
             return Self::flat(0.0);
         }
         let tested = TESTED_LAGS.min(highest);
-        let squares = r[1..=tested].iter().map(|r| (r / power).powi(2)).sum();
+        let autocorrelations = r[1..=tested].iter().map(|r| r / power).collect();
         let criterion = |error: f64, p: f64| {
             samples * error.ln() + samples * (samples + p) / (samples - p - 2.0)
         };
@@ -68,7 +68,7 @@ impl SmoothSpectrum {
             }
         }
         let (_, coefficients, level) = best;
-        Self { coefficients, level, correlation: (squares, tested) }
+        Self { coefficients, level, autocorrelations }
     }
 
     /// g(φ).

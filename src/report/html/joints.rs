@@ -61,11 +61,8 @@ fn key(class: &str) -> Markup {
 /// Whether the residuals look like noise.
 pub(super) fn residuals(report: &Report<'_>) -> Markup {
     let (estimate, fit) = (&report.identification.estimate, &report.identification.fit);
-    let found: Vec<Vec<f64>> = (fit.measured.iter().zip(&fit.predicted))
-        .map(|(measured, predicted)| {
-            let residual: Vec<f64> = measured.iter().zip(predicted).map(|(m, p)| m - p).collect();
-            autocorrelation(&residual, fit.white_noise.len())
-        })
+    let found: Vec<Vec<f64>> = (fit.equation_residuals.iter())
+        .map(|residual| autocorrelation(residual, fit.white_noise.len()))
         .collect();
     let range = chart::autocorrelation_range(&found, &fit.white_noise);
     let content = html! {

@@ -128,7 +128,7 @@ pub(super) fn convergence(steps: &[ConvergenceStep]) -> Markup {
 
 pub(super) fn singular_values(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
-    let values = &estimate.singular_values;
+    let (values, unweighted) = (&estimate.singular_values, &estimate.unweighted_singular_values);
     let content = html! {
         div.scroll { table {
             thead { tr {
@@ -146,8 +146,8 @@ pub(super) fn singular_values(report: &Report<'_>) -> Markup {
                 }
                 tr {
                     th scope="row" { "not weighted" }
-                    td.number { "–" }
-                    td.number { "–" }
+                    td.number { (number(unweighted.max, 4)) }
+                    td.number { (number(unweighted.min, 4)) }
                     td.number { (number(estimate.unweighted_condition_number, 4)) }
                 }
             }

@@ -83,12 +83,15 @@ fn identification() -> Identification {
     let curve: Vec<f64> = (0..10).map(|k| f64::from(k * k % 7) - 3.0).collect();
     let broken = vec![f64::NAN; 10];
     let measured = vec![curve.clone(), broken.clone(), curve.clone(), curve.clone(), broken, curve];
-    let predicted =
+    let predicted: Vec<Vec<f64>> =
         measured.iter().map(|of| of.iter().map(|value| 0.9 * value).collect()).collect();
+    let residual = |(m, p): (&Vec<f64>, &Vec<f64>)| m.iter().zip(p).map(|(m, p)| m - p).collect();
+    let equation_residuals = measured.iter().zip(&predicted).map(residual).collect();
     let fit = Fit {
         time_s: (0..10).map(|k| f64::from(k) / 50.0).collect(),
         measured,
         predicted,
+        equation_residuals,
         white_noise: vec![
             NoiseAutocorrelation { mean: 0.18, deviation: 0.3 },
             NoiseAutocorrelation { mean: 0.0, deviation: 0.32 },

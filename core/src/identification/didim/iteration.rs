@@ -12,6 +12,7 @@ use crate::identification::instruments::Instruments;
 use crate::identification::observation::observation_matrix;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
+use crate::identification::weighting::Weighting;
 use crate::regression::{Observations, Solution};
 use crate::simulation::{NoiseConfig, SimulationError};
 use crate::trajectory::SampledReference;
@@ -30,6 +31,14 @@ pub(in crate::identification) enum Equation {
     Simulated { torque: DVector<f64> },
     /// IDIM-IV: the equation is that of the measured motion, with instruments of the simulated one.
     Instrumented,
+}
+
+/// The last simulation, its equation and the solution.
+pub(in crate::identification) struct Converged {
+    /// The parameters that were simulated (b).
+    pub(in crate::identification) simulated: DVector<f64>,
+    pub(in crate::identification) observations: Observations,
+    pub(in crate::identification) solution: Solution,
 }
 
 /// From a start to parameters that stand still.
@@ -109,18 +118,18 @@ impl<'a> Iteration<'a> {
         self.simulator.motion()
     }
 
-    /// The equation of the last simulation and its solution.
+    /// Until the estimates stand still.
     pub(in crate::identification) fn run(
         &mut self,
         start: DVector<f64>,
-    ) -> Result<(Observations, Solution), IdentificationError> {
+    ) -> Result<Converged, IdentificationError> {
         let mut previous = None;
         let mut parameters = start;
         loop {
             let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
             let (observations, solution) = self.solve()?;
             if self.converged(&observations, &solution, &parameters, halvings)? {
-                return Ok((observations, solution));
+                return Ok(Converged { simulated: parameters, observations, solution });
             }
             let next = solution.parameters;
             previous = Some(core::mem::replace(&mut parameters, next));
@@ -184,8 +193,8 @@ impl<'a> Iteration<'a> {
             Equation::Simulated { torque } => {
                 let observations =
                     Observations::new(matrix, torque.clone(), joints).map_err(named)?;
-                let solution = observations.weighted(&fit.noise_levels).map_err(named)?;
-                Ok((observations, solution))
+                let weighting = Weighting::new(&observations, &fit.noise_levels, fit.robust);
+                Ok((observations, weighting.map_err(named)?.solution))
             }
             Equation::Instrumented => {
                 let (equation, levels) = (&fit.observations, &fit.noise_levels);

@@ -10,7 +10,7 @@ pub(super) mod start;
 pub(super) mod validate;
 
 pub use inertia::mean_joint_inertia;
-pub(super) use iteration::{Equation, Iteration};
+pub(super) use iteration::{Converged, Equation, Iteration};
 pub use options::{ConvergenceLimits, DidimOptions, Start};
 
 use super::assemble::Findings;
@@ -20,7 +20,9 @@ use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
+use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
+use super::weighting::Weighting;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 
@@ -57,11 +59,12 @@ pub fn didim(
     let equation = Equation::Simulated { torque };
     let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);
     let start = start::parameters(options.start, robot, base, &fit)?;
-    let (observations, last) = iteration.run(start)?;
+    let Converged { simulated, observations, solution: last } = iteration.run(start)?;
 
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let noise_levels = observations.noise_levels(&last.residuals);
-    let solution = observations.weighted(&noise_levels).map_err(named)?;
+    let weighting = Weighting::new(&observations, &noise_levels, fit.robust).map_err(named)?;
+    let solution = &weighting.solution;
     let unweighted = observations.ordinary().map_err(named)?;
     let noisy = position_noise::noisy_torques(
         robot,
@@ -70,6 +73,9 @@ pub fn didim(
         &iteration,
         &solution.parameters,
     )?;
+    let (motion, simulated) = (iteration.motion(), observations.matrix() * simulated);
+    let torques = Some((observations.measurements(), &simulated));
+    let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
     let controller_error = controller_check::controller_error(
         experiment,
         &options.controller,
@@ -84,16 +90,18 @@ pub fn didim(
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
-        motion: iteration.motion(),
+        motion,
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
-        observations: &observations,
-        torque: None,
-        solution: &solution,
-        unweighted_condition_number: unweighted.condition_number(),
+        observations: weighting.solved(&observations),
+        torque: weighting.torque_rows(&observations),
+        solution,
+        downweighted_rows_per_joint: weighting.downweighted_rows_per_joint(),
+        unweighted: &unweighted,
         iterations: iteration.least_squares_steps() + 1,
         simulations: iteration.simulations(),
         convergence: iteration.steps().to_vec(),
         reference: Some(iteration.reference()),
+        simulation_errors: Some(simulation_errors),
         controller_error_per_joint: controller_error,
         limits: &options.regression.limits,
         instrument_correlation: None,

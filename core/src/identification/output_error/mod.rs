@@ -20,8 +20,8 @@ use super::error::{Failure, IdentificationError};
 use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
-use super::method::Method;
 use super::observation::observation_matrix;
+use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
 use crate::regression::Observations;
@@ -85,12 +85,13 @@ fn identify(
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
+    options.regression.refuse_robust(output.method())?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let timing = options.controller.timing();
     let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
     let simulator = || {
         Simulator::new(robot, &fit, experiment, options.loop_options())?
-            .with_gains_for(&fit.weighted.parameters)
+            .with_gains_for(&fit.weighted.solution.parameters)
     };
     let start = start::parameters(options.start, robot, base, &fit)?;
     let equation = Equation::Simulated { torque: torque.clone() };
@@ -121,6 +122,8 @@ fn identify(
     let regressor =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
+    let torques = Some((&torque, &optimum.point.torque));
+    let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
     let along = Observations::new(regressor, torque, robot.joints()).map_err(named)?;
     let torque_residuals = match output {
         Output::Torque => optimum.solution.residuals.clone(),
@@ -133,10 +136,7 @@ fn identify(
         &fit.decimation,
     )?;
     let findings = Findings {
-        method: match output {
-            Output::Torque => Method::Clie,
-            Output::Position => Method::Cloe,
-        },
+        method: output.method(),
         robot,
         base,
         experiment,
@@ -152,11 +152,13 @@ fn identify(
             checked: output == Output::Torque,
         }),
         solution: &optimum.solution,
-        unweighted_condition_number: unweighted.condition_number(),
+        downweighted_rows_per_joint: None,
+        unweighted: &unweighted,
         iterations: optimum.linear_steps,
         simulations: problem.simulations,
         convergence: optimum.steps,
         reference: Some(problem.simulator.source()),
+        simulation_errors: Some(simulation_errors),
         controller_error_per_joint: controller_error,
         limits: &options.regression.limits,
         instrument_correlation: None,
