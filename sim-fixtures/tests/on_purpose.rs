@@ -134,6 +134,7 @@ fn slow_motion_of_a_flexible_arm_has_the_whole_inertia() {
             },
             parameters: Some(listed(&scenario)),
             limits: VerdictLimits::default(),
+            robust: None,
         };
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let experiment = experiment(&scenario);
