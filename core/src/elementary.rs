@@ -90,8 +90,9 @@ const SATURATED: f64 = 20.0;
 
 /// Hyperbolic tangents, each within 5e-16 of the true one relative to it.
 #[inline]
-pub(crate) fn tanh<const L: usize>(x: [f64; L]) -> [f64; L] {
-    x.map(|x| {
+pub(crate) fn tanh<const L: usize>(mut values: [f64; L]) -> [f64; L] {
+    for value in &mut values {
+        let x = *value;
         let size = x.abs();
         // Not `min`, which would lose a NaN.
         let twice = 2.0 * if size > SATURATED { SATURATED } else { size };
@@ -101,8 +102,9 @@ pub(crate) fn tanh<const L: usize>(x: [f64; L]) -> [f64; L] {
         let r = (twice - k * LN_2[0]) - k * LN_2[1];
         let power = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
         let grown = power * (r + r * r * polynomial(&EXP, r)) + (power - 1.0);
-        (grown / (grown + 2.0)).copysign(x)
-    })
+        *value = (grown / (grown + 2.0)).copysign(x);
+    }
+    values
 }
 
 #[cfg(test)]

@@ -70,6 +70,10 @@ impl Model {
     pub(super) fn solve_mass(&self, ws: &Workspace<f64>, width: usize, b: &mut [f64]) {
         let factor = &ws.mass[..self.joints()];
         let subtract = |to: &mut [f64], share: f64, from: &[f64]| {
+            // The last joints of many arms are coupled to few others.
+            if share == 0.0 {
+                return;
+            }
             for (to, from) in to.iter_mut().zip(from) {
                 *to -= share * from;
             }

@@ -135,14 +135,19 @@ impl Drives {
         for &Term { column, row, input, factor } in &self.viscous {
             add(row, input, factor * parameters[column]);
         }
-        for CoulombTerm { column, direction } in &self.coulomb {
-            // fc s sign(s · q̇) has the derivative fc s sign'(s · q̇) sᵀ.
-            let speed = direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
-            let sign = self.sign_model.value(Dual::<1>::variable(speed, 0));
-            let slope = parameters[*column] * sign.slope[0];
-            for &(row, s) in direction {
-                for &(joint, by) in direction {
-                    add(row, joint, slope * s * by);
+        for terms in self.coulomb.chunks(TOGETHER) {
+            let mut speeds = [Dual::<1>::variable(0.0, 0); TOGETHER];
+            for (speed, term) in speeds.iter_mut().zip(terms) {
+                speed.value = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
+            }
+            let signs = self.sign_model.values(speeds);
+            for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
+                // fc s sign(s · q̇) has the derivative fc s sign'(s · q̇) sᵀ.
+                let slope = parameters[*column] * sign.slope[0];
+                for &(row, s) in direction {
+                    for &(joint, by) in direction {
+                        add(row, joint, slope * s * by);
+                    }
                 }
             }
         }

@@ -33,9 +33,14 @@ impl<T: Scalar> Inertia<T> {
         Self { xx, xy, xz, yy, yz, zz, first_moment: Vector3::new(mx, my, mz), mass }
     }
 
-    /// tr J.
-    pub(super) fn trace(&self) -> T {
-        self.xx + self.yy + self.zz
+    /// The columns of ½ tr(J) 1 − J.
+    pub(super) fn pseudo_inertia(&self) -> [Vector3<T>; 3] {
+        let half = (self.xx + self.yy + self.zz) * T::constant(0.5);
+        [
+            Vector3::new(half - self.xx, -self.xy, -self.xz),
+            Vector3::new(-self.xy, half - self.yy, -self.yz),
+            Vector3::new(-self.xz, -self.yz, half - self.zz),
+        ]
     }
 
     /// J v.

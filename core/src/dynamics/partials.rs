@@ -82,17 +82,21 @@ struct Moving {
 }
 
 impl Moving {
+    #[inline]
     fn new(inertia: Inertia<f64>, velocity: Twist, acceleration: Twist) -> Self {
         let momentum = times(&inertia, velocity);
         // f = I a + v ×* I v
         let wrench = times(&inertia, acceleration).join(velocity.carry(momentum));
         let (w, u, h) = (velocity.angular, velocity.linear, inertia.first_moment);
-        let half_trace = 0.5 * inertia.trace();
-        let column = |unit: Vector3<f64>| {
-            w.cross(unit.scale(half_trace) - inertia.rotate(unit)) + h.cross(u.cross(unit))
-        };
-        let [x, y, z] = UNIT;
-        let coriolis = [column(x), column(y), column(z)];
+        // h × (u × c) = u (h·c) − (h·u) c
+        let [px, py, pz] = inertia.pseudo_inertia();
+        let (along, hu) = (|share: f64| u.scale(share), h.dot(u));
+        let [mut x, mut y, mut z] =
+            [w.cross(px) + along(h.x), w.cross(py) + along(h.y), w.cross(pz) + along(h.z)];
+        x.x -= hu;
+        y.y -= hu;
+        z.z -= hu;
+        let coriolis = [x, y, z];
         Self { inertia, wrench, coriolis, momentum: momentum.force }
     }
 
@@ -143,7 +147,6 @@ impl Model {
     /// # Panics
     /// When a slice is not of the model's size: p parameters, n entries for q, dq and ddq, n × n for
     /// each of the others.
-    #[expect(clippy::too_many_arguments, reason = "a point, and two matrices")]
     pub fn inverse_dynamics_partials(
         &self,
         ws: &mut Workspace<f64>,

@@ -36,11 +36,14 @@ impl SignModel {
     }
 
     /// The model's values at several speeds.
-    pub(crate) fn values<T: Scalar, const L: usize>(self, speeds: [T; L]) -> [T; L] {
+    pub(crate) fn values<T: Scalar, const L: usize>(self, mut speeds: [T; L]) -> [T; L] {
         match self {
             Self::Tanh { width_rad_s } => {
                 let width = T::constant(width_rad_s);
-                T::tanh_of(speeds.map(|speed| speed / width))
+                for speed in &mut speeds {
+                    *speed = *speed / width;
+                }
+                T::tanh_of(speeds)
             }
             Self::Sign | Self::DeadBand { .. } => speeds.map(|speed| self.value(speed)),
         }
