@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 pub(crate) mod experiment;
+pub(crate) mod parallel;
+pub(crate) mod table;
 
 use didim_drivers::layout::{CompiledLayout, LayoutSpec};
 use didim_drivers::units::{DriveSpec, Scales};
