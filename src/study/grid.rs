@@ -11,6 +11,7 @@ use super::level::Level;
 use super::plan::Plan;
 use super::torque::ReferenceTorque;
 use crate::cell::{Cell, sha256};
+use crate::experiment::check_fit;
 
 /// Which scenario, and what is moved otherwise.
 type Motion = (String, Option<RandomMoves>);
@@ -176,12 +177,6 @@ fn read_scenario(name: &str, folder: &Path, cell: &Cell) -> Result<Scenario, Str
         }
     };
     let scenario = scenario.map_err(|error| format!("scenario {name}: {error}"))?;
-    let (simulated, described) = (scenario.robot().name(), cell.robot.name());
-    if simulated == described {
-        return Ok(scenario);
-    }
-    Err(format!(
-        "scenario {name} is for the robot `{simulated}`, the cell is one with `{described}`; choose \
-         a cell or a scenario of the same robot"
-    ))
+    check_fit(&scenario, cell).map_err(|error| format!("scenario {name}: {error}"))?;
+    Ok(scenario)
 }
