@@ -4,6 +4,19 @@ use didim_core::robot::Robot;
 
 use crate::{Scenario, ScenarioError};
 
+/// Names of the shipped scenarios.
+pub const SHIPPED: [&str; 3] = ["tx40-paper", "tx40-paper-errors", "tx40-physical"];
+
+/// A shipped scenario by its name; none where no scenario is called so.
+pub fn shipped(name: &str) -> Option<Result<Scenario, ScenarioError>> {
+    match name {
+        "tx40-paper" => Some(tx40_paper()),
+        "tx40-paper-errors" => Some(tx40_paper_errors()),
+        "tx40-physical" => Some(tx40_physical()),
+        _ => None,
+    }
+}
+
 /// The paper's arm: its 28 essential parameters and nothing else, `scenarios/tx40-paper.toml`.
 ///
 /// # Errors

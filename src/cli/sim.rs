@@ -105,15 +105,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
 /// A shipped scenario by its name, or a file for the cell's robot.
 pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliError> {
-    let scenario = match name {
-        "tx40-paper" => didim_sim::tx40_paper(),
-        "tx40-paper-errors" => didim_sim::tx40_paper_errors(),
-        "tx40-physical" => didim_sim::tx40_physical(),
-        file => {
-            let text = std::fs::read_to_string(file).map_err(|error| {
+    let scenario = match didim_sim::shipped(name) {
+        Some(scenario) => scenario,
+        None => {
+            let text = std::fs::read_to_string(name).map_err(|error| {
+                let shipped = didim_sim::SHIPPED.join(", ");
                 CliError::Usage(format!(
-                    "--scenario {file}: {error}; name a file, or the shipped tx40-paper, \
-                         tx40-paper-errors or tx40-physical"
+                    "--scenario {name}: {error}; name a file, or one of the shipped {shipped}"
                 ))
             })?;
             Scenario::from_toml(&text, cell.robot_as_described.clone())

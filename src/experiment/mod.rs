@@ -9,6 +9,7 @@ mod simulated;
 
 pub use csv::{CsvError, read_csv, write_csv};
 pub use log::{LogError, read_log};
+pub(crate) use simulated::check_fit;
 pub use simulated::{SimulatedError, simulate};
 
 use didim_core::identification::Signals;

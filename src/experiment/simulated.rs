@@ -52,6 +52,16 @@ pub fn simulate(
     scenario: &Scenario,
     cell: &Cell,
 ) -> Result<(Recording, Range<usize>), SimulatedError> {
+    check_fit(scenario, cell)?;
+    let margins = cell.window.plan(cell.sample_rate_hz())?;
+    let (before, after) = (margins.margin_before, margins.margin_after);
+    let record = scenario.record_with_rests(before, after)?;
+    let recording = Recording { side: Side::Motor, signals: Signals::of_motors(&record) };
+    Ok((recording, before..before + scenario.samples()))
+}
+
+/// Whether scenario and cell are of one robot and one rate.
+pub(crate) fn check_fit(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
     if scenario.robot().name() != cell.robot.name() {
         let simulated = scenario.robot().name().to_owned();
         return Err(SimulatedError::OtherRobot {
@@ -64,11 +74,7 @@ pub fn simulate(
     if (simulated_hz / cell_hz - 1.0).abs() > 1e-9 {
         return Err(SimulatedError::OtherRate { simulated_hz, cell_hz });
     }
-    let margins = cell.window.plan(cell_hz)?;
-    let (before, after) = (margins.margin_before, margins.margin_after);
-    let record = scenario.record_with_rests(before, after)?;
-    let recording = Recording { side: Side::Motor, signals: Signals::of_motors(&record) };
-    Ok((recording, before..before + scenario.samples()))
+    Ok(())
 }
 
 #[cfg(test)]

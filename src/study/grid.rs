@@ -11,6 +11,7 @@ use super::level::Level;
 use super::plan::Plan;
 use super::torque::ReferenceTorque;
 use crate::cell::{Cell, sha256};
+use crate::experiment::check_fit;
 
 /// Which scenario, and what is moved otherwise.
 type Motion = (String, Option<RandomMoves>);
@@ -161,28 +162,21 @@ fn check_keys(plan: &Plan) -> Result<(), (String, String)> {
 
 /// A shipped scenario, or a file relative to the plan; of the cell's robot.
 fn read_scenario(name: &str, folder: &Path, cell: &Cell) -> Result<Scenario, String> {
-    let scenario = match name {
-        "tx40-paper" => didim_sim::tx40_paper(),
-        "tx40-physical" => didim_sim::tx40_physical(),
-        file => {
-            let file = folder.join(file);
+    let scenario = match didim_sim::shipped(name) {
+        Some(scenario) => scenario,
+        None => {
+            let file = folder.join(name);
             let text = std::fs::read_to_string(&file).map_err(|error| {
                 format!(
-                    "scenario {}: {error}; name a file relative to the plan, or the shipped \
-                     tx40-paper or tx40-physical",
-                    file.display()
+                    "scenario {}: {error}; name a file relative to the plan, or one of the shipped {}",
+                    file.display(),
+                    didim_sim::SHIPPED.join(", ")
                 )
             })?;
             Scenario::from_toml(&text, cell.robot_as_described.clone())
         }
     };
     let scenario = scenario.map_err(|error| format!("scenario {name}: {error}"))?;
-    let (simulated, described) = (scenario.robot().name(), cell.robot.name());
-    if simulated == described {
-        return Ok(scenario);
-    }
-    Err(format!(
-        "scenario {name} is for the robot `{simulated}`, the cell is one with `{described}`; choose \
-         a cell or a scenario of the same robot"
-    ))
+    check_fit(&scenario, cell).map_err(|error| format!("scenario {name}: {error}"))?;
+    Ok(scenario)
 }

@@ -55,7 +55,9 @@ pub fn markdown(grid: &Grid, summary: &Summary) -> String {
          median and what 95 % of the results do not exceed. z is (estimate − truth)/σ of a \
          parameter, with the corrected σ. A result is *wrong* where the rms of its z is above {}; \
          *accepted* are the wrong ones that the verdict calls applicable, *refused* those that it \
-         does not. Shares are of all runs.\n\n",
+         does not. *Converged* are \
+         results that the method does not take for a local minimum; the other figures are those of \
+         all results, shares those of all runs.\n\n",
         summary.largest_rms_deviation
     );
     for measure in &MEASURES {

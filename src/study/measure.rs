@@ -61,7 +61,7 @@ pub(super) const MEASURES: [Measure; 5] = [
     Measure {
         file: "converged.svg",
         title: "Converged [% of the runs]",
-        meaning: "runs that gave a result at all",
+        meaning: "runs that gave a result, and no local minimum",
         value: |cell| cell.share(cell.converged),
         scale: &SHARE,
     },

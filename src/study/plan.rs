@@ -50,6 +50,9 @@ pub struct MethodPlan {
     /// the seed has it.
     #[serde(default)]
     pub nominal_deviation: Option<f64>,
+    /// DIDIM iterations with which CLIE and CLOE begin; the cell's when left out.
+    #[serde(default)]
+    pub didim_steps: Option<u32>,
     /// Whether rows pass the decimation filter; as the cell has it when left out.
     #[serde(default)]
     pub decimated: Option<bool>,
@@ -165,6 +168,9 @@ impl MethodPlan {
                     "idim-ls simulates nothing and has no such option; leave it out",
                 );
             }
+        }
+        if self.didim_steps.is_some() && !matches!(self.method, Method::Clie | Method::Cloe) {
+            return wrong("didim_steps", "goes with clie and cloe; leave it out");
         }
         match self.nominal_deviation {
             Some(_) if self.start != Some(Start::Nominal) => {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use didim_core::identification::Estimate;
+use didim_core::identification::{Estimate, Failure};
 use serde::{Deserialize, Serialize};
 
 use super::grid::{Grid, GridCell};
@@ -32,7 +32,7 @@ pub struct Run {
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The method gave a result.
-    Converged(Box<Judged>),
+    Result(Box<Judged>),
     /// It gave none.
     Failed {
         /// The kind of failure.
@@ -42,12 +42,24 @@ pub enum Outcome {
     },
 }
 
+impl Outcome {
+    /// How the method failed, with a result or without.
+    pub fn failure(&self) -> Option<&str> {
+        match self {
+            Self::Result(judged) => judged.failure.as_deref(),
+            Self::Failed { cause, .. } => Some(cause),
+        }
+    }
+}
+
 /// A result against the truth. z is (estimate − truth)/σ of a parameter, with the corrected σ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judged {
     /// What the verdict says.
     pub applicable: bool,
+    /// How the method failed although it has a result: a local minimum.
+    pub failure: Option<String>,
     /// The first reason against use.
     pub first_reason: Option<String>,
     /// Closed-loop simulations.
@@ -101,6 +113,7 @@ impl Judged {
         let count = estimate.parameters.len() as f64;
         let judged = Self {
             applicable: estimate.verdict.applicable,
+            failure: estimate.verdict.failure.map(|failure| failure.name().to_owned()),
             first_reason: estimate.verdict.reasons.first().cloned(),
             simulations: estimate.simulations,
             iterations: estimate.iterations,
@@ -152,11 +165,11 @@ pub(super) fn run(
         Ok(Simulated { recording, counted }) => {
             let own = with_options(&cell.cell, method, seed);
             match identify_recording(&own, method.method, recording, counted.clone()) {
-                Err(error) => failed(&cause(&error), error.to_string()),
+                Err(error) => failed(cause(&error), error.to_string()),
                 Ok(identification) => {
                     let torque = &grid.motions[cell.motion];
                     match Judged::new(&identification.estimate, torque) {
-                        Some(judged) => Outcome::Converged(Box::new(judged)),
+                        Some(judged) => Outcome::Result(Box::new(judged)),
                         None => failed("not-finite", "the result is not finite".to_owned()),
                     }
                 }
@@ -184,6 +197,7 @@ fn with_options(cell: &Cell, method: &MethodPlan, seed: u64) -> Cell {
     }
     if let Some(options) = &mut cell.output_error {
         options.regression = regression;
+        options.didim_steps = method.didim_steps.unwrap_or(options.didim_steps);
         options.start = method.start.unwrap_or(options.start);
         options.decimated = method.decimated.unwrap_or(options.decimated);
     }
@@ -191,10 +205,11 @@ fn with_options(cell: &Cell, method: &MethodPlan, seed: u64) -> Cell {
 }
 
 /// The kind of a failure, as tables count it.
-fn cause(error: &IdentifyError) -> String {
-    let text = match error {
-        IdentifyError::Identification(error) => format!("{error:?}"),
-        other => format!("{other:?}"),
-    };
-    text.chars().take_while(|c| c.is_alphanumeric()).collect()
+fn cause(error: &IdentifyError) -> &'static str {
+    match error {
+        IdentifyError::Identification(error) => {
+            error.failure().map_or("no-identification", Failure::name)
+        }
+        IdentifyError::Experiment(_) | IdentifyError::NoController { .. } => "no-identification",
+    }
 }

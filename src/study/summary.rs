@@ -36,6 +36,8 @@ pub struct CellSummary {
     /// Runs.
     pub runs: usize,
     /// Runs that gave a result.
+    pub results: usize,
+    /// Results that the method does not take for a local minimum.
     pub converged: usize,
     /// Results that the verdict calls applicable.
     pub applicable: usize,
@@ -47,7 +49,7 @@ pub struct CellSummary {
     pub rightly_refused: usize,
     /// Results that are not wrong and that it refuses.
     pub wrongly_refused: usize,
-    /// Failures by cause.
+    /// Runs that did not converge, by cause.
     pub failures: BTreeMap<String, usize>,
     /// The first reason of the first result that was refused.
     pub first_reason: Option<String>,
@@ -119,8 +121,11 @@ impl CellSummary {
         let mut results: Vec<&Judged> = Vec::new();
         for run in runs {
             match &run.outcome {
-                Outcome::Converged(judged) => results.push(judged),
-                Outcome::Failed { cause, .. } => *failures.entry(cause.clone()).or_insert(0) += 1,
+                Outcome::Result(judged) => results.push(judged),
+                Outcome::Failed { .. } => {}
+            }
+            if let Some(failure) = run.outcome.failure() {
+                *failures.entry(failure.to_owned()).or_insert(0) += 1;
             }
         }
         let count = |of: &dyn Fn(bool, bool) -> bool| {
@@ -130,7 +135,8 @@ impl CellSummary {
             levels,
             method: method.to_owned(),
             runs: runs.len(),
-            converged: results.len(),
+            results: results.len(),
+            converged: runs.len() - failures.values().sum::<usize>(),
             applicable: count(&|_, applicable| applicable),
             wrong: count(&|wrong, _| wrong),
             wrongly_accepted: count(&|wrong, applicable| wrong && applicable),
@@ -200,6 +206,7 @@ mod tests {
     fn run(seed: u64, rms_deviation: f64, applicable: bool) -> Run {
         let judged = Judged {
             applicable,
+            failure: None,
             first_reason: (!applicable).then(|| format!("reason {seed}")),
             simulations: 4,
             iterations: 5,
@@ -214,7 +221,7 @@ mod tests {
             #[allow(clippy::cast_precision_loss, reason = "small")]
             torque_deviation: seed as f64,
         };
-        let outcome = Outcome::Converged(Box::new(judged));
+        let outcome = Outcome::Result(Box::new(judged));
         Run { levels: vec!["low".to_owned()], method: "didim".to_owned(), seed, outcome }
     }
 
@@ -224,18 +231,26 @@ mod tests {
         runs.extend([run(4, 2.0, false), run(5, 2.0, false)]);
         let failed = Outcome::Failed { cause: "diverged".to_owned(), message: String::new() };
         runs.push(Run { outcome: failed, ..run(6, 0.0, false) });
+        // A local minimum is a result, and none that was asked for.
+        let mut minimum = run(7, 9.0, false);
+        if let Outcome::Result(judged) = &mut minimum.outcome {
+            judged.failure = Some("local-minimum".to_owned());
+        }
+        runs.push(minimum);
         let runs: Vec<&Run> = runs.iter().collect();
         let cell = CellSummary::new(vec![], "didim", 1.5, &runs);
-        assert_eq!((cell.runs, cell.converged, cell.applicable, cell.wrong), (6, 5, 2, 3));
+        let counts = (cell.runs, cell.results, cell.converged, cell.applicable, cell.wrong);
+        assert_eq!(counts, (7, 6, 5, 2, 4));
         let verdicts = (cell.wrongly_accepted, cell.rightly_refused, cell.wrongly_refused);
-        assert_eq!(verdicts, (1, 2, 1));
-        assert_eq!(cell.failures, BTreeMap::from([("diverged".to_owned(), 1)]));
+        assert_eq!(verdicts, (1, 3, 1));
+        let causes = ["diverged", "local-minimum"].map(|cause| (cause.to_owned(), 1));
+        assert_eq!(cell.failures, BTreeMap::from(causes));
         assert_eq!(cell.first_reason.as_deref(), Some("reason 2"));
-        assert_eq!(cell.share(3), Some(50.0));
+        assert_eq!(cell.share(7), Some(100.0));
         let figures = cell.figures.unwrap();
-        assert_eq!((figures.torque_deviation_median, figures.torque_deviation_95), (3.0, 5.0));
-        assert_eq!(figures.rms_deviation, (19.0_f64 / 5.0).sqrt());
-        assert_eq!(figures.largest_deviation_of, "p3");
+        assert_eq!((figures.torque_deviation_median, figures.torque_deviation_95), (3.5, 7.0));
+        assert_eq!(figures.rms_deviation, (100.0_f64 / 6.0).sqrt());
+        assert_eq!(figures.largest_deviation_of, "p7");
     }
 
     #[test]

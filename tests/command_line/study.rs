@@ -231,7 +231,12 @@ fn mistakes_in_a_plan_are_named() {
         didim(&["study", "--plan", &plan.path(), "--out", &out]).refused(78, &says);
         assert!(!Path::new(&out).exists(), "{to}");
     }
-    let plan = Plan::with(&[("tx40-packed-fd.toml", "nowhere.toml")]);
-    didim(&["study", "--plan", &plan.path(), "--out", "/nowhere"])
-        .refused(78, &["`cell`", "nowhere.toml"]);
+    for (cell, says) in [
+        ("tx40-cia402.toml", ["scenario tx40-paper", "5000 samples/s, the cell's bus 500"]),
+        ("nowhere.toml", ["`cell`", "nowhere.toml"]),
+    ] {
+        let plan = Plan::with(&[("tx40-packed-fd.toml", cell)]);
+        let out = plan.0.path("out");
+        didim(&["study", "--plan", &plan.path(), "--out", &out]).refused(78, &says);
+    }
 }
