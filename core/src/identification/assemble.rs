@@ -10,7 +10,7 @@ use super::estimate::{
 };
 use super::experiment::Experiment;
 use super::method::Method;
-use super::prefilter::{Motion, row_filter, row_times};
+use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
@@ -172,8 +172,9 @@ impl Findings<'_> {
         }
         let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
+        let samples = self.experiment.fitted_samples(decimation);
         let fit = Fit {
-            time_s: row_times(self.experiment.counted(), decimation, rate_hz),
+            time_s: samples.into_iter().map(|k| k as f64 / rate_hz).collect(),
             measured: per_joint(torque, measured),
             predicted: per_joint(torque, &(measured - residuals)),
             equation_residuals: per_joint(observations, &solution.residuals),

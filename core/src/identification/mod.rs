@@ -14,10 +14,12 @@
 
 mod assemble;
 mod checks;
+mod cross_validation;
 mod didim;
 mod error;
 mod estimate;
 mod experiment;
+mod held_out;
 mod idim_iv;
 mod idim_ls;
 mod instruments;
@@ -34,6 +36,7 @@ mod verdict;
 mod weighting;
 
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
+pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
 pub use error::IdentificationError;
 pub use estimate::{

@@ -107,6 +107,7 @@ fn identify(
     let motion = &optimum.point.motion;
     let regressor =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let regressor = experiment.fitted_matrix(&fit.decimation, regressor);
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
