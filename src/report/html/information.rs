@@ -14,16 +14,15 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let parameters = &report.identification.estimate.parameters;
     let content = html! {
         div.scroll { table.information {
-            thead {
-                tr {
-                    th scope="col" { (if *between_rests { "Move" } else { "Slice" }) }
-                    @for k in 1..=moves_s.len() { th.number scope="col" { (k) } }
+            thead { tr {
+                th scope="col" {
+                    (if *between_rests { "Move" } else { "Slice" }) span.from { "from [s]" }
                 }
-                tr {
-                    th scope="col" { "from [s]" }
-                    @for of in moves_s { th.number scope="col" { (number(of.start, 2)) } }
+                @for (k, of) in (1..).zip(moves_s) {
+                    @let k: usize = k;
+                    th.number scope="col" { (k) span.from { (number(of.start, 2)) } }
                 }
-            }
+            } }
             tbody { @for (parameter, shares) in parameters.iter().zip(shares) { tr {
                 th scope="row" { (parameter.name) }
                 @for share in shares { (cell(*share)) }

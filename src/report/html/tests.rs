@@ -93,9 +93,9 @@ fn identification() -> Identification {
         predicted,
         equation_residuals,
         information: Information {
-            moves_s: vec![0.0..1.5, 1.5..3.0],
+            moves_s: vec![0.0..1.5, 1.5..3.0, 3.0..4.0],
             between_rests: true,
-            shares: vec![vec![0.25, 0.75], vec![f64::NAN; 2], vec![0.004, 0.996]],
+            shares: vec![vec![0.25, 0.5, 0.25], vec![f64::NAN; 3], vec![0.004, 0.996, 0.0]],
         },
         white_noise: vec![
             NoiseAutocorrelation { mean: 0.18, deviation: 0.3 },
