@@ -5,6 +5,7 @@ use core::ops::Range;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::experiment::ExperimentError;
 use super::method::Method;
 use super::selection::Selection;
 use super::verdict::LimitError;
@@ -280,6 +281,23 @@ pub enum IdentificationError {
         /// The level given.
         level: f64,
     },
+    /// The counted samples cannot be split so. Remedy: two blocks or more, each longer than what the
+    /// filters mix at its ends.
+    #[error(
+        "{samples} counted samples do not make {blocks} blocks to hold out: at least 2, each of more \
+         than {guard} samples"
+    )]
+    Blocks {
+        /// Blocks wanted.
+        blocks: usize,
+        /// Counted samples.
+        samples: usize,
+        /// Samples that the filters reach over.
+        guard: usize,
+    },
+    /// Samples cannot be held out. Remedy: as the cause says.
+    #[error("held-out samples: {0}")]
+    HeldOut(ExperimentError),
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]
     Regression(RegressionError),

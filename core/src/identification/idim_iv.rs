@@ -57,6 +57,7 @@ pub fn idim_iv(
     let (counted, motion) = (experiment.counted(), iteration.motion());
     let instruments =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let instruments = experiment.fitted_matrix(&fit.decimation, instruments);
     let timing = options.controller.timing();
     let torque = match alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation) {
         Ok(measured) => Some((measured, &instruments * simulated)),

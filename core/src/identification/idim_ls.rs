@@ -107,7 +107,7 @@ impl EquationErrorFit {
         options.limits.validate()?;
         let selection = Selection::new(robot, base, options.parameters.as_deref())?;
         let counted = experiment.counted();
-        let rows = decimation.kept(counted.clone()).count() * experiment.joints();
+        let rows = experiment.fitted_samples(&decimation).len() * experiment.joints();
         if rows <= selection.names().len() {
             let parameters = selection.names().len();
             return Err(IdentificationError::TooFewRows { rows, parameters });
@@ -119,7 +119,8 @@ impl EquationErrorFit {
 
         let motion = filtered_motion(experiment, &options.position_filter)?;
         let model = Model::new(robot);
-        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted.clone())?;
+        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted)?;
+        let matrix = experiment.fitted_matrix(&decimation, matrix);
         let torque = filtered_torque(experiment, &decimation)?;
 
         let named = |error| IdentificationError::from_regression(error, &selection);

@@ -14,12 +14,15 @@
 
 mod assemble;
 mod checks;
+mod cross_validation;
 mod didim;
 mod error;
 mod estimate;
 mod experiment;
+mod held_out;
 mod idim_iv;
 mod idim_ls;
+mod information;
 mod instruments;
 mod method;
 mod observation;
@@ -34,6 +37,7 @@ mod verdict;
 mod weighting;
 
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
+pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
 pub use error::{Failure, IdentificationError};
 pub use estimate::{
@@ -43,6 +47,7 @@ pub use estimate::{
 pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
 pub use idim_iv::idim_iv;
 pub use idim_ls::idim_ls;
+pub use information::Information;
 pub use method::{Method, UnknownMethod};
 pub use observation::observation_matrix;
 pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};

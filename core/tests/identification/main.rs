@@ -7,6 +7,7 @@
 
 mod arm;
 mod checks;
+mod cross_validation;
 mod dataset;
 mod exact;
 mod noise;

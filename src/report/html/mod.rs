@@ -6,6 +6,7 @@
 
 mod chart;
 mod checks;
+mod information;
 mod joints;
 mod parameters;
 mod provenance;
@@ -55,6 +56,7 @@ impl Report<'_> {
                         (joints::torques(self))
                         (joints::residuals(self))
                         (joints::delays(estimate))
+                        (information::section(self))
                         (checks::section(self))
                         (summary::convergence(&estimate.convergence))
                         (summary::singular_values(self))

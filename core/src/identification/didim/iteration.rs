@@ -188,6 +188,7 @@ impl<'a> Iteration<'a> {
             &fit.decimation,
             self.experiment.counted(),
         )?;
+        let matrix = self.experiment.fitted_matrix(&fit.decimation, matrix);
         let joints = self.experiment.joints();
         match &self.equation {
             Equation::Simulated { torque } => {

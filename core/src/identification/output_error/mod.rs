@@ -126,6 +126,7 @@ fn identify(
     let motion = &optimum.point.motion;
     let regressor =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let regressor = experiment.fitted_matrix(&fit.decimation, regressor);
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
@@ -213,8 +214,9 @@ fn insensitive(
     estimate: &Estimate,
     fit: &EquationErrorFit,
 ) -> Option<(Failure, String)> {
-    let uncertainties = fit.weighted.standard_deviations();
-    let known = (fit.weighted.parameters.iter())
+    let weighted = &fit.weighted.solution;
+    let uncertainties = weighted.standard_deviations();
+    let known = (weighted.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
         .filter(|((value, sd), _)| value.abs() > TOLD_FROM_ZERO * **sd)
