@@ -166,7 +166,7 @@ fn usual_starts_lead_to_the_truth() {
     }
 }
 
-/// `DIDIM_WRITE_DOCS=1 cargo test --release -p didim-sim --test starts -- --ignored` writes the table.
+/// `DIDIM_WRITE_DOCS=1 cargo test -p didim-sim --test starts -- --ignored` writes the table.
 #[test]
 #[ignore = "takes minutes"]
 fn every_start_on_every_motion() {
