@@ -48,6 +48,8 @@ struct Layout<'a> {
     columns: usize,
     label_width: f64,
     column_width: f64,
+    /// Of all columns, or of the longest name of a method.
+    panel_width: f64,
     panels_abreast: usize,
 }
 
@@ -72,8 +74,9 @@ impl<'a> Layout<'a> {
         }
         let names = column_axes.iter().map(|axis| wide(&axes[*axis].name));
         let label_width = names.fold(row_axis.map_or(0.0, longest), f64::max) + 16.0;
-        let panel = columns as f64 * column_width + GAP;
-        let fitting = ((WIDTH - label_width) / panel).floor().max(1.0);
+        let titles = grid.plan.method.iter().map(|method| 1.1 * wide(method.name()));
+        let panel_width = titles.fold(columns as f64 * column_width, f64::max);
+        let fitting = ((WIDTH - label_width) / (panel_width + GAP)).floor().max(1.0);
         let panels = grid.plan.method.len();
         let panels_abreast = (1..=panels).rev().find(|n| *n as f64 <= fitting).unwrap_or(1);
         Self {
@@ -84,6 +87,7 @@ impl<'a> Layout<'a> {
             columns,
             label_width,
             column_width,
+            panel_width,
             panels_abreast,
         }
     }
@@ -106,7 +110,7 @@ impl<'a> Layout<'a> {
     #[expect(clippy::cast_precision_loss, reason = "rows and columns are few")]
     fn draw(&self, measure: &Measure, summary: &Summary) -> String {
         let methods = &self.grid.plan.method;
-        let panel_width = self.columns as f64 * self.column_width;
+        let panel_width = self.panel_width;
         let names = PANEL_TITLE + 18.0 * self.column_axes.len() as f64;
         let panel_height = names + ROW * self.rows as f64 + GAP;
         let width =

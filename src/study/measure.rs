@@ -42,8 +42,14 @@ const DEVIATION: Scale = Scale {
     digits: Some(2),
 };
 
+const SIMULATIONS: Scale = Scale {
+    bounds: [0.0, 3.0, 5.0, 8.0, 12.0, 20.0],
+    names: ["0", "to 3", "to 5", "to 8", "to 12", "to 20", "more"],
+    digits: Some(2),
+};
+
 /// Every measure that has a heat map, in the order of the document.
-pub(super) const MEASURES: [Measure; 5] = [
+pub(super) const MEASURES: [Measure; 6] = [
     Measure {
         file: "torque-deviation.svg",
         title: "Torque deviation, median [%]",
@@ -64,6 +70,13 @@ pub(super) const MEASURES: [Measure; 5] = [
         meaning: "runs that gave a result, and no local minimum",
         value: |cell| cell.share(cell.converged),
         scale: &SHARE,
+    },
+    Measure {
+        file: "simulations.svg",
+        title: "Closed-loop simulations of a result",
+        meaning: "on average, those that failed on the way included",
+        value: |cell| Some(cell.figures.as_ref()?.simulations),
+        scale: &SIMULATIONS,
     },
     Measure {
         file: "applicable.svg",

@@ -10,10 +10,11 @@ use serde_json::Value;
 use crate::support::{Folder, didim, packed_cell, shipped};
 
 /// What a study leaves beside its runs.
-const DERIVED: [&str; 7] = [
+const DERIVED: [&str; 8] = [
     "applicable.svg",
     "converged.svg",
     "rms-deviation.svg",
+    "simulations.svg",
     "study.json",
     "study.md",
     "torque-deviation.svg",
