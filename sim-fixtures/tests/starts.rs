@@ -126,6 +126,7 @@ fn loop_options(scenario: &Scenario, start: Start) -> DidimOptions {
             },
             parameters: Some(listed(scenario)),
             limits: VerdictLimits::default(),
+            robust: None,
         },
         decimated: true,
         controller: SimulatedController::Cabinet {
