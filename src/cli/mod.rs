@@ -4,6 +4,7 @@
 //! 78 configuration.
 
 mod check;
+mod compare;
 mod convert;
 mod demo;
 mod error;
@@ -44,6 +45,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Identify offline, from a CSV experiment or a candump log
     Identify(identify::Arguments),
+    /// Identify with every method and compare them
+    Compare(compare::Arguments),
     /// Convert between a CSV experiment and a candump log
     Convert(convert::Arguments),
     /// Show what a running service knows
@@ -72,6 +75,7 @@ pub fn main() -> ExitCode {
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
+        Command::Compare(arguments) => compare::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
