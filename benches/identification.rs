@@ -49,6 +49,7 @@ fn regression(scenario: &Scenario, cutoff_hz: f64, factor: usize) -> IdimLsOptio
             factor,
         },
         parameters: Some(essential.iter().map(|(name, _)| name.clone()).collect()),
+        robust: None,
         limits: VerdictLimits::default(),
     }
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
-    Experiment, ExperimentError, Identification, IdentificationError, Method, clie, cloe, didim,
-    idim_iv, idim_ls,
+    Experiment, ExperimentError, Identification, IdentificationError, Method, Reduction, clie,
+    cloe, didim, essential_parameters, idim_iv, idim_ls,
 };
 
 use crate::cell::Cell;
@@ -54,12 +54,7 @@ pub fn identify_recording(
     recording: &Recording,
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
-    let experiment = match recording.side {
-        Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission())?,
-        Side::Joint => Experiment::joint_side(&recording.signals)?,
-    }
-    .with_torque_timing(cell.layout.torque_timing())?
-    .with_counted(counted)?;
+    let experiment = experiment(cell, recording, counted)?;
     let (robot, base) = (&cell.robot, &cell.base);
     let missing = || IdentifyError::NoController { method };
     Ok(match method {
@@ -76,6 +71,37 @@ pub fn identify_recording(
         }
     })
 }
+
+/// The experiment that a recording is to this cell.
+fn experiment(
+    cell: &Cell,
+    recording: &Recording,
+    counted: Range<usize>,
+) -> Result<Experiment, ExperimentError> {
+    match recording.side {
+        Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission())?,
+        Side::Joint => Experiment::joint_side(&recording.signals)?,
+    }
+    .with_torque_timing(cell.layout.torque_timing())?
+    .with_counted(counted)
+}
+
+/// Finds the essential parameters in a recording, with the filters of the cell.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn reduce_recording(
+    cell: &Cell,
+    recording: &Recording,
+    counted: Range<usize>,
+) -> Result<Reduction, IdentifyError> {
+    let experiment = experiment(cell, recording, counted)?;
+    let (robot, base) = (&cell.robot, &cell.base);
+    Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE)?)
+}
+
+/// The usual level of an F-test: one parameter in twenty that is zero stays.
+const SIGNIFICANCE: f64 = 0.05;
 
 /// An identification and the window that it comes from.
 #[derive(Clone, Debug)]

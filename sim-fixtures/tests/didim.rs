@@ -71,6 +71,7 @@ fn options(scenario: &Scenario) -> DidimOptions {
                 factor: 125,
             },
             parameters: Some(listed.iter().map(|(name, _)| name.clone()).collect()),
+            robust: None,
             limits: VerdictLimits::default(),
         },
         decimated: true,

@@ -76,6 +76,7 @@ fn options(scenario: &Scenario, stiffness: f64) -> OutputErrorOptions {
                 factor: 125,
             },
             parameters: Some(listed.iter().map(|(name, _)| name.clone()).collect()),
+            robust: None,
             limits: VerdictLimits::default(),
         },
         decimated: true,

@@ -7,6 +7,7 @@ use didim_core::identification::{
     ConvergenceLimits, DecimationFilter, Method, Optimiser, PositionFilter, SensitivityMethod,
     Start, VerdictLimits,
 };
+use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
 use didim_core::simulation::Integrator;
 use didim_core::trajectory::ReferenceInterpolation;
@@ -78,6 +79,9 @@ pub struct IdentificationSection {
     /// Essential parameters; every base parameter when left out.
     #[serde(default)]
     pub parameters: Option<Vec<String>>,
+    /// Whether rows with large residuals count less, and how.
+    #[serde(default)]
+    pub robust: Option<RobustLoss>,
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,

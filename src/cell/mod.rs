@@ -68,6 +68,17 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// The same cell with other parameters to identify.
+    #[must_use]
+    pub fn with_parameters(mut self, names: &[String]) -> Self {
+        let didim = self.didim.iter_mut().map(|options| &mut options.regression);
+        let output_error = self.output_error.iter_mut().map(|options| &mut options.regression);
+        for options in didim.chain(output_error).chain([&mut self.options]) {
+            options.parameters = Some(names.to_vec());
+        }
+        self
+    }
+
     /// Reads a cell file and every file that it names.
     ///
     /// # Errors
@@ -130,6 +141,7 @@ impl Cell {
             position_filter: file.identification.position_filter,
             decimation_filter: file.identification.decimation_filter,
             parameters: file.identification.parameters.clone(),
+            robust: file.identification.robust,
             limits: file.identification.limits,
         };
         file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use didim_core::identification::{Estimate, Identification, Method};
+use didim_core::identification::{Estimate, Identification, Method, Reduction};
 use serde::Serialize;
 
 use super::CliError;
 use super::output::{print, write_figure, write_report};
 use crate::cell::Cell;
 use crate::experiment::{Recording, read_csv, read_log};
-use crate::identify::{IdentifyError, identify_recording};
+use crate::identify::{IdentifyError, identify_recording, reduce_recording};
 use crate::report;
 use crate::report::html::{InputFile, Origin, Report, SampleRange};
 
@@ -45,6 +45,9 @@ pub(super) struct Arguments {
     /// Write a report to show and to print (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Find the essential parameters among all base parameters, and identify these
+    #[arg(long)]
+    essential: bool,
     /// Print how each regrouped parameter is made up
     #[arg(long, conflicts_with = "json")]
     regrouping: bool,
@@ -55,16 +58,25 @@ pub(super) struct Arguments {
 struct Output<'a> {
     #[serde(flatten)]
     estimate: &'a Estimate,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reduction: Option<&'a Reduction>,
     elapsed_ms: f64,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
     check_rate(&recording, &cell, &arguments.input)?;
     let bounds = (arguments.from, arguments.to);
     let counted = counted(bounds, &cell, &recording, &arguments.input)?;
     let start = Instant::now();
+    let mut reduction = None;
+    if arguments.essential {
+        let found = reduce_recording(&cell, &recording, counted.clone())
+            .map_err(|error| CliError::in_file(&arguments.input, error))?;
+        cell = cell.with_parameters(&found.essential);
+        reduction = Some(found);
+    }
     let method = arguments.method.unwrap_or(cell.method);
     let identification = identify_recording(&cell, method, &recording, counted.clone()).map_err(
         |error| match error {
@@ -76,11 +88,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     )?;
     let elapsed = start.elapsed();
     if arguments.json {
-        let output =
-            Output { estimate: &identification.estimate, elapsed_ms: elapsed.as_secs_f64() * 1e3 };
+        let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
+        let output = Output { estimate, reduction, elapsed_ms: elapsed.as_secs_f64() * 1e3 };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
+        if let Some(reduction) = &reduction {
+            print(&format!("{}\n", report::reduction::sequence(reduction)))?;
+        }
         print(&text(&cell, &identification, arguments.regrouping))?;
         print(&what_counted(&counted, &recording))?;
     }

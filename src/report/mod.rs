@@ -5,6 +5,7 @@ pub mod convergence;
 pub mod estimate;
 pub mod figure;
 pub mod html;
+pub mod reduction;
 pub mod table;
 pub mod terminal;
 

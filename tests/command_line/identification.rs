@@ -312,3 +312,30 @@ fn a_sample_rate_replaces_the_times() {
     let expected = identify(&packed_cell(), &data().packed_csv, &[]);
     assert_eq!(output["parameters"], expected["parameters"]);
 }
+
+/// The shipped cell's 28 parameters are what the noise of the scenario lets be found.
+#[test]
+fn the_essential_parameters_are_found_among_all() {
+    let output = identify(&packed_cell(), &data().packed_log, &["--essential"]);
+    let names = |of: &Value| -> Vec<String> {
+        of.as_array().unwrap().iter().map(|name| name.as_str().unwrap().to_owned()).collect()
+    };
+    let essential = names(&output["reduction"]["essential"]);
+    let parameters = output["parameters"].as_array().unwrap();
+    let identified: Vec<_> = parameters.iter().map(|p| p["name"].as_str().unwrap()).collect();
+    assert_eq!(essential, identified);
+    let left_out = output["reduction"]["left_out"].as_array().unwrap();
+    assert_eq!(left_out.len() + essential.len(), 60);
+    let known = identify(&packed_cell(), &data().packed_log, &[]);
+    let listed: Vec<_> = known["parameters"].as_array().unwrap().to_vec();
+    let missing = listed.iter().filter(|p| !identified.contains(&p["name"].as_str().unwrap()));
+    assert_eq!(missing.count(), 0, "{essential:?}");
+    assert!(essential.len() <= 31, "{essential:?}");
+
+    let command = ["identify", "--cell", &packed_cell(), "--input", &data().packed_log];
+    let text = didim(&[&command[..], &["--essential"]].concat()).done();
+    assert!(text.starts_with("parameter  relative σ"), "{text}");
+    for part in ["left out\n", "  stays\n", "base parameters are essential", "parameters = [\n"] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+}

@@ -10,12 +10,12 @@ use super::estimate::{
 };
 use super::experiment::Experiment;
 use super::method::Method;
-use super::prefilter::{Motion, row_times};
+use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::{LjungBox, Observations, ResidualAnalysis, RowFilter, Solution};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
@@ -51,6 +51,8 @@ pub(super) struct Findings<'a> {
     pub(super) torque: Option<TorqueRows<'a>>,
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
+    /// Rows that an M-estimate weights down, where it is one.
+    pub(super) downweighted_rows_per_joint: Option<Vec<usize>>,
     /// The solution of the same equation without weights.
     pub(super) unweighted: &'a Solution,
     pub(super) iterations: u32,
@@ -74,9 +76,8 @@ impl Findings<'_> {
     /// The estimate with its verdict, and the fit.
     pub(super) fn assemble(self) -> Result<Identification, IdentificationError> {
         let Self { selection, observations, solution, decimation, .. } = self;
-        let noise_power = |ratio| decimation.noise_power(ratio);
         let rows = observations.rows_per_joint();
-        let filter = RowFilter::new(rows, decimation.cutoff_ratio().min(1.0), noise_power);
+        let filter = row_filter(decimation, rows);
         let analysis = ResidualAnalysis::new(observations, solution, &filter);
         let classical = solution.standard_deviations();
         let covariance = analysis.covariance();
@@ -154,6 +155,7 @@ impl Findings<'_> {
             simulations: self.simulations,
             convergence: self.convergence,
             reference: self.reference,
+            downweighted_rows_per_joint: self.downweighted_rows_per_joint,
             relative_position_error_per_joint: position_errors,
             simulated_torque_error_per_joint: torque_errors,
             controller_error_per_joint: self.controller_error_per_joint,
@@ -170,8 +172,9 @@ impl Findings<'_> {
         }
         let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
+        let samples = self.experiment.fitted_samples(decimation);
         let fit = Fit {
-            time_s: row_times(self.experiment.counted(), decimation, rate_hz),
+            time_s: samples.into_iter().map(|k| k as f64 / rate_hz).collect(),
             measured: per_joint(torque, measured),
             predicted: per_joint(torque, &(measured - residuals)),
             equation_residuals: per_joint(observations, &solution.residuals),

@@ -4,6 +4,8 @@ use core::ops::Range;
 
 use thiserror::Error;
 
+use super::experiment::ExperimentError;
+use super::method::Method;
 use super::selection::Selection;
 use super::verdict::LimitError;
 use crate::regression::RegressionError;
@@ -265,6 +267,36 @@ pub enum IdentificationError {
         /// Every parameter that takes part.
         parameters: Vec<String>,
     },
+    /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
+    /// method, or no robust weights.
+    #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
+    NotRobust {
+        /// The method.
+        method: Method,
+    },
+    /// A level of significance is no probability. Remedy: 0.05 is usual.
+    #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
+    Level {
+        /// The level given.
+        level: f64,
+    },
+    /// The counted samples cannot be split so. Remedy: two blocks or more, each longer than what the
+    /// filters mix at its ends.
+    #[error(
+        "{samples} counted samples do not make {blocks} blocks to hold out: at least 2, each of more \
+         than {guard} samples"
+    )]
+    Blocks {
+        /// Blocks wanted.
+        blocks: usize,
+        /// Counted samples.
+        samples: usize,
+        /// Samples that the filters reach over.
+        guard: usize,
+    },
+    /// Samples cannot be held out. Remedy: as the cause says.
+    #[error("held-out samples: {0}")]
+    HeldOut(ExperimentError),
     /// Any other failure of the least squares. Remedy: as the cause says.
     #[error("least squares: {0}")]
     Regression(RegressionError),

@@ -136,6 +136,9 @@ pub struct Estimate {
     /// What the simulated loops followed, for methods that simulate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSource>,
+    /// Rows of each joint of whose residual less than a half counts, with robust weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downweighted_rows_per_joint: Option<Vec<usize>>,
     /// ‖q − q_s‖ / ‖q‖ over the rows of each joint, with q_s the positions of the last simulation, for
     /// methods that simulate (the paper's table 3).
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -75,6 +75,8 @@ pub struct Experiment {
     torque_timing: SignalTiming,
     reference_timing: SignalTiming,
     counted: Range<usize>,
+    /// Samples whose rows are not fitted.
+    pub(super) held_out: Vec<Range<usize>>,
 }
 
 /// Why signals are no experiment. Axes are named from 1, samples from 0.
@@ -178,6 +180,7 @@ impl Experiment {
             torque_timing: SignalTiming::INSTANT,
             reference_timing: SignalTiming::INSTANT,
             counted: 0..samples,
+            held_out: Vec::new(),
         })
     }
 

@@ -44,6 +44,7 @@ pub fn idim_iv(
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
+    options.regression.refuse_robust(Method::IdimIv)?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let start = start::parameters(options.start, robot, base, &fit)?;
@@ -56,6 +57,7 @@ pub fn idim_iv(
     let (counted, motion) = (experiment.counted(), iteration.motion());
     let instruments =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let instruments = experiment.fitted_matrix(&fit.decimation, instruments);
     let timing = options.controller.timing();
     let torque = match alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation) {
         Ok(measured) => Some((measured, &instruments * simulated)),
@@ -86,6 +88,7 @@ pub fn idim_iv(
             checked: true,
         }),
         solution: &solution,
+        downweighted_rows_per_joint: None,
         unweighted: &unweighted,
         iterations: iteration.least_squares_steps() + 1,
         simulations: iteration.simulations(),

@@ -10,8 +10,9 @@ use super::observation::observation_matrix;
 use super::options::IdimLsOptions;
 use super::prefilter::{Motion, filtered_motion, filtered_torque};
 use super::selection::Selection;
+use super::weighting::Weighting;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::{Observations, Solution};
+use crate::regression::{Observations, RobustLoss, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
@@ -49,9 +50,10 @@ pub fn idim_ls(
         decimation: &fit.decimation,
         motion: &fit.motion,
         position_error: PositionError::InTheRegressor(options.position_filter),
-        observations: &fit.observations,
-        torque: None,
-        solution: &fit.weighted,
+        observations: fit.weighted.solved(&fit.observations),
+        torque: fit.weighted.torque_rows(&fit.observations),
+        solution: &fit.weighted.solution,
+        downweighted_rows_per_joint: fit.weighted.downweighted_rows_per_joint(),
         unweighted: &fit.ordinary,
         iterations: 1,
         simulations: 0,
@@ -81,7 +83,9 @@ pub(super) struct EquationErrorFit {
     pub(super) ordinary: Solution,
     /// σ_j from the ordinary residuals.
     pub(super) noise_levels: Vec<f64>,
-    pub(super) weighted: Solution,
+    pub(super) weighted: Weighting,
+    /// Which rows count less.
+    pub(super) robust: Option<RobustLoss>,
 }
 
 impl EquationErrorFit {
@@ -103,7 +107,7 @@ impl EquationErrorFit {
         options.limits.validate()?;
         let selection = Selection::new(robot, base, options.parameters.as_deref())?;
         let counted = experiment.counted();
-        let rows = decimation.kept(counted.clone()).count() * experiment.joints();
+        let rows = experiment.fitted_samples(&decimation).len() * experiment.joints();
         if rows <= selection.names().len() {
             let parameters = selection.names().len();
             return Err(IdentificationError::TooFewRows { rows, parameters });
@@ -115,14 +119,19 @@ impl EquationErrorFit {
 
         let motion = filtered_motion(experiment, &options.position_filter)?;
         let model = Model::new(robot);
-        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted.clone())?;
+        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted)?;
+        let matrix = experiment.fitted_matrix(&decimation, matrix);
         let torque = filtered_torque(experiment, &decimation)?;
 
         let named = |error| IdentificationError::from_regression(error, &selection);
         let observations = Observations::new(matrix, torque, robot.joints()).map_err(named)?;
         let ordinary = observations.ordinary().map_err(named)?;
-        let noise_levels = observations.noise_levels(&ordinary.residuals);
-        let weighted = observations.weighted(&noise_levels).map_err(named)?;
+        let noise_levels = match options.robust {
+            None => observations.noise_levels(&ordinary.residuals),
+            Some(loss) => observations.robust_noise_levels(loss).map_err(named)?,
+        };
+        let weighted = Weighting::new(&observations, &noise_levels, options.robust);
+        let weighted = weighted.map_err(named)?;
         Ok(Self {
             selection,
             model,
@@ -132,6 +141,7 @@ impl EquationErrorFit {
             ordinary,
             noise_levels,
             weighted,
+            robust: options.robust,
         })
     }
 }

@@ -14,10 +14,12 @@
 
 mod assemble;
 mod checks;
+mod cross_validation;
 mod didim;
 mod error;
 mod estimate;
 mod experiment;
+mod held_out;
 mod idim_iv;
 mod idim_ls;
 mod instruments;
@@ -26,12 +28,15 @@ mod observation;
 mod options;
 mod output_error;
 mod prefilter;
+mod reduction;
 mod selection;
 mod simulation_error;
 mod simulator;
 mod verdict;
+mod weighting;
 
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
+pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
 pub use error::IdentificationError;
 pub use estimate::{
@@ -46,5 +51,6 @@ pub use observation::observation_matrix;
 pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};
 pub use output_error::{Optimiser, OutputErrorOptions, SensitivityMethod, clie, cloe};
 pub use prefilter::{Motion, filtered_motion, filtered_torque};
+pub use reduction::{Reduction, ReductionStep, essential_parameters};
 pub use selection::Selection;
 pub use verdict::{LimitError, VerdictLimits};

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::IdentificationError;
+use super::method::Method;
 use super::verdict::VerdictLimits;
+use crate::regression::RobustLoss;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
 
 /// The Butterworth filter of the positions, forward and backward (paper, section 3.1.1).
@@ -85,12 +87,21 @@ pub struct IdimLsOptions {
     /// Parameters that are not named are taken as 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<Vec<String>>,
+    /// Whether rows with large residuals count less, and how; with IDIM-LS and DIDIM. Plain least
+    /// squares when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust: Option<RobustLoss>,
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,
 }
 
 impl IdimLsOptions {
+    /// For methods that have no M-estimate.
+    pub(super) fn refuse_robust(&self, method: Method) -> Result<(), IdentificationError> {
+        self.robust.map_or(Ok(()), |_| Err(IdentificationError::NotRobust { method }))
+    }
+
     /// The decimation filter; none where rows are not decimated.
     pub(super) fn decimation(
         &self,

@@ -1,13 +1,12 @@
 //! From recorded signals to the motion and the torque that enter the equation (paper, 3.1.1).
 
-use core::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
+use crate::regression::RowFilter;
 use crate::signal::{ParallelDecimation, central_difference, delay_linear};
 
 /// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
@@ -104,7 +103,7 @@ pub(super) fn delayed_torque(
     let rows = decimation
         .decimate_columns(&torque, experiment.counted())
         .map_err(|cause| IdentificationError::Signal { signal: "torque", joint: 1, cause })?;
-    Ok(DVector::from_column_slice(rows.as_slice()))
+    Ok(experiment.fitted_joints(decimation, rows))
 }
 
 /// Whether the record holds the torque of every counted sample, but for one at either end.
@@ -118,11 +117,8 @@ fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), Ident
     Err(IdentificationError::TorqueOutside { shift_samples, counted, samples })
 }
 
-/// Times of the rows of one joint since the first sample \[s\].
-pub(super) fn row_times(
-    counted: Range<usize>,
-    decimation: &ParallelDecimation,
-    sample_rate_hz: f64,
-) -> Vec<f64> {
-    decimation.kept(counted).map(|k| k as f64 / sample_rate_hz).collect()
+/// What the rows have passed.
+pub(super) fn row_filter(decimation: &ParallelDecimation, rows: usize) -> RowFilter {
+    let passband = decimation.cutoff_ratio().min(1.0);
+    RowFilter::new(rows, passband, |ratio| decimation.noise_power(ratio))
 }

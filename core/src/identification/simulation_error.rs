@@ -29,7 +29,7 @@ impl SimulationErrors {
             let failed =
                 |cause| IdentificationError::Signal { signal: "position", joint: 1, cause };
             let rows = decimation.decimate_columns(signals, experiment.counted());
-            rows.map(|rows| DVector::from_column_slice(rows.as_slice())).map_err(failed)
+            rows.map(|rows| experiment.fitted_joints(decimation, rows)).map_err(failed)
         };
         let (measured, simulated) = (rows(experiment.position_rad())?, rows(&motion.position)?);
         Ok(Self {

@@ -73,7 +73,7 @@ impl<'a> Simulator<'a> {
             .with_interpolation(options.reference)
             .with_delay_s(delay_s);
         let first = |signal: &DMatrix<f64>| signal.row(0).iter().copied().collect();
-        let kept: Vec<usize> = fit.decimation.kept(experiment.counted()).collect();
+        let kept = experiment.fitted_samples(&fit.decimation);
         Ok(Self {
             robot,
             fit,

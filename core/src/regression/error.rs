@@ -71,6 +71,27 @@ pub enum RegressionError {
         /// The level given, in the unit of the measurements.
         level: f64,
     },
+    /// A tuning constant is not a positive number. Remedy: 1.345 for Huber's loss, 4.685 for the
+    /// bisquare.
+    #[error(
+        "robust: tuning = {tuning} must be greater than 0; usual are 1.345 (huber) and 4.685 \
+         (bisquare)"
+    )]
+    Tuning {
+        /// The value given.
+        tuning: f64,
+    },
+    /// The M-estimate does not stand still: several fits are as good. Remedy: a larger tuning
+    /// constant, Huber's loss, or a look at the record.
+    #[error(
+        "the robust estimate does not settle ({steps} steps): so many rows are outliers that \
+         several fits are as good; choose a larger tuning constant or kind = \"huber\", and look at \
+         the record"
+    )]
+    NotSettled {
+        /// Steps taken.
+        steps: usize,
+    },
     /// The singular values were not found within the iterations allowed. Remedy: scale the
     /// columns; not seen with finite data of usual range.
     #[error("the singular values of the observation matrix were not found")]

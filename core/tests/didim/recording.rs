@@ -44,6 +44,7 @@ fn a_stiff_loop_along_the_reconstructed_reference_gives_the_result_of_idim_ls() 
             factor: 100,
         },
         parameters: Some(names.collect()),
+        robust: None,
         limits: VerdictLimits::default(),
     };
     let equation_error = idim_ls(&robot, &base, &experiment, &regression).unwrap().estimate;

@@ -172,6 +172,7 @@ pub(crate) fn options(cutoff_hz: f64, cutoff_ratio: f64, factor: usize) -> IdimL
         position_filter: PositionFilter { order: 4, cutoff_hz },
         decimation_filter: DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio, factor },
         parameters: None,
+        robust: None,
         limits: VerdictLimits::default(),
     }
 }

@@ -56,6 +56,7 @@ fn options() -> IdimLsOptions {
             factor: 100,
         },
         parameters: Some(EXPECTED.iter().map(|row| row.0.to_owned()).collect()),
+        robust: None,
         limits: VerdictLimits::default(),
     }
 }

@@ -12,10 +12,12 @@ mod arm;
 mod exact;
 mod failures;
 mod figures;
+mod held_out;
 mod instruments;
 #[path = "../didim/looped.rs"]
 #[allow(dead_code, reason = "shared with the tests of DIDIM, which use more of it")]
 mod looped;
 mod loops;
+mod robust;
 mod sensitivity;
 mod variants;

@@ -90,6 +90,7 @@ fn regression(names: &[String], cutoff_hz: f64) -> IdimLsOptions {
         position_filter: PositionFilter { order: 4, cutoff_hz },
         decimation_filter: decimation_filter(),
         parameters: Some(names.to_vec()),
+        robust: None,
         limits: VerdictLimits::default(),
     }
 }

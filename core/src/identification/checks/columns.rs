@@ -54,6 +54,7 @@ impl<'a> Columns<'a> {
                 }
             });
         let laws = laws.map_err(IdentificationError::RegressorFilter)?;
+        let laws = self.subject.experiment.fitted(self.subject.decimation, laws);
         let rows = laws.nrows();
         let mut columns = DMatrix::zeros(rows * direction.len(), laws.ncols());
         for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
@@ -107,7 +108,8 @@ impl<'a> Columns<'a> {
     fn filtered(&self, signals: &DMatrix<f64>) -> Result<DMatrix<f64>, IdentificationError> {
         let counted = self.subject.experiment.counted();
         let filtered = self.subject.decimation.decimate_columns(signals, counted);
-        filtered.map_err(IdentificationError::RegressorFilter)
+        let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;
+        Ok(self.subject.experiment.fitted(self.subject.decimation, filtered))
     }
 }
 

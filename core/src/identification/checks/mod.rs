@@ -275,7 +275,9 @@ impl Subject<'_> {
         }
         let selection = Selection::new(self.robot, self.base, Some(&left_out))?;
         let counted = self.experiment.counted();
-        observation_matrix(self.model, &selection, self.motion, self.decimation, counted).map(Some)
+        let matrix =
+            observation_matrix(self.model, &selection, self.motion, self.decimation, counted)?;
+        Ok(Some(self.experiment.fitted_matrix(self.decimation, matrix)))
     }
 
     /// What the noise of the positions does.

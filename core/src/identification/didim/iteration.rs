@@ -12,6 +12,7 @@ use crate::identification::instruments::Instruments;
 use crate::identification::observation::observation_matrix;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
+use crate::identification::weighting::Weighting;
 use crate::regression::{Observations, Solution};
 use crate::simulation::{NoiseConfig, SimulationError};
 use crate::trajectory::SampledReference;
@@ -170,13 +171,14 @@ impl<'a> Iteration<'a> {
             &fit.decimation,
             self.experiment.counted(),
         )?;
+        let matrix = self.experiment.fitted_matrix(&fit.decimation, matrix);
         let joints = self.experiment.joints();
         match &self.equation {
             Equation::Simulated { torque } => {
                 let observations =
                     Observations::new(matrix, torque.clone(), joints).map_err(named)?;
-                let solution = observations.weighted(&fit.noise_levels).map_err(named)?;
-                Ok((observations, solution))
+                let weighting = Weighting::new(&observations, &fit.noise_levels, fit.robust);
+                Ok((observations, weighting.map_err(named)?.solution))
             }
             Equation::Instrumented => {
                 let (equation, levels) = (&fit.observations, &fit.noise_levels);

@@ -22,6 +22,7 @@ use super::idim_ls::EquationErrorFit;
 use super::method::Method;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
+use super::weighting::Weighting;
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 
@@ -62,7 +63,8 @@ pub fn didim(
 
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let noise_levels = observations.noise_levels(&last.residuals);
-    let solution = observations.weighted(&noise_levels).map_err(named)?;
+    let weighting = Weighting::new(&observations, &noise_levels, fit.robust).map_err(named)?;
+    let solution = &weighting.solution;
     let unweighted = observations.ordinary().map_err(named)?;
     let noisy = position_noise::noisy_torques(
         robot,
@@ -90,9 +92,10 @@ pub fn didim(
         decimation: &fit.decimation,
         motion,
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
-        observations: &observations,
-        torque: None,
-        solution: &solution,
+        observations: weighting.solved(&observations),
+        torque: weighting.torque_rows(&observations),
+        solution,
+        downweighted_rows_per_joint: weighting.downweighted_rows_per_joint(),
         unweighted: &unweighted,
         iterations: iteration.least_squares_steps() + 1,
         simulations: iteration.simulations(),

@@ -16,7 +16,7 @@ pub(in crate::identification) fn parameters(
     fit: &EquationErrorFit,
 ) -> Result<DVector<f64>, IdentificationError> {
     let standard = match start {
-        Start::IdimLs => return Ok(fit.weighted.parameters.clone()),
+        Start::IdimLs => return Ok(fit.weighted.solution.parameters.clone()),
         Start::Nominal => match robot.nominal() {
             Some(nominal) => nominal.standard().to_vec(),
             None => {

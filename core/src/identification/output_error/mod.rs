@@ -19,7 +19,6 @@ use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
-use super::method::Method;
 use super::observation::observation_matrix;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
@@ -85,11 +84,12 @@ fn identify(
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
+    options.regression.refuse_robust(output.method())?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let timing = options.controller.timing();
     let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?
-        .with_gains_for(&fit.weighted.parameters)?;
+        .with_gains_for(&fit.weighted.solution.parameters)?;
     let start = start::parameters(options.start, robot, base, &fit)?;
     let rows = Rows::new(experiment, &fit.decimation);
     let measured = match output {
@@ -107,6 +107,7 @@ fn identify(
     let motion = &optimum.point.motion;
     let regressor =
         observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
+    let regressor = experiment.fitted_matrix(&fit.decimation, regressor);
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
@@ -122,10 +123,7 @@ fn identify(
         &fit.decimation,
     )?;
     let findings = Findings {
-        method: match output {
-            Output::Torque => Method::Clie,
-            Output::Position => Method::Cloe,
-        },
+        method: output.method(),
         robot,
         base,
         experiment,
@@ -141,6 +139,7 @@ fn identify(
             checked: output == Output::Torque,
         }),
         solution: &optimum.solution,
+        downweighted_rows_per_joint: None,
         unweighted: &unweighted,
         iterations: optimum.linear_steps,
         simulations: problem.simulations,

@@ -6,6 +6,7 @@ use super::SensitivityMethod;
 use super::rows::{Rows, SensitivitySignals};
 use crate::identification::error::IdentificationError;
 use crate::identification::idim_ls::EquationErrorFit;
+use crate::identification::method::Method;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
 use crate::regression::{Observations, RegressionError};
@@ -22,6 +23,16 @@ pub(super) enum Output {
     Torque,
     /// CLOE: the position.
     Position,
+}
+
+impl Output {
+    /// The method that minimises its error.
+    pub(super) fn method(self) -> Method {
+        match self {
+            Self::Torque => Method::Clie,
+            Self::Position => Method::Cloe,
+        }
+    }
 }
 
 /// One simulation and what it says.
@@ -142,7 +153,7 @@ impl Problem<'_> {
         point: &Point,
     ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
         let base = point.simulated(self.output).clone();
-        let deviations = self.fit.weighted.standard_deviations();
+        let deviations = self.fit.weighted.solution.standard_deviations();
         let mut jacobian = DMatrix::zeros(base.len(), point.parameters.len());
         for k in 0..point.parameters.len() {
             let mut moved = point.parameters.clone();

@@ -1,7 +1,5 @@
 //! From signals on the record's grid to the rows of the equation.
 
-use core::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 
 use crate::identification::error::IdentificationError;
@@ -11,16 +9,15 @@ use crate::signal::ParallelDecimation;
 /// Which samples become rows, and the filter before.
 pub(super) struct Rows<'a> {
     decimation: &'a ParallelDecimation,
-    counted: Range<usize>,
+    experiment: &'a Experiment,
     kept: Vec<usize>,
     pub(super) joints: usize,
 }
 
 impl<'a> Rows<'a> {
-    pub(super) fn new(experiment: &Experiment, decimation: &'a ParallelDecimation) -> Self {
-        let counted = experiment.counted();
-        let kept = decimation.kept(counted.clone()).collect();
-        Self { decimation, counted, kept, joints: experiment.joints() }
+    pub(super) fn new(experiment: &'a Experiment, decimation: &'a ParallelDecimation) -> Self {
+        let kept = experiment.fitted_samples(decimation);
+        Self { decimation, experiment, kept, joints: experiment.joints() }
     }
 
     /// The filtered rows of signals (samples × joints), joint after joint.
@@ -48,10 +45,11 @@ impl<'a> Rows<'a> {
         let (rows, samples) = (self.kept.len(), values.ncols());
         let filtered = self
             .decimation
-            .decimate(samples, values.nrows(), self.counted.clone(), |k, to| {
+            .decimate(samples, values.nrows(), self.experiment.counted(), |k, to| {
                 to.copy_from_slice(values.column(k).as_slice());
             })
             .map_err(IdentificationError::RegressorFilter)?;
+        let filtered = self.experiment.fitted(self.decimation, filtered);
         let mut matrix = DMatrix::zeros(rows * self.joints, *width);
         for (signal, column) in filtered.column_iter().enumerate() {
             let (joint, parameter) = (signal / width, signal % width);

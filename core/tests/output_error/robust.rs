@@ -1,0 +1,52 @@
+//! Outliers in the record of a loop.
+
+use didim_core::identification::{
+    Estimate, Experiment, IdentificationError, Signals, Start, clie, didim,
+};
+use didim_core::regression::RobustLoss;
+
+use crate::arm::Random;
+use crate::looped::{HELD, Looped, pd, sampled};
+use crate::loops;
+
+/// 0.05 N·m of noise on the torques, and a spike of 10 N·m every second.
+fn spoilt(looped: &Looped) -> Experiment {
+    looped.record_with(HELD, |signals: &mut Signals| {
+        let mut random = Random(7);
+        signals.torque_nm.iter_mut().flatten().for_each(|t| *t += 0.05 * random.normal());
+        for torque in &mut signals.torque_nm {
+            torque.iter_mut().skip(500).step_by(1000).for_each(|t| *t += 10.0);
+        }
+    })
+}
+
+#[test]
+fn didim_does_not_follow_spikes() {
+    let looped = Looped::random(41, 2, sampled(0.0), pd);
+    let experiment = spoilt(&looped);
+    let truth = looped.arm.true_base();
+    let identify = |robust| -> Estimate {
+        let mut options = looped.options();
+        (options.start, options.regression.robust) = (Start::IdimLs, robust);
+        didim(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap().estimate
+    };
+    let (plain, robust) = (identify(None), identify(Some(RobustLoss::bisquare())));
+    let furthest = |estimate: &Estimate| {
+        let pairs = estimate.parameters.iter().zip(&robust.parameters).zip(&truth);
+        let deviations = pairs.map(|((p, r), t)| (p.value - t).abs() / r.standard_deviation);
+        deviations.fold(0.0, f64::max)
+    };
+    let (off, left) = (furthest(&plain), furthest(&robust));
+    println!("{off:.1} and {left:.1} robust σ, {:?}", robust.downweighted_rows_per_joint);
+    assert!(off > 5.0 && left < 3.0, "{off} {left}");
+}
+
+#[test]
+fn what_has_no_robust_weights_says_so() {
+    let looped = Looped::random(41, 2, sampled(0.0), pd);
+    let mut options = loops::options(&looped);
+    options.regression.robust = Some(RobustLoss::huber());
+    let (robot, base) = (&looped.arm.robot, &looped.arm.base);
+    let error = clie(robot, base, &spoilt(&looped), &options).unwrap_err();
+    assert!(matches!(error, IdentificationError::NotRobust { .. }), "{error}");
+}
