@@ -21,5 +21,5 @@ pub use payload::Payload;
 pub use play::{Pace, PlayError, Played, play};
 pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};
-pub use shipped::{tx40_paper, tx40_physical};
+pub use shipped::{tx40_paper, tx40_paper_errors, tx40_physical};
 pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};

@@ -1,7 +1,12 @@
 //! Something that the arm carries.
 
+use serde::Deserialize;
+
 /// A body that is fixed to the last link: what it adds to that link's standard parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+///
+/// In a file it is a point mass, `mass_kg` and `position_m`, or a body, with the three keys below.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "RawPayload")]
 pub struct Payload {
     /// Mass \[kg\].
     pub mass_kg: f64,
@@ -35,5 +40,33 @@ impl Payload {
         let [xx, xy, xz, yy, yz, zz] = self.inertia_kg_m2;
         let [mx, my, mz] = self.first_moment_kg_m;
         [xx, xy, xz, yy, yz, zz, mx, my, mz, self.mass_kg]
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPayload {
+    mass_kg: f64,
+    position_m: Option<[f64; 3]>,
+    first_moment_kg_m: Option<[f64; 3]>,
+    inertia_kg_m2: Option<[f64; 6]>,
+}
+
+impl TryFrom<RawPayload> for Payload {
+    type Error = &'static str;
+
+    fn try_from(raw: RawPayload) -> Result<Self, Self::Error> {
+        let RawPayload { mass_kg, position_m, first_moment_kg_m, inertia_kg_m2 } = raw;
+        let payload = match (position_m, first_moment_kg_m, inertia_kg_m2) {
+            (Some(position), None, None) => Self::point_mass(mass_kg, position),
+            (None, Some(first_moment_kg_m), Some(inertia_kg_m2)) => {
+                Self { mass_kg, first_moment_kg_m, inertia_kg_m2 }
+            }
+            _ => return Err("a payload has position_m, or first_moment_kg_m and inertia_kg_m2"),
+        };
+        if !(mass_kg >= 0.0 && payload.link_parameters().iter().all(|value| value.is_finite())) {
+            return Err("a payload must be finite, and its mass not negative");
+        }
+        Ok(payload)
     }
 }

@@ -24,6 +24,7 @@ pub struct Scenario {
     /// Of the arm with its payload.
     standard: Vec<f64>,
     samples: usize,
+    limits: Vec<JointLimits>,
     trajectory: Trajectory,
     playback: PlaybackConfig,
     controller: ControllerConfig,
@@ -41,6 +42,7 @@ struct RawScenario {
     playback: PlaybackConfig,
     controller: ControllerConfig,
     simulation: SimulationConfig,
+    payload: Option<Payload>,
     #[serde(default)]
     faults: Vec<Fault>,
 }
@@ -130,7 +132,7 @@ impl Scenario {
             let found = robot.name().to_owned();
             return Err(ScenarioError::OtherRobot { expected: raw.robot, found });
         }
-        let trajectory = plan(raw.motion, raw.playback, &robot)?;
+        let (limits, trajectory) = plan(raw.motion, raw.playback, &robot)?;
         check_values(&raw.playback, raw.samples)?;
         let Some(nominal) = robot.nominal() else {
             return Err(ScenarioError::NoTruth { robot: robot.name().to_owned() });
@@ -139,19 +141,23 @@ impl Scenario {
         let values = base.regroup(nominal.standard());
         let truth = base.names().iter().cloned().zip(values).collect();
         let standard = nominal.standard().to_vec();
-        Self {
+        let scenario = Self {
             name: raw.name,
             truth,
             standard,
             samples: raw.samples,
+            limits,
             trajectory,
             playback: raw.playback,
             controller: raw.controller,
             simulation: raw.simulation,
             faults: raw.faults,
             robot,
+        };
+        match raw.payload {
+            Some(payload) => scenario.with_payload(payload),
+            None => scenario.checked(),
         }
-        .checked()
     }
 
     /// The name.
@@ -238,6 +244,32 @@ impl Scenario {
     pub fn with_unmodelled(mut self, unmodelled: Unmodelled) -> Result<Self, ScenarioError> {
         self.simulation.unmodelled = Some(unmodelled);
         self.checked()
+    }
+
+    /// The same scenario with a controller of `factor` times the bandwidth
+    /// ([`ControllerConfig::with_bandwidth`]).
+    ///
+    /// # Errors
+    /// [`ScenarioError::Setup`] when the factor is not positive.
+    pub fn with_bandwidth(mut self, factor: f64) -> Result<Self, ScenarioError> {
+        let controller = self.controller.with_bandwidth(factor);
+        self.controller = controller.map_err(SetupError::Control)?;
+        self.checked()
+    }
+
+    /// The same scenario with another motion.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Trajectory`] when it is no motion for this arm.
+    pub fn with_moves(mut self, moves: &MoveSequence) -> Result<Self, ScenarioError> {
+        self.trajectory = Trajectory::plan(moves, &self.limits)?;
+        check_playback(&self.playback, &self.trajectory)?;
+        self.checked()
+    }
+
+    /// What every joint may do, with the accelerations that the scenario states.
+    pub fn limits(&self) -> &[JointLimits] {
+        &self.limits
     }
 
     /// The same scenario with something more on the last link. [`Self::truth`] stays that of the
@@ -330,7 +362,7 @@ fn plan(
     motion: RawMotion,
     playback: PlaybackConfig,
     robot: &Robot,
-) -> Result<Trajectory, ScenarioError> {
+) -> Result<(Vec<JointLimits>, Trajectory), ScenarioError> {
     check_length(
         "motion.acceleration_max_rad_s2",
         robot.joints(),
@@ -353,7 +385,7 @@ fn plan(
     };
     let trajectory = Trajectory::plan(&sequence, &limits)?;
     check_playback(&playback, &trajectory)?;
-    Ok(trajectory)
+    Ok((limits, trajectory))
 }
 
 fn check_playback(playback: &PlaybackConfig, trajectory: &Trajectory) -> Result<(), ScenarioError> {

@@ -15,6 +15,17 @@ pub fn tx40_paper() -> Result<Scenario, ScenarioError> {
     )
 }
 
+/// The same with errors that no model of it has, `scenarios/tx40-paper-errors.toml`.
+///
+/// # Errors
+/// None with the files as shipped; a test reads them.
+pub fn tx40_paper_errors() -> Result<Scenario, ScenarioError> {
+    Scenario::from_toml(
+        include_str!("../scenarios/tx40-paper-errors.toml"),
+        Robot::from_toml(include_str!("../../config/robots/tx40.toml"))?,
+    )
+}
+
 /// The arm with physical links, `scenarios/tx40-physical.toml`.
 ///
 /// # Errors

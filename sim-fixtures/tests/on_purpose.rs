@@ -2,8 +2,15 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, reason = "what must be the same bits is compared as such")]
 
-use didim_core::dynamics::{Model, Workspace};
-use didim_core::simulation::{NoiseConfig, Record, Stribeck, Unmodelled};
+mod common;
+
+use common::experiment::{experiment, listed};
+use didim_core::dynamics::{BaseParameters, Model, Workspace};
+use didim_core::identification::{
+    DecimationFilter, IdimLsOptions, PositionFilter, VerdictLimits, idim_ls,
+};
+use didim_core::robot::SignModel;
+use didim_core::simulation::{Cogging, FlexibleMode, NoiseConfig, Record, Stribeck, Unmodelled};
 use didim_sim::{Payload, Scenario, tx40_paper, tx40_physical};
 
 const SAMPLES: usize = 2000;
@@ -17,15 +24,19 @@ fn stribeck() -> Unmodelled {
     Unmodelled { stribeck: Some(vec![of_joint; 6]), ..Default::default() }
 }
 
-/// What the model's friction leaves of the torque is the Stribeck torque, at every sample.
-#[test]
-fn unmodelled_friction_is_what_the_model_lacks() {
-    let quiet = tx40_paper().unwrap().with_noise(NoiseConfig::with_seed(0)).unwrap();
-    let scenario = quiet.clone().with_unmodelled(stribeck()).unwrap();
+fn quiet() -> Scenario {
+    tx40_paper().unwrap().with_noise(NoiseConfig::with_seed(0)).unwrap()
+}
+
+/// What the model leaves of the torques is `expected` of the position and velocity, at every sample.
+fn assert_lacking(
+    unmodelled: Unmodelled,
+    mut expected: impl FnMut(&[f64; 6], &[f64; 6]) -> [f64; 6],
+) {
+    let scenario = quiet().with_unmodelled(unmodelled).unwrap();
     let model = Model::new(scenario.robot());
     let (mut ws, mut torque) = (Workspace::new(), [0.0; 6]);
     let mut closed_loop = scenario.closed_loop().unwrap();
-    let friction = stribeck().stribeck.unwrap();
     let mut largest = 0.0_f64;
     for k in 0..SAMPLES {
         let sample = closed_loop.step().unwrap();
@@ -37,15 +48,104 @@ fn unmodelled_friction_is_what_the_model_lacks() {
             &sample.true_acceleration_rad_s2[..6],
             &mut torque,
         );
+        let motion = [&sample.true_position_rad, &sample.true_velocity_rad_s]
+            .map(|signal| signal[..6].try_into().unwrap());
+        let expected = expected(&motion[0], &motion[1]);
         for j in 0..6 {
             let lacking = sample.joint_torque_nm[j] - torque[j];
-            let expected = friction[j].torque(sample.true_velocity_rad_s[j]);
-            assert!((lacking - expected).abs() < 1e-9, "sample {k}, joint {j}: {lacking}");
+            assert!((lacking - expected[j]).abs() < 1e-9, "sample {k}, joint {j}: {lacking}");
             largest = largest.max(lacking.abs());
         }
     }
-    assert!(largest > 0.3, "the friction does nothing: {largest}");
-    assert_ne!(run(&quiet).true_position_rad, run(&scenario).true_position_rad);
+    assert!(largest > 0.3, "the error does nothing: {largest}");
+    assert_ne!(run(&quiet()).true_position_rad, run(&scenario).true_position_rad);
+}
+
+#[test]
+fn unmodelled_friction_is_what_the_model_lacks() {
+    let friction = stribeck().stribeck.unwrap();
+    assert_lacking(stribeck(), |_, dq| core::array::from_fn(|j| friction[j].torque(dq[j])));
+}
+
+/// The ripple of motor 6 is felt by joints 5 and 6, and drives.
+#[test]
+fn ripple_goes_with_the_angle_of_the_motor() {
+    let ripple = |torque_nm| Cogging { torque_nm, periods_per_turn: 6, phase_rad: 0.7 };
+    let cogging = [0.05, 0.05, 0.03, 0.01, 0.01, 0.02].map(ripple);
+    let unmodelled = Unmodelled { cogging: Some(cogging.to_vec()), ..Default::default() };
+    assert_lacking(unmodelled, |q, _| {
+        let motor_rad = [
+            32.0 * q[0],
+            32.0 * q[1],
+            45.0 * q[2],
+            -48.0 * q[3],
+            45.0 * q[4],
+            32.0 * (q[4] + q[5]),
+        ];
+        let m: [f64; 6] =
+            core::array::from_fn(|j| cogging[j].torque_nm * (6.0 * motor_rad[j] + 0.7).sin());
+        let joint = [
+            32.0 * m[0],
+            32.0 * m[1],
+            45.0 * m[2],
+            -48.0 * m[3],
+            45.0 * m[4] + 32.0 * m[5],
+            32.0 * m[5],
+        ];
+        joint.map(|torque| -torque)
+    });
+}
+
+/// fc (tanh(q̇/0.2) − tanh(q̇/0.05)), with motor 6's where joints 5 and 6 move together.
+#[test]
+fn coulomb_friction_can_be_wider_than_the_model_s() {
+    let unmodelled = Unmodelled { coulomb_width_rad_s: Some(0.2), ..Default::default() };
+    let scenario = quiet();
+    let fc = |name: &str| scenario.truth_of(name).unwrap();
+    let joint: [f64; 6] = core::array::from_fn(|j| fc(&format!("fc{}", j + 1)));
+    let less = |v: f64| (v / 0.2).tanh() - (v / 0.05).tanh();
+    assert!(matches!(scenario.robot().sign_model(), SignModel::Tanh { width_rad_s: 0.05 }));
+    assert_lacking(unmodelled, |_, dq| {
+        let mut torque: [f64; 6] = core::array::from_fn(|j| joint[j] * less(dq[j]));
+        let coupled = fc("fc_m6") * less(dq[4] + dq[5]);
+        torque[4] += coupled;
+        torque[5] += coupled;
+        torque
+    });
+}
+
+/// Flexible joints: what identification finds is the whole inertia, the better the stiffer they are.
+#[test]
+fn slow_motion_of_a_flexible_arm_has_the_whole_inertia() {
+    let largest = |frequency_hz: f64| {
+        let mode =
+            |inertia_kg_m2| FlexibleMode { frequency_hz, damping_ratio: 0.05, inertia_kg_m2 };
+        let inertia = [0.4, 0.3, 0.04, 0.01, 0.01, 0.003];
+        let flexible = Some(inertia.map(mode).to_vec());
+        let scenario =
+            quiet().with_unmodelled(Unmodelled { flexible, ..Default::default() }).unwrap();
+        let options = IdimLsOptions {
+            position_filter: PositionFilter { order: 4, cutoff_hz: 300.0 },
+            decimation_filter: DecimationFilter {
+                order: 8,
+                ripple_db: 0.05,
+                cutoff_ratio: 0.8,
+                factor: 125,
+            },
+            parameters: Some(listed(&scenario)),
+            limits: VerdictLimits::default(),
+        };
+        let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
+        let experiment = experiment(&scenario);
+        let found = idim_ls(scenario.robot(), &base, &experiment, &options).unwrap().estimate;
+        let inertias = found.parameters.iter().filter(|p| p.name.starts_with("zz"));
+        inertias.fold(0.0, |largest: f64, p| {
+            largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())
+        })
+    };
+    let (soft, stiff) = (largest(60.0), largest(120.0));
+    println!("{soft:.4} {stiff:.4}");
+    assert!(stiff < 0.01 && soft > 2.0 * stiff, "{soft} {stiff}");
 }
 
 /// A wrong gain of motor 6 is seen in joints 5 and 6, which it drives; the motion is the same.
@@ -131,6 +231,39 @@ fn a_file_can_put_them_in() {
     let simulation = scenario.simulation();
     assert_eq!(simulation.noise.as_ref().unwrap().disturbance_correlation_s, Some(0.02));
     assert_eq!(simulation.unmodelled.as_ref().unwrap().torque_gain.as_ref().unwrap()[2], 1.05);
+    assert_eq!(scenario.truth(), tx40_paper().unwrap().truth());
+    let loaded = format!("{text}[payload]\nmass_kg = 1.0\nposition_m = [0.0, 0.0, 0.165]\n");
+    let loaded = Scenario::from_toml(&loaded, robot.clone()).unwrap();
+    let payload = Payload::point_mass(1.0, [0.0, 0.0, 0.165]);
+    assert_eq!(loaded, scenario.with_payload(payload).unwrap());
+    let body = format!(
+        "{text}[payload]\nmass_kg = 1.0\nfirst_moment_kg_m = [0.0, 0.0, 0.165]\n\
+         inertia_kg_m2 = [0.027225, 0.0, 0.0, 0.027225, 0.0, 0.0]\n"
+    );
+    let body = Scenario::from_toml(&body, robot.clone()).unwrap();
+    for (body, point) in body.standard_parameters().iter().zip(loaded.standard_parameters()) {
+        assert!((body - point).abs() < 1e-15);
+    }
+    let neither = format!("{text}[payload]\nmass_kg = 1.0\n");
+    let error = Scenario::from_toml(&neither, robot.clone()).unwrap_err();
+    assert!(error.to_string().contains("position_m"), "{error}");
     let error = Scenario::from_toml(&text.replace("torque_gain", "gain"), robot).unwrap_err();
     assert!(error.to_string().contains("gain"), "{error}");
+}
+
+/// Twice the bandwidth leaves a quarter of the error; what is no factor is refused.
+#[test]
+fn the_bandwidth_is_a_factor() {
+    let scenario = quiet();
+    let largest_error = |scenario: &Scenario| {
+        let record = run(scenario);
+        (record.true_position_rad - record.joint_reference_rad).column(0).amax()
+    };
+    let ratio =
+        largest_error(&scenario) / largest_error(&scenario.clone().with_bandwidth(2.0).unwrap());
+    assert!((ratio - 4.0).abs() < 1.0, "{ratio}");
+    for factor in [0.0, -1.0, f64::NAN] {
+        let error = scenario.clone().with_bandwidth(factor).unwrap_err();
+        assert!(error.to_string().contains("times the bandwidth"), "{error}");
+    }
 }

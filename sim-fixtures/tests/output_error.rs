@@ -1,10 +1,10 @@
 //! CLIE and CLOE on the simulated TX40, from 15 % beside its parameters.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use didim_core::control::{ControlLaw, SimulatedController};
+use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
     ConvergenceLimits, DecimationFilter, Estimate, Experiment, Identification, IdentificationError,
@@ -16,25 +16,22 @@ use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{Scenario, tx40_paper};
 
-/// The scenario's loop with gains of this factor, as a log holds it.
-fn record(scenario: &Scenario, simulation: &SimulationConfig, stiffness: f64) -> Experiment {
-    record_on_grid(scenario, simulation, stiffness, scenario.samples(), None)
+/// The scenario's motion as a log holds it, with this much of its noise.
+fn record(scenario: &Scenario, simulation: &SimulationConfig) -> Experiment {
+    record_on_grid(scenario, simulation, scenario.samples(), None)
 }
 
 /// The same with logged motor positions on a grid [rad]; the controller has the exact ones.
 fn record_on_grid(
     scenario: &Scenario,
     simulation: &SimulationConfig,
-    stiffness: f64,
     samples: usize,
     grid_rad: Option<f64>,
 ) -> Experiment {
-    let mut controller = scenario.controller().clone();
-    controller.joints.iter_mut().for_each(|joint| scale(&mut joint.law, stiffness));
     let mut record = ClosedLoop::new(
         scenario.robot(),
         scenario.standard_parameters(),
-        &controller,
+        scenario.controller(),
         scenario.trajectory(),
         simulation,
         InitialState::OnReference,
@@ -46,25 +43,14 @@ fn record_on_grid(
         record.motor_position_rad.apply(|q| *q = (*q / grid).round() * grid);
     }
     let signals = Signals::of_motors(&record);
-    let hold_s = controller.timing.sample_period_s();
+    let hold_s = scenario.controller().timing.sample_period_s();
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
         .unwrap()
 }
 
-/// A loop of `factor` times the bandwidth: Kp by its square, Kd by itself.
-fn scale(law: &mut ControlLaw, factor: f64) {
-    let ControlLaw::Pd { kp_per_rad, kd_s_per_rad, .. } = law else {
-        panic!("the scenario has a PD");
-    };
-    *kp_per_rad *= factor * factor;
-    *kd_s_per_rad *= factor;
-}
-
-fn options(scenario: &Scenario, stiffness: f64) -> OutputErrorOptions {
-    let mut joints = scenario.controller().joints.clone();
-    joints.iter_mut().for_each(|joint| scale(&mut joint.law, stiffness));
+fn options(scenario: &Scenario) -> OutputErrorOptions {
     let listed = scenario.robot().nominal().unwrap().listed();
     OutputErrorOptions {
         regression: IdimLsOptions {
@@ -82,13 +68,14 @@ fn options(scenario: &Scenario, stiffness: f64) -> OutputErrorOptions {
         decimated: true,
         controller: SimulatedController::Cabinet {
             timing: scenario.controller().timing,
-            joints,
+            joints: scenario.controller().joints.clone(),
             rescale_to_inertia_kg_m2: None,
         },
         reference: ReferenceInterpolation::Cubic,
         integrator: scenario.simulation().integrator,
         substeps: scenario.simulation().substeps,
         start: Start::Nominal,
+        didim_steps: 0,
         sensitivities: SensitivityMethod::Exact,
         optimiser: Optimiser::LevenbergMarquardt,
         convergence: ConvergenceLimits::default(),
@@ -150,12 +137,12 @@ fn deviations(scenario: &Scenario, estimate: &Estimate) -> (f64, f64) {
 #[test]
 fn without_noise_both_methods_lead_to_the_truth() {
     let scenario = tx40_paper().unwrap();
-    let experiment = record(&scenario, &SimulationConfig::default(), 1.0)
+    let experiment = record(&scenario, &SimulationConfig::default())
         .with_counted(10000..scenario.samples() - 500)
         .unwrap();
     let robot = fifteen_per_cent_beside(&scenario);
     for (name, method) in METHODS {
-        let estimate = identify(method, &robot, &experiment, &options(&scenario, 1.0));
+        let estimate = identify(method, &robot, &experiment, &options(&scenario));
         let largest = largest_deviation(&scenario, &estimate);
         println!("{name}: {largest:.1e} after {} simulations", estimate.simulations);
         // Changes of 0.2 standard deviations at errors of the smallest level, 1e-9 of the signals, leave
@@ -168,11 +155,11 @@ fn without_noise_both_methods_lead_to_the_truth() {
 #[test]
 fn with_noise_the_truth_is_within_the_standard_deviations() {
     let scenario = tx40_paper().unwrap();
-    let experiment = record(&scenario, scenario.simulation(), 1.0);
+    let experiment = record(&scenario, scenario.simulation());
     let robot = fifteen_per_cent_beside(&scenario);
     for (name, method) in METHODS {
         let begin = Instant::now();
-        let estimate = identify(method, &robot, &experiment, &options(&scenario, 1.0));
+        let estimate = identify(method, &robot, &experiment, &options(&scenario));
         let elapsed = begin.elapsed();
         let (rms, largest) = deviations(&scenario, &estimate);
         println!(
@@ -200,9 +187,10 @@ fn a_stiff_loop_hides_the_parameters_from_the_positions_and_a_soft_one_does_not(
     let simulation = SimulationConfig::default();
     // The scenario's bandwidth times a factor.
     for (stiffness, stiff) in [(4.0, true), (0.3, false)] {
-        let experiment = record_on_grid(&scenario, &simulation, stiffness, 10_000, Some(0.01));
+        let scenario = scenario.clone().with_bandwidth(stiffness).unwrap();
+        let experiment = record_on_grid(&scenario, &simulation, 10_000, Some(0.01));
         for (name, method) in METHODS {
-            let estimate = identify(method, &robot, &experiment, &options(&scenario, stiffness));
+            let estimate = identify(method, &robot, &experiment, &options(&scenario));
             let pairs = estimate.parameters.iter().zip(start);
             let moved =
                 pairs.map(|(p, (_, from))| ((p.value - from) / p.standard_deviation).powi(2));

@@ -108,6 +108,8 @@ pub struct SimulationSection {
     pub start: Start,
     /// When the iteration ends.
     pub convergence: ConvergenceLimits,
+    /// DIDIM iterations with which CLIE and CLOE begin; the other methods have no use for it.
+    pub didim_steps: u32,
     /// Where CLIE and CLOE have their sensitivities from.
     pub sensitivities: SensitivityMethod,
     /// How CLIE and CLOE find the next parameters.
@@ -123,6 +125,7 @@ impl Default for SimulationSection {
             substeps: 1,
             start: Start::default(),
             convergence: ConvergenceLimits::default(),
+            didim_steps: 0,
             sensitivities: SensitivityMethod::default(),
             optimiser: Optimiser::default(),
         }

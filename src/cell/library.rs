@@ -12,6 +12,7 @@ pub const SHIPPED: &[(&str, &str)] = &[
     ("config/dbc/cia402_six_axes.dbc", include_str!("../../config/dbc/cia402_six_axes.dbc")),
     ("config/dbc/packed_fd_six_axes.dbc", include_str!("../../config/dbc/packed_fd_six_axes.dbc")),
     ("config/cells/tx40-packed-fd.toml", include_str!("../../config/cells/tx40-packed-fd.toml")),
+    ("config/cells/tx40-paper.toml", include_str!("../../config/cells/tx40-paper.toml")),
     ("config/cells/tx40-cia402.toml", include_str!("../../config/cells/tx40-cia402.toml")),
 ];
 

@@ -203,8 +203,9 @@ impl Cell {
             start: section.start,
             convergence: section.convergence,
         });
-        let output_error = didim.clone().map(|options| {
-            OutputErrorOptions::of_loop(options, section.sensitivities, section.optimiser)
+        let output_error = didim.clone().map(|options| OutputErrorOptions {
+            didim_steps: section.didim_steps,
+            ..OutputErrorOptions::of_loop(options, section.sensitivities, section.optimiser)
         });
         // Whatever the method: a layout and a controller that contradict each other are both in
         // doubt.

@@ -21,7 +21,8 @@ pub(super) struct Arguments {
     /// Where the frames go: can:INTERFACE, or log:FILE
     #[arg(long, value_name = "BUS")]
     bus: BusAddress,
-    /// What is simulated: a scenario file, or one of the shipped tx40-paper and tx40-physical
+    /// What is simulated: a scenario file, or one of the shipped tx40-paper, tx40-paper-errors and
+    /// tx40-physical
     #[arg(long, value_name = "NAME|FILE", default_value = "tx40-paper")]
     scenario: String,
     /// Seed of the noise; the scenario's when left out
@@ -106,12 +107,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliError> {
     let scenario = match name {
         "tx40-paper" => didim_sim::tx40_paper(),
+        "tx40-paper-errors" => didim_sim::tx40_paper_errors(),
         "tx40-physical" => didim_sim::tx40_physical(),
         file => {
             let text = std::fs::read_to_string(file).map_err(|error| {
                 CliError::Usage(format!(
-                    "--scenario {file}: {error}; name a file, or the shipped tx40-paper or \
-                         tx40-physical"
+                    "--scenario {file}: {error}; name a file, or the shipped tx40-paper, \
+                         tx40-paper-errors or tx40-physical"
                 ))
             })?;
             Scenario::from_toml(&text, cell.robot_as_described.clone())

@@ -108,6 +108,25 @@ impl ControllerConfig {
         self
     }
 
+    /// The same controllers with `factor` times the bandwidth and the same shape of the response: on
+    /// an inertia, their loops do the same in 1/`factor` of the time. Feed-forward, limits and timing
+    /// stay.
+    ///
+    /// With the loop J s³ + Kd s² + Kp s + Ki = 0 the roots are `factor` times as large when Kd takes
+    /// the factor, Kp its square and Ki its cube. What multiplies ė, e and ∫e in a cascade is Kp,
+    /// Kp Kv + Ki and Ki Kv: Kv and Kp take the factor, Ki its square. A P has no damping of its own: only
+    /// its frequency is `factor` times as large.
+    ///
+    /// # Errors
+    /// [`ControlError::Bandwidth`]: the factor must be finite and positive.
+    pub fn with_bandwidth(mut self, factor: f64) -> Result<Self, ControlError> {
+        if !(factor.is_finite() && factor > 0.0) {
+            return Err(ControlError::Bandwidth { factor });
+        }
+        self.joints.iter_mut().for_each(|joint| joint.law.speed_up(factor));
+        Ok(self)
+    }
+
     /// Checks everything that the types cannot.
     ///
     /// # Errors
@@ -123,6 +142,27 @@ impl ControllerConfig {
 }
 
 impl ControlLaw {
+    fn speed_up(&mut self, factor: f64) {
+        let square = factor * factor;
+        match self {
+            Self::P { kp_per_rad, .. } => *kp_per_rad *= square,
+            Self::Pd { kp_per_rad, kd_s_per_rad, .. } => {
+                *kp_per_rad *= square;
+                *kd_s_per_rad *= factor;
+            }
+            Self::Pid { kp_per_rad, kd_s_per_rad, ki_per_rad_s, .. } => {
+                *kp_per_rad *= square;
+                *kd_s_per_rad *= factor;
+                *ki_per_rad_s *= square * factor;
+            }
+            Self::CascadedPPi { kv_per_s, kp_s_per_rad, ki_per_rad, .. } => {
+                *kv_per_s *= factor;
+                *kp_s_per_rad *= factor;
+                *ki_per_rad *= square;
+            }
+        }
+    }
+
     /// The torque gain K_τ \[N·m per unit of the control signal\], which multiplies every gain.
     fn torque_gain_mut(&mut self) -> &mut f64 {
         match self {
@@ -203,3 +243,49 @@ impl JointController {
 
 /// Fills the list of gains of a law that has fewer.
 const NONE: (&str, f64) = ("", 0.0);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// J s³ + Kd s² + Kp s + Ki: the coefficients take the factor, its square and its cube.
+    #[test]
+    fn the_poles_of_every_law_take_the_factor_of_the_bandwidth() {
+        let pid = |[kp_per_rad, kd_s_per_rad, ki_per_rad_s]: [f64; 3]| ControlLaw::Pid {
+            kp_per_rad,
+            kd_s_per_rad,
+            ki_per_rad_s,
+            k_tau_nm: 2.0,
+            integral_dead_zone_rad: 0.1,
+        };
+        // What multiplies e, ė and ∫e, but for K_τ.
+        let gains = |law: ControlLaw| match law {
+            ControlLaw::P { kp_per_rad, .. } => [kp_per_rad, 0.0, 0.0],
+            ControlLaw::Pd { kp_per_rad, kd_s_per_rad, .. } => [kp_per_rad, kd_s_per_rad, 0.0],
+            ControlLaw::Pid { kp_per_rad, kd_s_per_rad, ki_per_rad_s, .. } => {
+                [kp_per_rad, kd_s_per_rad, ki_per_rad_s]
+            }
+            ControlLaw::CascadedPPi { kv_per_s, kp_s_per_rad, ki_per_rad, .. } => {
+                [kp_s_per_rad * kv_per_s + ki_per_rad, kp_s_per_rad, ki_per_rad * kv_per_s]
+            }
+        };
+        for law in [
+            ControlLaw::P { kp_per_rad: 5.0, k_tau_nm: 2.0 },
+            ControlLaw::Pd { kp_per_rad: 5.0, kd_s_per_rad: 0.5, k_tau_nm: 2.0 },
+            pid([5.0, 0.5, 7.0]),
+            ControlLaw::CascadedPPi {
+                kv_per_s: 4.0,
+                kp_s_per_rad: 0.5,
+                ki_per_rad: 3.0,
+                k_tau_nm: 2.0,
+            },
+        ] {
+            let mut fast = law;
+            fast.speed_up(3.0);
+            let [kp, kd, ki] = gains(law);
+            for (found, expected) in gains(fast).into_iter().zip([9.0 * kp, 3.0 * kd, 27.0 * ki]) {
+                assert!((found - expected).abs() < 1e-12, "{law:?}: {found}, not {expected}");
+            }
+        }
+    }
+}

@@ -16,6 +16,12 @@ pub enum ControlError {
         /// What it must be.
         expected: &'static str,
     },
+    /// No loop has this bandwidth. Give a factor above 0.
+    #[error("{factor} times the bandwidth: the factor must be finite and positive")]
+    Bandwidth {
+        /// What was given.
+        factor: f64,
+    },
     /// The sample period or the delay makes no sense. Correct the named key.
     #[error("controller timing: {key} = {value} must be {expected}")]
     BadTiming {

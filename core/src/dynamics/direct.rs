@@ -34,6 +34,21 @@ impl Model {
         tau: &[T],
         ddq: &mut [T],
     ) -> Result<(), NotPositiveDefinite> {
+        self.direct_dynamics_without(ws, parameters, &[], q, dq, tau, ddq)
+    }
+
+    /// The same with `less` taken off the diagonal of the mass matrix, one inertia per joint or
+    /// none at all: what moves by itself there.
+    pub(crate) fn direct_dynamics_without<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        parameters: &[T],
+        less: &[T],
+        q: &[T],
+        dq: &[T],
+        tau: &[T],
+        ddq: &mut [T],
+    ) -> Result<(), NotPositiveDefinite> {
         self.check_joints(tau);
         // The poses that the bias leaves in the workspace serve the mass matrix.
         self.bias(ws, parameters, q, dq, ddq);
@@ -42,6 +57,9 @@ impl Model {
         }
         self.composite(ws, parameters);
         let n = self.joints();
+        for (j, (row, less)) in ws.mass[..n].iter_mut().zip(less).enumerate() {
+            row[j] -= *less;
+        }
         factorise(&mut ws.mass[..n])?;
         solve(&ws.mass[..n], ddq);
         Ok(())

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use serde::Serialize;
 use thiserror::Error;
 
 use super::experiment::ExperimentError;
@@ -302,7 +303,52 @@ pub enum IdentificationError {
     Regression(RegressionError),
 }
 
+/// How an identification fails, for those who count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Failure {
+    /// The simulated loop is unstable, or its parameters belong to no arm.
+    Diverged,
+    /// Converged where the error is far above the noise.
+    LocalMinimum,
+    /// What is compared does not depend on the parameters, or hardly.
+    Insensitive,
+    /// The estimates still change, or no step lowers the error.
+    NotConverged,
+    /// The experiment does not allow for it: too short, or not exciting.
+    Refused,
+}
+
+impl Failure {
+    /// The name: `local-minimum`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Diverged => "diverged",
+            Self::LocalMinimum => "local-minimum",
+            Self::Insensitive => "insensitive",
+            Self::NotConverged => "not-converged",
+            Self::Refused => "refused",
+        }
+    }
+}
+
 impl IdentificationError {
+    /// How the identification failed; none where options, robot and experiment do not fit each other,
+    /// so that there was none.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::FirstSimulation { .. } | Self::NoStep { .. } => Some(Failure::Diverged),
+            Self::Insensitive { .. } => Some(Failure::Insensitive),
+            Self::NotConverged { .. } | Self::NoDescent { .. } => Some(Failure::NotConverged),
+            Self::TooFewRows { .. }
+            | Self::NotExcited { .. }
+            | Self::RankDeficient { .. }
+            | Self::NoTorque { .. }
+            | Self::Regression(_) => Some(Failure::Refused),
+            _ => None,
+        }
+    }
+
     /// The failure of a regression, with columns called by their parameters' names.
     pub(super) fn from_regression(error: RegressionError, selection: &Selection) -> Self {
         let named = |columns: Vec<usize>| -> Vec<String> {

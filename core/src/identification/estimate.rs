@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::checks::{ModelCheck, TorqueDelay};
+use super::error::Failure;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
@@ -50,6 +51,19 @@ pub struct Verdict {
     /// What must be known with the result and does not speak against its use.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// How the method failed although it has a result, where it did; one of the reasons says it in
+    /// words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<Failure>,
+}
+
+impl Verdict {
+    /// Notes that the method failed.
+    pub(super) fn fail(&mut self, failure: Failure, reason: String) {
+        self.applicable = false;
+        self.failure = Some(failure);
+        self.reasons.push(reason);
+    }
 }
 
 /// Where the reference of the simulated closed loops came from.

@@ -38,7 +38,7 @@ mod weighting;
 pub use checks::{Freedom, ModelCheck, TorqueDelay};
 pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
 pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
-pub use error::IdentificationError;
+pub use error::{Failure, IdentificationError};
 pub use estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
     SingularValues, Verdict,

@@ -153,7 +153,7 @@ impl VerdictLimits {
         }));
         reasons.extend(self.model_errors(&estimate.model_checks));
         let notes = self.notes(estimate, decimation);
-        Verdict { applicable: reasons.is_empty(), reasons, notes }
+        Verdict { applicable: reasons.is_empty(), reasons, notes, failure: None }
     }
 
     /// A controller that is not the recorded one.

@@ -5,7 +5,7 @@ use crate::control::{
     CommandVariation, ContinuousController, ControlTiming, ControllerConfig, SampledController,
 };
 use crate::dynamics::{Model, Workspace};
-use crate::robot::{Robot, Transmission};
+use crate::robot::{Robot, SignModel, Transmission};
 use crate::trajectory::Reference;
 
 use super::config::check_length;
@@ -84,7 +84,13 @@ impl<R: Reference> ClosedLoop<R> {
         };
         let period_s = controller.timing.sample_period_s();
         let noises = Noises::new(config.noise.as_ref(), period_s);
-        let Unmodelled { stribeck, torque_gain } = config.unmodelled.clone().unwrap_or_default();
+        let Unmodelled { stribeck, coulomb_width_rad_s, flexible, cogging, torque_gain } =
+            config.unmodelled.clone().unwrap_or_default();
+        let model = match coulomb_width_rad_s {
+            Some(width_rad_s) => model.with_sign_model(SignModel::Tanh { width_rad_s }),
+            None => model,
+        };
+        let flexible = flexible.unwrap_or_default();
         let plant = Plant {
             workspace: Workspace::new(),
             parameters: vec![0.0; model.parameter_names().len()],
@@ -94,6 +100,10 @@ impl<R: Reference> ClosedLoop<R> {
             command: [0.0; MAX_JOINTS],
             disturbance: [0.0; MAX_JOINTS],
             stribeck: stribeck.unwrap_or_default(),
+            cogging: cogging.unwrap_or_default(),
+            transmission: robot.transmission().clone(),
+            flexible_inertia: flexible.iter().map(|mode| mode.inertia_kg_m2).collect(),
+            flexible,
             torque: [0.0; MAX_JOINTS],
             divergence: config.divergence,
             joints,
@@ -133,7 +143,8 @@ impl<R: Reference> ClosedLoop<R> {
     ///
     /// # Errors
     /// [`SetupError::Length`] when there is not one value per standard parameter, and
-    /// [`SetupError::BadValue`] when one is not finite; the loop is unchanged then.
+    /// [`SetupError::BadValue`] when one is not finite; the loop is unchanged then. And
+    /// [`SetupError::FlexibleInertia`].
     pub fn restart(&mut self, parameters: &[f64]) -> Result<(), SetupError> {
         check_length("parameters", self.plant.parameters.len(), parameters.len())?;
         if let Some(value) = parameters.iter().find(|value| !value.is_finite()) {
@@ -159,8 +170,10 @@ impl<R: Reference> ClosedLoop<R> {
         self.torque_measurement.restart();
         let n = self.plant.joints;
         let (q, rest) = self.state.split_at_mut(n);
-        // Neither do derivatives have values at the start: it does not depend on the parameters.
-        let (dq, integrals) = rest.split_at_mut(n);
+        let (dq, rest) = rest.split_at_mut(n);
+        let (integrals, rest) = rest.split_at_mut(self.plant.integrals());
+        let modes = self.plant.flexible.len();
+        let (flexible, derivatives) = rest.split_at_mut(2 * modes);
         match &self.initial {
             InitialState::OnReference => {
                 let point = ReferencePoint::at(&self.plant.reference, 0.0);
@@ -173,10 +186,33 @@ impl<R: Reference> ClosedLoop<R> {
             }
         }
         integrals.fill(0.0);
+        // No spring is loaded.
+        let (q_f, dq_f) = flexible.split_at_mut(modes);
+        q_f.copy_from_slice(&q[..modes]);
+        dq_f.copy_from_slice(&dq[..modes]);
+        // The start does not depend on the parameters.
+        derivatives.fill(0.0);
+        self.check_flexible()?;
         self.output = StepOutput::default();
         self.started = false;
         self.failed = None;
         Ok(())
+    }
+
+    /// Whether the arm is one without its flexible parts, at the start.
+    fn check_flexible(&mut self) -> Result<(), SetupError> {
+        let plant = &mut self.plant;
+        if plant.flexible.is_empty() {
+            return Ok(());
+        }
+        let (q, [still, mut unused]) = (&self.state[..plant.joints], [[0.0; MAX_JOINTS]; 2]);
+        let still = &still[..plant.joints];
+        let (parameters, less) = (&plant.parameters, &plant.flexible_inertia);
+        let (workspace, unused) = (&mut plant.workspace, &mut unused[..plant.joints]);
+        plant
+            .model
+            .direct_dynamics_without(workspace, parameters, less, q, still, still, unused)
+            .map_err(|error| SetupError::FlexibleInertia { joint: error.joint })
     }
 
     /// Period of the samples \[s\].

@@ -30,6 +30,15 @@ pub enum SetupError {
         /// What it must be.
         expected: &'static str,
     },
+    /// Flexible parts have more inertia than the arm at its start. Remedy: less of it.
+    #[error(
+        "unmodelled.flexible: the mass matrix less inertia_kg_m2 is not positive definite at joint \
+         {joint}; hang less inertia on its spring, or on one of the joints before it"
+    )]
+    FlexibleInertia {
+        /// The joint where the factorisation failed.
+        joint: usize,
+    },
     /// The loop is not differentiable, or not known to the derivatives. Remedy: leave it out of the
     /// loop whose sensitivities are wanted.
     #[error("a loop with {what} has no sensitivities; leave them out")]

@@ -31,8 +31,8 @@ pub struct StepOutput {
     /// True joint accelerations just after the sample \[rad/s²\]; with a sampled controller they
     /// jump at the samples.
     pub true_acceleration_rad_s2: [f64; MAX_JOINTS],
-    /// The torque on the joints just after the sample, disturbance included and unmodelled friction
-    /// taken off \[N·m\].
+    /// The torque on the joints just after the sample, disturbance included and what the model does
+    /// not know taken off: unmodelled friction, ripple, flexible parts \[N·m\].
     pub true_torque_nm: [f64; MAX_JOINTS],
 }
 

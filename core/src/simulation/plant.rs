@@ -3,11 +3,12 @@
 use crate::MAX_JOINTS;
 use crate::control::{ContinuousController, Setpoint};
 use crate::dynamics::{Model, Workspace};
+use crate::robot::Transmission;
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
 use super::sensitivity::PlantVariation;
-use super::{DivergenceLimits, Stribeck};
+use super::{Cogging, DivergenceLimits, FlexibleMode, Stribeck};
 
 /// The reference at one instant.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,7 +56,8 @@ impl ReferencePoint {
 /// The arm, and the controller where it acts at every instant.
 ///
 /// State: y = (q, q̇) under a sampled controller, (q, q̇, integrals) under a continuous one, then
-/// its derivatives with respect to parameters where they are asked for, a row per entry of y.
+/// (q_f, q̇_f) where joints are flexible, then its derivatives with respect to parameters where they
+/// are asked for, a row per entry of y.
 pub(super) struct Plant<R> {
     pub(super) model: Model,
     pub(super) workspace: Workspace<f64>,
@@ -68,8 +70,15 @@ pub(super) struct Plant<R> {
     pub(super) disturbance: [f64; MAX_JOINTS],
     /// Friction that the model does not know, one per joint; empty when there is none.
     pub(super) stribeck: Vec<Stribeck>,
-    /// What was left for the model at the last evaluation: command and disturbance less the
-    /// unmodelled friction \[N·m\].
+    /// Ripple, one per motor; empty when there is none.
+    pub(super) cogging: Vec<Cogging>,
+    pub(super) transmission: Transmission,
+    /// Flexible parts, one per joint; empty when all are rigid.
+    pub(super) flexible: Vec<FlexibleMode>,
+    /// J_f of the flexible parts \[kg·m²\].
+    pub(super) flexible_inertia: Vec<f64>,
+    /// What was left for the model at the last evaluation: command and disturbance less what the
+    /// model does not know \[N·m\].
     pub(super) torque: [f64; MAX_JOINTS],
     pub(super) divergence: DivergenceLimits,
     pub(super) joints: usize,
@@ -80,7 +89,12 @@ pub(super) struct Plant<R> {
 impl<R: Reference> Plant<R> {
     /// Number of states, their derivatives not counted.
     pub(super) fn states(&self) -> usize {
-        self.joints * if self.continuous.is_some() { 3 } else { 2 }
+        2 * self.joints + self.integrals() + 2 * self.flexible.len()
+    }
+
+    /// Number of integrals among them.
+    pub(super) fn integrals(&self) -> usize {
+        if self.continuous.is_some() { self.joints } else { 0 }
     }
 
     /// ẏ = f(t, y).
@@ -94,10 +108,12 @@ impl<R: Reference> Plant<R> {
         let (y, derivatives) = y.split_at(self.states());
         let (rate, derivative_rates) = rate.split_at_mut(self.states());
         let (q, rest) = y.split_at(n);
-        let (dq, integral) = rest.split_at(n);
+        let (dq, rest) = rest.split_at(n);
+        let (integral, flexible) = rest.split_at(self.integrals());
         self.check_finite(time_s, q, dq)?;
         let (dq_rate, rest) = rate.split_at_mut(n);
-        let (ddq, integral_rate) = rest.split_at_mut(n);
+        let (ddq, rest) = rest.split_at_mut(n);
+        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
         if let Some(controller) = &self.continuous {
             let point = ReferencePoint::at(&self.reference, time_s);
             let command = &mut self.command[..n];
@@ -111,9 +127,19 @@ impl<R: Reference> Plant<R> {
         for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
             *torque -= stribeck.torque(*velocity);
         }
+        self.add_cogging(q);
+        self.add_flexible(q, dq, flexible, flexible_rate);
         dq_rate.copy_from_slice(dq);
         self.model
-            .direct_dynamics(&mut self.workspace, &self.parameters, q, dq, &self.torque[..n], ddq)
+            .direct_dynamics_without(
+                &mut self.workspace,
+                &self.parameters,
+                &self.flexible_inertia,
+                q,
+                dq,
+                &self.torque[..n],
+                ddq,
+            )
             .map_err(|error| SimulationError::NotPositiveDefinite { joint: error.joint, time_s })?;
         if let Some(variation) = &mut self.variation {
             let mut error = [0.0; MAX_JOINTS];
@@ -132,6 +158,35 @@ impl<R: Reference> Plant<R> {
             );
         }
         Ok(())
+    }
+
+    /// The motors' ripple, which joints feel as they feel any torque of the motors.
+    fn add_cogging(&mut self, q: &[f64]) {
+        if self.cogging.is_empty() {
+            return;
+        }
+        let n = self.joints;
+        let [mut motor, mut joint] = [[0.0; MAX_JOINTS]; 2];
+        self.transmission.motor_position(q, &mut motor[..n]);
+        for (motor, cogging) in motor.iter_mut().zip(&self.cogging) {
+            *motor = cogging.torque(*motor);
+        }
+        self.transmission.joint_torque(&motor[..n], &mut joint[..n]);
+        for (torque, ripple) in self.torque.iter_mut().zip(joint) {
+            *torque += ripple;
+        }
+    }
+
+    /// The rates of the flexible parts' state (q_f, q̇_f), and what the joints feel of them.
+    fn add_flexible(&mut self, q: &[f64], dq: &[f64], state: &[f64], rate: &mut [f64]) {
+        let modes = self.flexible.len();
+        let (q_f, dq_f) = state.split_at(modes);
+        let (q_f_rate, dq_f_rate) = rate.split_at_mut(modes);
+        q_f_rate.copy_from_slice(dq_f);
+        for (j, mode) in self.flexible.iter().enumerate() {
+            dq_f_rate[j] = mode.acceleration(q[j], dq[j], q_f[j], dq_f[j]);
+            self.torque[j] -= mode.inertia_kg_m2 * dq_f_rate[j];
+        }
     }
 
     /// Whether the state at the end of a step is one of a stable loop.

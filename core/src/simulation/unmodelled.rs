@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::config::check_length;
 use super::error::SetupError;
+use super::flexible::{self, FlexibleMode};
 
 /// Errors of the model, each absent unless stated. The arm has them; whoever identifies it with
 /// its [`Model`](crate::dynamics::Model) does not know.
@@ -13,6 +14,16 @@ pub struct Unmodelled {
     /// Additional friction at low speed, one per joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck: Option<Vec<Stribeck>>,
+    /// w of the arm's Coulomb friction, fc tanh(q̇/w), in place of the model's own sign function
+    /// \[rad/s, or m/s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coulomb_width_rad_s: Option<f64>,
+    /// Joints that are not rigid, one mode per joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flexible: Option<Vec<FlexibleMode>>,
+    /// Torque ripple, one per motor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cogging: Option<Vec<Cogging>>,
     /// Logged torque over commanded torque, one per motor: 1.05 is a drive gain that is taken for
     /// 5 % larger than it is. The controller and the arm do not feel it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -29,6 +40,27 @@ pub struct Stribeck {
     pub velocity_rad_s: f64,
     /// w, the width of the change of sign \[rad/s, or m/s\]; well below vs.
     pub width_rad_s: f64,
+}
+
+/// Torque ripple of a motor over its angle, a sin(p q_m + ϕ): cogging, which does not depend on the
+/// current.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cogging {
+    /// a, on the motor side \[N·m\]; 0 is none.
+    pub torque_nm: f64,
+    /// p, periods in one turn of the motor: pole pairs and their multiples.
+    pub periods_per_turn: u32,
+    /// ϕ \[rad\].
+    pub phase_rad: f64,
+}
+
+impl Cogging {
+    /// The torque that drives the motor at this angle \[N·m\].
+    pub fn torque(&self, motor_position_rad: f64) -> f64 {
+        let angle = f64::from(self.periods_per_turn) * motor_position_rad + self.phase_rad;
+        self.torque_nm * angle.sin()
+    }
 }
 
 impl Stribeck {
@@ -53,6 +85,26 @@ impl Unmodelled {
                 check_positive("unmodelled.stribeck.width_rad_s", of_joint.width_rad_s)?;
             }
         }
+        if let Some(width) = self.coulomb_width_rad_s {
+            check_positive("unmodelled.coulomb_width_rad_s", width)?;
+        }
+        if let Some(modes) = &self.flexible {
+            flexible::validate(modes, joints)?;
+        }
+        if let Some(cogging) = &self.cogging {
+            check_length("unmodelled.cogging", joints, cogging.len())?;
+            for of_motor in cogging {
+                let (what, value) = ("unmodelled.cogging.torque_nm", of_motor.torque_nm);
+                if !(value.is_finite() && value >= 0.0) {
+                    let expected = "finite and not negative";
+                    return Err(SetupError::BadValue { what, value, expected });
+                }
+                let (what, value) = ("unmodelled.cogging.phase_rad", of_motor.phase_rad);
+                if !value.is_finite() {
+                    return Err(SetupError::BadValue { what, value, expected: "finite" });
+                }
+            }
+        }
         if let Some(gains) = &self.torque_gain {
             check_length("unmodelled.torque_gain", joints, gains.len())?;
             gains.iter().try_for_each(|gain| check_positive("unmodelled.torque_gain", *gain))?;
@@ -61,7 +113,7 @@ impl Unmodelled {
     }
 }
 
-fn check_positive(what: &'static str, value: f64) -> Result<(), SetupError> {
+pub(super) fn check_positive(what: &'static str, value: f64) -> Result<(), SetupError> {
     if value.is_finite() && value > 0.0 {
         Ok(())
     } else {
@@ -104,5 +156,26 @@ mod tests {
         assert!(said(&stribeck(vec![sharp])).contains("width_rad_s = NaN"));
         assert!(said(&gain(vec![1.0, 1.0])).contains("unmodelled.torque_gain"));
         assert!(said(&gain(vec![0.0])).contains("unmodelled.torque_gain = 0"));
+        let width = |w| Unmodelled { coulomb_width_rad_s: Some(w), ..Default::default() };
+        assert_eq!(said(&width(0.1)), "");
+        assert!(said(&width(0.0)).contains("coulomb_width_rad_s = 0"));
+        let mode = FlexibleMode { frequency_hz: 20.0, damping_ratio: 0.0, inertia_kg_m2: 0.1 };
+        let flexible = |modes| Unmodelled { flexible: Some(modes), ..Default::default() };
+        assert_eq!(said(&flexible(vec![mode])), "");
+        assert!(said(&flexible(vec![])).contains("unmodelled.flexible"));
+        let stiff = FlexibleMode { frequency_hz: f64::INFINITY, ..mode };
+        assert!(said(&flexible(vec![stiff])).contains("frequency_hz = inf"));
+        let driven = FlexibleMode { damping_ratio: -0.1, ..mode };
+        assert!(said(&flexible(vec![driven])).contains("damping_ratio = -0.1"));
+        let light = FlexibleMode { inertia_kg_m2: -1.0, ..mode };
+        assert!(said(&flexible(vec![light])).contains("inertia_kg_m2 = -1"));
+        let ripple = Cogging { torque_nm: 0.01, periods_per_turn: 6, phase_rad: 0.0 };
+        let cogging = |of_motors| Unmodelled { cogging: Some(of_motors), ..Default::default() };
+        assert_eq!(said(&cogging(vec![ripple])), "");
+        assert!(said(&cogging(vec![ripple; 2])).contains("unmodelled.cogging"));
+        let nowhere = Cogging { phase_rad: f64::NAN, ..ripple };
+        assert!(said(&cogging(vec![nowhere])).contains("phase_rad = NaN"));
+        let backward = Cogging { torque_nm: -0.01, ..ripple };
+        assert!(said(&cogging(vec![backward])).contains("torque_nm = -0.01"));
     }
 }

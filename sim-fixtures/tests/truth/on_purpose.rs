@@ -99,7 +99,8 @@ impl Wrong {
     /// The arm with the error.
     fn scenario(self, seed: u64) -> Scenario {
         let scenario = self.cell().scenario(seed);
-        let gain = |torque_gain| Unmodelled { torque_gain: Some(torque_gain), stribeck: None };
+        let gain =
+            |torque_gain| Unmodelled { torque_gain: Some(torque_gain), ..Default::default() };
         match self {
             Self::Nothing | Self::SignModel | Self::Hold => Ok(scenario),
             Self::Stribeck => {
@@ -109,7 +110,7 @@ impl Wrong {
                     width_rad_s: 0.05,
                 };
                 let stribeck = Some((1..=6).map(of_joint).collect());
-                scenario.with_unmodelled(Unmodelled { stribeck, torque_gain: None })
+                scenario.with_unmodelled(Unmodelled { stribeck, ..Default::default() })
             }
             Self::GainOfJoint3 => {
                 scenario.with_unmodelled(gain(vec![1.0, 1.0, 1.05, 1.0, 1.0, 1.0]))

@@ -76,6 +76,7 @@ pub(super) fn identification() -> Identification {
             applicable: false,
             reasons: vec![format!("the reason {HOSTILE}")],
             notes: vec!["a note".to_owned()],
+            failure: None,
         },
         ..Estimate::default()
     };

@@ -136,6 +136,23 @@ impl<'a> Iteration<'a> {
         }
     }
 
+    /// The estimate after so many steps, whether it stands still or not, and the one before, from
+    /// where the last step came.
+    pub(in crate::identification) fn steps_from(
+        &mut self,
+        start: DVector<f64>,
+        steps: u32,
+    ) -> Result<(DVector<f64>, Option<DVector<f64>>), IdentificationError> {
+        let mut previous = None;
+        let mut parameters = start;
+        for _ in 0..steps {
+            self.simulate(previous.as_ref(), &mut parameters)?;
+            let next = self.solve()?.1.parameters;
+            previous = Some(core::mem::replace(&mut parameters, next));
+        }
+        Ok((parameters, previous))
+    }
+
     /// Simulates `parameters`, halving the step from the `previous` ones as long as it fails, and
     /// says how often that was.
     fn simulate(

@@ -3,16 +3,12 @@
 use nalgebra::DVector;
 
 use super::Optimiser;
-use super::damping::Damped;
-use super::problem::{Output, Point, Problem};
+use super::problem::{Point, Problem};
+use super::step::{Linearised, MAX_TRIES, Rejection};
 use crate::identification::didim::ConvergenceLimits;
 use crate::identification::error::IdentificationError;
 use crate::identification::estimate::ConvergenceStep;
 use crate::regression::{Observations, Solution};
-use crate::simulation::SimulationError;
-
-/// Steps from one point that are tried: each is half as long or ten times as much damped.
-const MAX_TRIES: u32 = 12;
 
 /// Weights are renewed no more often than this.
 const MAX_RENEWALS: u32 = 5;
@@ -26,10 +22,8 @@ const SMALLEST_LEVEL: f64 = 1e-9;
 /// A relative error below this is small for any arm, as in DIDIM.
 const SMALL_ERROR: f64 = 1e-3;
 
-/// First damping, its change, and what is none.
+/// First damping.
 const FIRST_DAMPING: f64 = 1e-3;
-const DAMPING_CHANGE: f64 = 10.0;
-const NO_DAMPING: f64 = 1e-9;
 
 /// The point where the parameters stand still, its equation and the solution.
 pub(super) struct Optimum {
@@ -42,16 +36,17 @@ pub(super) struct Optimum {
 
 /// From a start to the minimum of Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
 pub(super) struct Iteration<'p, 'a> {
-    problem: &'p mut Problem<'a>,
-    optimiser: Optimiser,
+    pub(super) problem: &'p mut Problem<'a>,
+    pub(super) optimiser: Optimiser,
     limits: ConvergenceLimits,
     /// σ_j.
-    levels: Vec<f64>,
-    damping: f64,
-    /// Simulations of new parameters; those for differences are not counted.
-    trials: u32,
+    pub(super) levels: Vec<f64>,
+    pub(super) damping: f64,
+    /// Simulations of new parameters, those before the first sensitivities included; those for
+    /// differences are not counted.
+    pub(super) trials: u32,
     linear_steps: u32,
-    steps: Vec<ConvergenceStep>,
+    pub(super) steps: Vec<ConvergenceStep>,
 }
 
 impl<'p, 'a> Iteration<'p, 'a> {
@@ -61,58 +56,107 @@ impl<'p, 'a> Iteration<'p, 'a> {
         limits: ConvergenceLimits,
     ) -> Self {
         Self {
+            trials: problem.simulations,
             problem,
             optimiser,
             limits,
             levels: vec![],
             damping: FIRST_DAMPING,
-            trials: 0,
             linear_steps: 0,
             steps: vec![],
         }
     }
 
-    pub(super) fn run(mut self, start: &DVector<f64>) -> Result<Optimum, IdentificationError> {
-        self.trials += 1;
-        let first = |cause| IdentificationError::FirstSimulation { cause };
-        let mut point = self.problem.simulate(start)?.map_err(first)?;
-        let mut observations = self.problem.linearise(&mut point)?.map_err(first)?;
-        self.levels = self.first_levels(&observations)?;
+    /// From a start, which is drawn nearer to the parameters `before` as long as it cannot be linearised.
+    pub(super) fn run(
+        mut self,
+        mut start: DVector<f64>,
+        before: Option<&DVector<f64>>,
+    ) -> Result<Optimum, IdentificationError> {
+        let mut halvings = 0;
+        let mut at = loop {
+            match (self.first(&start)?, before) {
+                (Ok(at), _) => break at,
+                (Err(_), Some(before)) if halvings < MAX_TRIES => start = (start + before) * 0.5,
+                (Err(Rejection::Simulation(cause)), _) => {
+                    return Err(IdentificationError::FirstSimulation { cause });
+                }
+                (Err(Rejection::Equation(error)), _) => return Err(error),
+            }
+            halvings += 1;
+        };
         let (mut tries, mut renewals) = (0, 0);
         loop {
-            let solution = self.solve(&observations)?;
-            let moves = self.note(&point, &solution, tries);
-            if moves.is_none() {
-                let levels = self.renewed(&observations, &solution);
+            let Some(mover) = self.note(&at.point, &at.solution, tries) else {
+                let levels = self.renewed(&at.observations, &at.solution);
                 let same = levels.iter().zip(&self.levels);
                 let settled =
                     same.into_iter().all(|(new, old)| (new / old - 1.0).abs() <= SAME_LEVEL);
                 self.levels = levels;
+                at.solution = self.solve(&at.observations)?;
                 if settled || renewals == MAX_RENEWALS {
-                    let solution = self.solve(&observations)?;
+                    let Linearised { point, observations, solution } = at;
                     let (linear_steps, steps) = (self.linear_steps, self.steps);
                     return Ok(Optimum { point, observations, solution, linear_steps, steps });
                 }
                 renewals += 1;
                 tries = 0;
                 continue;
-            }
-            (point, observations, tries) = self.advance(&point, &observations, &solution, moves)?;
+            };
+            (at, tries) = self.advance(&at, mover)?;
         }
     }
 
-    /// The weights to begin with. Torques have those of the equation error, which does not depend on
-    /// the start. Positions have no equation, and their noise is not known before: the residuals of
-    /// the first linear step, without weights, are free of what the start has wrong, to first order.
-    fn first_levels(&self, observations: &Observations) -> Result<Vec<f64>, IdentificationError> {
-        match self.problem.output {
-            Output::Torque => Ok(self.problem.fit.noise_levels.clone()),
-            Output::Position => {
-                let named = |error| self.problem.named(error);
-                let solution = observations.ordinary().map_err(named)?;
-                Ok(self.renewed(observations, &solution))
-            }
+    /// The first point and its weights.
+    fn first(
+        &mut self,
+        start: &DVector<f64>,
+    ) -> Result<Result<Linearised, Rejection>, IdentificationError> {
+        self.trials += 1;
+        let point = match self.problem.simulate(start)? {
+            Err(failed) => return Ok(Err(Rejection::Simulation(failed))),
+            Ok(point) => point,
+        };
+        let (point, observations) = match self.linearise(point) {
+            Err(rejection) => return Ok(Err(rejection)),
+            Ok(linearised) => linearised,
+        };
+        match self.first_levels(&observations) {
+            Ok(levels) => self.levels = levels,
+            Err(error) => return Ok(Err(Rejection::Equation(error))),
         }
+        Ok(self.solved(point, observations))
+    }
+
+    /// Where the loop is next to instability, its sensitivities grow beyond what can be solved: then
+    /// there is no going on from the point.
+    pub(super) fn linearise(
+        &mut self,
+        mut point: Point,
+    ) -> Result<(Point, Observations), Rejection> {
+        match self.problem.linearise(&mut point) {
+            Ok(Ok(observations)) => Ok((point, observations)),
+            Ok(Err(failed)) => Err(Rejection::Simulation(failed)),
+            Err(error) => Err(Rejection::Equation(error)),
+        }
+    }
+
+    pub(super) fn solved(
+        &mut self,
+        point: Point,
+        observations: Observations,
+    ) -> Result<Linearised, Rejection> {
+        let solution = self.solve(&observations).map_err(Rejection::Equation)?;
+        Ok(Linearised { point, observations, solution })
+    }
+
+    /// The weights to begin with: the residuals of the first linear step, without weights, are free of
+    /// what the start has wrong, to first order. From a start far away they say how badly each joint
+    /// can be linearised, and weigh it accordingly; they stay until the parameters stand still.
+    fn first_levels(&self, observations: &Observations) -> Result<Vec<f64>, IdentificationError> {
+        let named = |error| self.problem.named(error);
+        let solution = observations.ordinary().map_err(named)?;
+        Ok(self.renewed(observations, &solution))
     }
 
     fn renewed(&self, observations: &Observations, solution: &Solution) -> Vec<f64> {
@@ -160,66 +204,19 @@ impl<'p, 'a> Iteration<'p, 'a> {
         (!stands).then_some(mover)
     }
 
-    /// The next point: the first along ever shorter steps that lowers the criterion.
-    fn advance(
-        &mut self,
-        point: &Point,
-        observations: &Observations,
-        solution: &Solution,
-        mover: Option<usize>,
-    ) -> Result<(Point, Observations, u32), IdentificationError> {
-        let step = &solution.parameters - &point.parameters;
-        let damped = Damped::new(observations, &self.levels, &step);
-        let before = self.criterion(&self.problem.residuals(point));
-        let mut cause: Option<SimulationError> = None;
-        for tries in 0..MAX_TRIES {
-            self.check_trials_left(mover)?;
-            let step = match self.optimiser {
-                Optimiser::GaussNewton => &step * 0.5_f64.powi(tries.cast_signed()),
-                Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => step.clone(),
-                Optimiser::LevenbergMarquardt => damped.step(self.damping),
-            };
-            self.trials += 1;
-            match self.problem.simulate(&(&point.parameters + step))? {
-                Err(failed) => cause = Some(failed),
-                Ok(mut next) => {
-                    if self.criterion(&self.problem.residuals(&next)) < before {
-                        match self.problem.linearise(&mut next)? {
-                            Ok(observations) => {
-                                self.damping /= DAMPING_CHANGE;
-                                return Ok((next, observations, tries));
-                            }
-                            Err(failed) => cause = Some(failed),
-                        }
-                    }
-                }
-            }
-            self.damping = self.damping.max(NO_DAMPING) * DAMPING_CHANGE;
-        }
-        let simulations = self.problem.simulations;
-        Err(match cause {
-            Some(cause) => IdentificationError::NoStep { simulations, halvings: MAX_TRIES, cause },
-            None => IdentificationError::NoDescent {
-                simulations,
-                parameter: self.name(mover),
-                parameter_change: self.steps.last().map_or(f64::NAN, |s| s.parameter_change),
-            },
-        })
-    }
-
     /// Σ ‖ρ_j‖²/σ_j².
-    fn criterion(&self, residuals: &DVector<f64>) -> f64 {
+    pub(super) fn criterion(&self, residuals: &DVector<f64>) -> f64 {
         let rows = residuals.len() / self.levels.len();
         let joints = residuals.as_slice().chunks(rows).zip(&self.levels);
         joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum()
     }
 
-    fn name(&self, parameter: Option<usize>) -> String {
+    pub(super) fn name(&self, parameter: usize) -> String {
         let names = self.problem.fit.selection.names();
-        parameter.and_then(|k| names.get(k)).cloned().unwrap_or_default()
+        names.get(parameter).cloned().unwrap_or_default()
     }
 
-    fn check_trials_left(&self, mover: Option<usize>) -> Result<(), IdentificationError> {
+    pub(super) fn check_trials_left(&self, mover: usize) -> Result<(), IdentificationError> {
         if self.trials < self.limits.max_simulations {
             return Ok(());
         }

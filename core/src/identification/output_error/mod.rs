@@ -5,6 +5,7 @@ mod iteration;
 mod options;
 mod problem;
 mod rows;
+mod step;
 mod validate;
 
 pub use options::{Optimiser, OutputErrorOptions, SensitivityMethod};
@@ -14,9 +15,9 @@ use nalgebra::DVector;
 use super::assemble::{Findings, TorqueRows};
 use super::checks::PositionError;
 use super::didim::controller_check::controller_error;
-use super::didim::{alignment, start};
-use super::error::IdentificationError;
-use super::estimate::Identification;
+use super::didim::{self, Equation, alignment, start};
+use super::error::{Failure, IdentificationError};
+use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::observation::observation_matrix;
@@ -88,18 +89,31 @@ fn identify(
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let timing = options.controller.timing();
     let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
-    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?
-        .with_gains_for(&fit.weighted.solution.parameters)?;
+    let simulator = || {
+        Simulator::new(robot, &fit, experiment, options.loop_options())?
+            .with_gains_for(&fit.weighted.solution.parameters)
+    };
     let start = start::parameters(options.start, robot, base, &fit)?;
+    let equation = Equation::Simulated { torque: torque.clone() };
+    let mut approach =
+        didim::Iteration::new(experiment, &fit, equation, simulator()?, options.convergence);
+    let (start, before) = approach.steps_from(start, options.didim_steps)?;
     let rows = Rows::new(experiment, &fit.decimation);
     let measured = match output {
         Output::Torque => torque.clone(),
         Output::Position => rows.of_signals(experiment.position_rad(), "position")?,
     };
-    let (method, simulations) = (options.sensitivities, 0);
-    let mut problem = Problem { output, fit: &fit, rows, measured, simulator, method, simulations };
-    let optimum =
-        Iteration::new(&mut problem, options.optimiser, options.convergence).run(&start)?;
+    let mut problem = Problem {
+        output,
+        fit: &fit,
+        rows,
+        measured,
+        simulator: simulator()?,
+        method: options.sensitivities,
+        simulations: approach.simulations(),
+    };
+    let optimum = Iteration::new(&mut problem, options.optimiser, options.convergence)
+        .run(start, before.as_ref())?;
 
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let unweighted = optimum.observations.ordinary().map_err(named)?;
@@ -149,9 +163,15 @@ fn identify(
         controller_error_per_joint: controller_error,
         limits: &options.regression.limits,
         instrument_correlation: None,
-        reasons: above_noise(ratio).into_iter().collect(),
+        reasons: Vec::new(),
     };
-    findings.assemble()
+    let mut found = findings.assemble()?;
+    let limit = options.regression.limits.prediction_deviation;
+    let failure = failure(output, &found.estimate, ratio, limit);
+    if let Some((failure, reason)) = failure {
+        found.estimate.verdict.fail(failure, reason);
+    }
+    Ok(found)
 }
 
 /// How large the torque errors are, in the noise levels of the equation error:
@@ -164,14 +184,37 @@ fn noise_ratio(fit: &EquationErrorFit, residuals: &DVector<f64>) -> f64 {
     (sum / (residuals.len() - fit.selection.names().len()) as f64).sqrt()
 }
 
-/// A minimum that leaves more than the noise is not that of the arm's parameters.
-fn above_noise(ratio: f64) -> Option<String> {
+/// What a converged criterion can still be: a minimum that leaves more than the noise is not that of the
+/// arm's parameters, and one that hardly depends on them has said nothing of what they are.
+fn failure(
+    output: Output,
+    estimate: &Estimate,
+    ratio: f64,
+    prediction_deviation: f64,
+) -> Option<(Failure, String)> {
     let noise = ratio <= MAX_NOISE_RATIO;
-    (!noise).then(|| {
-        format!(
+    if !noise {
+        let reason = format!(
             "the simulated torques are off by {ratio:.1} times the noise of IDIM-LS: a local \
              minimum, or a loop that is not the arm's; choose another start, and check reference \
              and controller"
-        )
+        );
+        return Some((Failure::LocalMinimum, reason));
+    }
+    let deviations = estimate.relative_prediction_deviation_per_joint.iter();
+    let largest = deviations.fold(0.0, |largest: f64, deviation| largest.max(*deviation));
+    let (signal, remedy) = match output {
+        Output::Position => ("positions", "identify from the torques (clie)"),
+        Output::Torque => ("torques", "move along a richer trajectory"),
+    };
+    let determined = largest <= prediction_deviation;
+    (!determined).then(|| {
+        let reason = format!(
+            "the simulated {signal} hardly depend on the parameters (smallest singular value \
+             {:.1e}): what they leave open is {:.0} % of a joint's torque; {remedy}",
+            estimate.singular_values.min,
+            100.0 * largest
+        );
+        (Failure::Insensitive, reason)
     })
 }

@@ -35,6 +35,10 @@ pub struct OutputErrorOptions {
     /// The parameters of the first simulation.
     #[serde(default)]
     pub start: Start,
+    /// DIDIM iterations before the first sensitivities, one simulation each: from a start far away,
+    /// a step of DIDIM leads near, where the linearised loop does not. 0 unless stated.
+    #[serde(default)]
+    pub didim_steps: u32,
     /// Where the sensitivities come from.
     #[serde(default)]
     pub sensitivities: SensitivityMethod,
@@ -73,7 +77,7 @@ pub enum Optimiser {
 }
 
 impl OutputErrorOptions {
-    /// The same loop, rows, start and limits as DIDIM's.
+    /// The same loop, rows, start and limits as DIDIM's, without a step of DIDIM before.
     pub fn of_loop(
         options: DidimOptions,
         sensitivities: SensitivityMethod,
@@ -97,6 +101,7 @@ impl OutputErrorOptions {
             integrator,
             substeps,
             start,
+            didim_steps: 0,
             sensitivities,
             optimiser,
             convergence,
