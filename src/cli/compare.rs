@@ -13,7 +13,7 @@ use super::identify::{check_rate, counted, positive, read_input};
 use super::output::{print, write_whole};
 use super::sim::read_scenario;
 use crate::cell::Cell;
-use crate::compare::{Limits, Outcome, Progress, Published, Subject, Trial, compare, trials};
+use crate::compare::{Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials};
 use crate::experiment::{Recording, simulate};
 use crate::report::comparison::{View, markdown, terminal};
 use crate::report::html::{ComparisonReport, InputFile, Origin, SampleRange};
@@ -31,11 +31,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["input", "sample_rate", "from", "to"])]
     scenario: Option<String>,
     /// Seed of the noise; the scenario's when left out
-    #[arg(long, value_name = "N", requires = "scenario")]
+    #[arg(long, value_name = "N", conflicts_with = "input")]
     seed: Option<u64>,
     /// The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     methods: Vec<Method>,
+    /// Consecutive blocks of samples, each predicted with what was found without it; 0 for none
+    #[arg(long, value_name = "K", default_value_t = 5, value_parser = folds)]
+    folds: usize,
     /// Published figures to stand beside (TOML)
     #[arg(long, value_name = "FILE")]
     published: Option<PathBuf>,
@@ -72,14 +75,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
     let trials = trials(methods);
-    let bars = Bars::new(&trials);
+    let bars = Bars::new(&tasks(&trials, arguments.folds));
     let subject = Subject {
         cell: &cell,
         recording: &recording,
         counted: &counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
-    let comparison = compare(subject, &trials, &|progress| bars.show(progress));
+    let comparison = compare(subject, &trials, arguments.folds, &|progress| bars.show(progress));
     bars.clear();
 
     let outcomes = limits.as_ref().map(|limits| limits.check(&comparison)).unwrap_or_default();
@@ -108,6 +111,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &report.to_html())?;
     }
     violated(&outcomes)
+}
+
+/// Fewer than two blocks leave nothing to identify from; a block has to be longer than the filters
+/// reach, so that there cannot be many.
+fn folds(text: &str) -> Result<usize, String> {
+    let folds: usize = text.parse().map_err(|error| format!("{error}"))?;
+    let fits = folds == 0 || (2..=20).contains(&folds);
+    fits.then_some(folds).ok_or_else(|| "has to be 2 to 20, or 0 for none".to_owned())
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
@@ -186,24 +197,24 @@ fn violated(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
 /// What is running, on stderr where it is a terminal.
 struct Bars {
     whole: ProgressBar,
-    running: Vec<(Trial, ProgressBar)>,
+    running: Vec<(Task, ProgressBar)>,
 }
 
 impl Bars {
-    fn new(trials: &[Trial]) -> Self {
+    fn new(tasks: &[Task]) -> Self {
         let together = MultiProgress::new();
-        let count = u64::try_from(trials.len()).unwrap_or(u64::MAX);
+        let count = u64::try_from(tasks.len()).unwrap_or(u64::MAX);
         let whole = together.add(ProgressBar::new(count));
         // A template that does not parse would be a mistake of ours; the default does as well.
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} methods  {elapsed}") {
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {elapsed}") {
             whole.set_style(style);
         }
-        let running = trials.iter().map(|trial| {
+        let running = tasks.iter().map(|task| {
             let bar = ProgressBar::new_spinner();
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
                 bar.set_style(style);
             }
-            (*trial, together.add(bar))
+            (*task, together.add(bar))
         });
         let running = running.collect();
         whole.tick();
@@ -211,17 +222,17 @@ impl Bars {
     }
 
     fn show(&self, progress: Progress) {
-        let bar = |trial: Trial| self.running.iter().find(|(of, _)| *of == trial);
+        let bar = |task: Task| self.running.iter().find(|(of, _)| *of == task);
         match progress {
-            Progress::Begun(trial) => {
-                if let Some((_, bar)) = bar(trial) {
+            Progress::Begun(task) => {
+                if let Some((_, bar)) = bar(task) {
                     bar.reset_elapsed();
-                    bar.set_message(trial.to_string());
+                    bar.set_message(task.to_string());
                     bar.enable_steady_tick(std::time::Duration::from_millis(200));
                 }
             }
-            Progress::Ended(trial) => {
-                if let Some((_, bar)) = bar(trial) {
+            Progress::Ended(task) => {
+                if let Some((_, bar)) = bar(task) {
                     bar.finish_and_clear();
                 }
                 self.whole.inc(1);

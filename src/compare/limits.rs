@@ -254,7 +254,7 @@ mod tests {
             result(Method::Cloe, &[("fc1", 0.8), ("zz1r", 2.9)], 0.1),
         ];
         let (robot, agreement) = ("arm".to_owned(), vec![]);
-        Comparison { schema: 1, robot, methods, agreement, truth: None }
+        Comparison { schema: 1, robot, methods, agreement, held_out: vec![], truth: None }
     }
 
     #[track_caller]

@@ -5,6 +5,7 @@
 //! [`Published`] figures can stand beside it, and [`Limits`] say what must come out.
 
 mod agreement;
+mod held_out;
 mod limits;
 mod published;
 mod trial;
@@ -14,10 +15,11 @@ use serde::Serialize;
 
 pub(crate) use agreement::lies_in;
 pub use agreement::{Agreement, SIGMAS};
+pub use held_out::{HeldOut, TorqueErrors};
 pub(crate) use limits::mean;
 pub use limits::{Figure, Limit, Limits, Outcome};
 pub use published::{Published, PublishedErrors, PublishedFigures, PublishedSingularValues};
-pub use trial::{Framework, Progress, Subject, Trial, compare, trials};
+pub use trial::{Framework, Progress, Subject, Task, Trial, compare, tasks, trials};
 
 /// Version of the layout of [`Comparison`] in JSON.
 pub const SCHEMA: u32 = 1;
@@ -33,6 +35,8 @@ pub struct Comparison {
     pub methods: Vec<MethodResult>,
     /// Of each pair of results, how many estimates of one lie within 3 σ of the other.
     pub agreement: Vec<Agreement>,
+    /// How well each method predicts what it has not seen.
+    pub held_out: Vec<HeldOut>,
     /// What the parameters really are, where the arm is a simulated one.
     pub truth: Option<Vec<TrueParameter>>,
 }

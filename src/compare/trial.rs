@@ -10,7 +10,7 @@ use std::time::Instant;
 use didim_core::identification::Method;
 use serde::{Deserialize, Serialize};
 
-use super::{Agreement, Comparison, MethodResult, SCHEMA, TrueParameter, title};
+use super::{Agreement, Comparison, HeldOut, MethodResult, SCHEMA, TrueParameter, title};
 use crate::cell::Cell;
 use crate::experiment::Recording;
 use crate::identify::identify_recording;
@@ -81,57 +81,105 @@ pub struct Subject<'a> {
     pub truth: Option<&'a [(String, f64)]>,
 }
 
+/// One piece of the work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Identifies with a method.
+    Identify(Trial),
+    /// Predicts what a method has not seen.
+    HoldOut(Method),
+}
+
+impl fmt::Display for Task {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Identify(trial) => trial.fmt(f),
+            Self::HoldOut(method) => write!(f, "{}, held out", title(*method)),
+        }
+    }
+}
+
 /// How far a comparison is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// A method begins.
-    Begun(Trial),
-    /// A method has ended, with a result or without.
-    Ended(Trial),
+    /// A piece of the work begins.
+    Begun(Task),
+    /// It has ended, with a result or without.
+    Ended(Task),
 }
 
-/// Identifies with every method. A method that fails is a result without an estimate, and its cause.
+/// The pieces of a comparison, in order; nothing is held out with fewer than two blocks.
+pub fn tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
+    let held_out = trials
+        .iter()
+        .filter(|trial| blocks > 1 && trial.framework == Framework::Decimated)
+        .map(|trial| Task::HoldOut(trial.method));
+    trials.iter().copied().map(Task::Identify).chain(held_out).collect()
+}
+
+/// Identifies with every method, and again without each of `blocks` parts of the samples, to predict
+/// it. A method that fails is a result without an estimate, and its cause.
 ///
 /// The methods run on the cores that there are; the results do not depend on how many. `progress` is
 /// called from their threads.
 pub fn compare(
     subject: Subject<'_>,
     trials: &[Trial],
+    blocks: usize,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Comparison {
-    let results: Vec<Mutex<Option<MethodResult>>> =
-        trials.iter().map(|_| Mutex::default()).collect();
-    // The last come first: without decimation a method takes longest.
-    let left = AtomicUsize::new(trials.len());
+    let tasks = tasks(trials, blocks);
+    let done: Vec<Mutex<Option<Done>>> = tasks.iter().map(|_| Mutex::default()).collect();
+    // The last come first: what takes longest, many identifications or one without decimation.
+    let left = AtomicUsize::new(tasks.len());
     let work = || {
-        while let Some(next) = left.fetch_sub(1, Ordering::Relaxed).checked_sub(1) {
-            let (Some(trial), Some(place)) = (trials.get(next), results.get(next)) else { break };
-            progress(Progress::Begun(*trial));
-            let result = run(subject, *trial);
+        while let Ok(left) = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less_one) {
+            let (Some(task), Some(place)) = (tasks.get(left - 1), done.get(left - 1)) else {
+                break;
+            };
+            progress(Progress::Begun(*task));
+            let result = match *task {
+                Task::Identify(trial) => Done::Identified(Box::new(run(subject, trial))),
+                Task::HoldOut(method) => Done::HeldOut(HeldOut::of(subject, method, blocks)),
+            };
             *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
-            progress(Progress::Ended(*trial));
+            progress(Progress::Ended(*task));
         }
     };
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     std::thread::scope(|scope| {
         // The calling thread works too.
-        for _ in 1..cores.min(MAX_AT_ONCE).min(trials.len()) {
+        for _ in 1..cores.min(MAX_AT_ONCE).min(tasks.len()) {
             scope.spawn(work);
         }
         work();
     });
-    let results = results.into_iter();
-    let methods: Vec<MethodResult> = results
-        .filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner))
-        .collect();
+    let (mut methods, mut held_out) = (Vec::new(), Vec::new());
+    for done in done {
+        match done.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(Done::Identified(result)) => methods.push(*result),
+            Some(Done::HeldOut(errors)) => held_out.push(errors),
+            None => {}
+        }
+    }
     let named = |(name, value): &(String, f64)| TrueParameter { name: name.clone(), value: *value };
     Comparison {
         schema: SCHEMA,
         robot: subject.cell.robot.name().to_owned(),
         agreement: Agreement::of_pairs(&methods),
         methods,
+        held_out,
         truth: subject.truth.map(|truth| truth.iter().map(named).collect()),
     }
+}
+
+enum Done {
+    Identified(Box<MethodResult>),
+    HeldOut(HeldOut),
+}
+
+fn less_one(left: usize) -> Option<usize> {
+    left.checked_sub(1)
 }
 
 fn run(subject: Subject<'_>, trial: Trial) -> MethodResult {
@@ -154,7 +202,7 @@ fn run(subject: Subject<'_>, trial: Trial) -> MethodResult {
 }
 
 /// The cell with all methods in one framework.
-fn cell_of(cell: &Cell, framework: Framework) -> Cell {
+pub(super) fn cell_of(cell: &Cell, framework: Framework) -> Cell {
     let mut cell = cell.clone();
     let decimated = framework == Framework::Decimated;
     if let Some(options) = &mut cell.didim {

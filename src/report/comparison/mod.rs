@@ -3,6 +3,7 @@
 mod agreement;
 mod estimates;
 mod figures;
+mod held_out;
 mod text;
 
 use didim_core::identification::Method;
@@ -88,7 +89,12 @@ impl View<'_> {
             .flat_map(|framework| {
                 [estimates::table(self, framework), figures::table(self, framework)]
             });
-        let others = [agreement::matrix(self), agreement::outside(self), self.limits()];
+        let others = [
+            agreement::matrix(self),
+            agreement::outside(self),
+            held_out::table(self),
+            self.limits(),
+        ];
         of_frameworks.chain(others.into_iter().flatten()).collect()
     }
 

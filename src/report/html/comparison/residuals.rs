@@ -1,26 +1,19 @@
 //! Whether the residuals look like noise, and how each iteration went.
 
-use didim_core::identification::{Fit, Method};
+use didim_core::identification::Fit;
 use didim_core::regression::autocorrelation;
 use maud::{Markup, html};
 
 use super::super::{chart, section as in_section};
-use crate::compare::{Framework, Trial};
+use crate::compare::Trial;
 use crate::report::comparison::View;
 use crate::report::convergence::draw_panel;
-
-/// What the paper shows: its figures 1 to 3.
-const SHOWN: [Trial; 3] = [
-    Trial { method: Method::Cloe, framework: Framework::Strict },
-    Trial { method: Method::Clie, framework: Framework::Strict },
-    Trial { method: Method::Didim, framework: Framework::Decimated },
-];
 
 pub(super) fn section(view: &View<'_>) -> Markup {
     let fits = view.comparison.methods.iter().filter_map(|of| Some((of.trial, of.fit.as_ref()?)));
     let content = html! {
         @for (trial, fit) in fits {
-            details.method open[SHOWN.contains(&trial)] {
+            details.method open {
                 summary { (trial) ", " (fit.time_s.len()) " rows a joint" }
                 (panels(trial, fit))
             }

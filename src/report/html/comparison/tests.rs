@@ -22,7 +22,7 @@ fn comparison() -> Comparison {
     let methods = trials(&Method::ALL).into_iter().map(result).collect();
     let truth = TrueParameter { name: "zz1r".to_owned(), value: 1.25 };
     let (robot, truth) = (HOSTILE.to_owned(), Some(vec![truth]));
-    Comparison { schema: SCHEMA, robot, methods, agreement: vec![], truth }
+    Comparison { schema: SCHEMA, robot, methods, agreement: vec![], held_out: vec![], truth }
 }
 
 fn html() -> String {
