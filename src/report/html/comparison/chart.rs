@@ -124,23 +124,21 @@ impl Decades {
     pub(super) fn labels(self) -> Markup {
         let mut svg = String::new();
         let step = ((self.last - self.first) / 4.0).ceil().max(1.0);
-        let mut decade = self.first;
-        while decade <= self.last {
-            let value = 10_f64.powf(decade);
+        let decades = (0_u32..).map(|k| self.first + f64::from(k) * step);
+        let decades: Vec<f64> = decades.take_while(|decade| *decade <= self.last).collect();
+        for (k, decade) in decades.iter().enumerate() {
+            let value = 10_f64.powf(*decade);
             let text = super::super::signed(&significant(value, 1));
-            let anchor = if decade == self.first {
-                "start"
-            } else if decade + step > self.last {
-                "end"
-            } else {
-                "middle"
+            let anchor = match k {
+                0 => "start",
+                _ if k + 1 == decades.len() => "end",
+                _ => "middle",
             };
             let _ = write!(
                 svg,
                 r#"<text class="tick" x="{:.1}" y="11" text-anchor="{anchor}">{text}</text>"#,
                 self.place(value)
             );
-            decade += step;
         }
         inline(&svg, 14.0)
     }

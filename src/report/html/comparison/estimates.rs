@@ -31,7 +31,7 @@ pub(super) fn section(report: &ComparisonReport<'_>) -> Markup {
                 @for framework in &frameworks {
                     th.plot scope="col" {
                         @match framework {
-                            Framework::Decimated => "Decimation filter [σ of IDIM-LS]",
+                            Framework::Decimated => "Decimated [σ of IDIM-LS]",
                             Framework::Strict => "Strict [σ of IDIM-LS]",
                         }
                         (chart::interval_labels())
