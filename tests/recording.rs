@@ -181,7 +181,7 @@ fn the_methods_agree_and_predict_what_they_have_not_seen() {
         &"--methods",
         &"idim-iv,didim,clie",
         &"--folds",
-        &"3",
+        &"5",
     ];
     let found = json(&succeed(arguments));
     for pair in found["agreement"].as_array().unwrap() {
@@ -197,6 +197,11 @@ fn the_methods_agree_and_predict_what_they_have_not_seen() {
         let error = |which: &str| of[which]["relative_error"].as_f64().unwrap();
         let (seen, unseen) = (error("in_sample"), error("held_out"));
         println!("{}: {seen:.4} in sample, {unseen:.4} held out", of["method"]);
-        assert!(seen < unseen && unseen < 1.15 * seen && seen < 0.06, "{of}");
+        // 28 parameters of some 430 independent rows make 1.08 of it, the model's errors the rest.
+        assert!(seen < unseen && unseen < 1.2 * seen && seen < 0.06, "{of}");
+        assert!(
+            (unseen / held_out[0]["held_out"]["relative_error"].as_f64().unwrap() - 1.0).abs()
+                < 0.02
+        );
     }
 }
