@@ -9,6 +9,7 @@ use super::estimate::{
     SingularValues, Verdict,
 };
 use super::experiment::Experiment;
+use super::information::Information;
 use super::method::Method;
 use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
@@ -173,7 +174,16 @@ impl Findings<'_> {
         let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
         let samples = self.experiment.fitted_samples(decimation);
+        let information = Information::new(
+            observations,
+            &analysis,
+            &solution.noise_levels,
+            self.motion,
+            &samples,
+            rate_hz,
+        );
         let fit = Fit {
+            information,
             time_s: samples.into_iter().map(|k| k as f64 / rate_hz).collect(),
             measured: per_joint(torque, measured),
             predicted: per_joint(torque, &(measured - residuals)),

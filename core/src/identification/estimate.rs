@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::checks::{ModelCheck, TorqueDelay};
 use super::error::Failure;
+use super::information::Information;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
@@ -191,6 +192,8 @@ pub struct Fit {
     /// What the autocorrelation of `equation_residuals` would be if they were white noise behind the
     /// decimation filter, if there is one, from lag 1.
     pub white_noise: Vec<NoiseAutocorrelation>,
+    /// Which moves inform which parameter, in the order of the estimate's parameters.
+    pub information: Information,
 }
 
 /// An estimate with what is needed to look at it.

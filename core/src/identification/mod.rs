@@ -22,6 +22,7 @@ mod experiment;
 mod held_out;
 mod idim_iv;
 mod idim_ls;
+mod information;
 mod instruments;
 mod method;
 mod observation;
@@ -46,6 +47,7 @@ pub use estimate::{
 pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
 pub use idim_iv::idim_iv;
 pub use idim_ls::idim_ls;
+pub use information::Information;
 pub use method::{Method, UnknownMethod};
 pub use observation::observation_matrix;
 pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};

@@ -7,6 +7,7 @@
 mod chart;
 mod checks;
 mod comparison;
+mod information;
 mod joints;
 mod parameters;
 mod provenance;
@@ -57,6 +58,7 @@ impl Report<'_> {
                         (joints::torques(self))
                         (joints::residuals(self))
                         (joints::delays(estimate))
+                        (information::section(self))
                         (checks::section(self))
                         (summary::convergence(&estimate.convergence))
                         (summary::singular_values(self))

@@ -1,7 +1,8 @@
 use std::path::Path;
 
 use didim_core::identification::{
-    ConvergenceStep, Estimate, Fit, Freedom, ModelCheck, ParameterEstimate, TorqueDelay, Verdict,
+    ConvergenceStep, Estimate, Fit, Freedom, Information, ModelCheck, ParameterEstimate,
+    TorqueDelay, Verdict,
 };
 use didim_core::regression::NoiseAutocorrelation;
 
@@ -92,6 +93,11 @@ pub(super) fn identification() -> Identification {
         measured,
         predicted,
         equation_residuals,
+        information: Information {
+            moves_s: vec![0.0..1.5, 1.5..3.0, 3.0..4.0],
+            between_rests: true,
+            shares: vec![vec![0.25, 0.5, 0.25], vec![f64::NAN; 3], vec![0.004, 0.996, 0.0]],
+        },
         white_noise: vec![
             NoiseAutocorrelation { mean: 0.18, deviation: 0.3 },
             NoiseAutocorrelation { mean: 0.0, deviation: 0.32 },

@@ -1,0 +1,50 @@
+//! Which moves inform which parameter.
+
+use didim_core::identification::Information;
+use maud::{Markup, html};
+
+use super::{Report, number, section as framed};
+
+/// A table of parameters against moves, shaded by share and readable without the shades.
+pub(super) fn section(report: &Report<'_>) -> Markup {
+    let Information { moves_s, between_rests, shares } = &report.identification.fit.information;
+    if moves_s.is_empty() {
+        return html! {};
+    }
+    let parameters = &report.identification.estimate.parameters;
+    let content = html! {
+        div.scroll { table.information {
+            thead { tr {
+                th scope="col" {
+                    (if *between_rests { "Move" } else { "Slice" }) span.from { "from [s]" }
+                }
+                @for (k, of) in (1..).zip(moves_s) {
+                    @let k: usize = k;
+                    th.number scope="col" { (k) span.from { (number(of.start, 2)) } }
+                }
+            } }
+            tbody { @for (parameter, shares) in parameters.iter().zip(shares) { tr {
+                th scope="row" { (parameter.name) }
+                @for share in shares { (cell(*share)) }
+            } } }
+        } }
+    };
+    let explanation = format!(
+        "Of what is known of each parameter, how much comes from each {}, in per cent: the squares of \
+         the part of its column of the weighted {} that no other column has. A parameter that hangs on \
+         one {} is lost without it.",
+        if *between_rests { "move between two rests" } else { "of ten equal slices of the motion" },
+        report.matrix(),
+        if *between_rests { "move" } else { "slice" },
+    );
+    framed("Which moves inform which parameter", &explanation, &content)
+}
+
+/// The number of per cent on a shade of it.
+fn cell(share: f64) -> Markup {
+    if !share.is_finite() {
+        return html! { td.number { "–" } };
+    }
+    let percent = 100.0 * share;
+    html! { td.number style=(format!("--share: {percent:.0}%")) { (format!("{percent:.0}")) } }
+}
