@@ -59,10 +59,10 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Notes that the method failed.
+    /// Notes that the method failed; the first failure is the one that counts.
     pub(super) fn fail(&mut self, failure: Failure, reason: String) {
         self.applicable = false;
-        self.failure = Some(failure);
+        self.failure = self.failure.or(Some(failure));
         self.reasons.push(reason);
     }
 }

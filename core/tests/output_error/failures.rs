@@ -1,7 +1,9 @@
 //! What ends an iteration is said by name.
 
 use didim_core::control::SimulatedController;
-use didim_core::identification::{IdentificationError, SensitivityMethod, SignalTiming, Start};
+use didim_core::identification::{
+    Failure, IdentificationError, SensitivityMethod, SignalTiming, Start,
+};
 
 use crate::looped::{HELD, Looped, PERIOD_S, RATE_HZ, pd, sampled};
 use crate::loops::{METHODS, options};
@@ -15,6 +17,7 @@ fn too_few_simulations_are_no_result() {
         options.convergence.max_simulations = 2;
         let error = method(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap_err();
         assert!(matches!(error, IdentificationError::NotConverged { .. }), "{name}: {error}");
+        assert_eq!(error.failure(), Some(Failure::NotConverged));
     }
 }
 
@@ -33,6 +36,7 @@ fn a_loop_that_diverges_at_the_start_is_named() {
         };
         let error = method(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap_err();
         assert!(matches!(error, IdentificationError::FirstSimulation { .. }), "{name}: {error}");
+        assert_eq!(error.failure(), Some(Failure::Diverged));
     }
 }
 
@@ -56,6 +60,7 @@ fn a_minimum_above_the_noise_is_not_applicable() {
         Ok(found) => {
             let reasons = &found.estimate.verdict.reasons;
             assert!(!found.estimate.verdict.applicable);
+            assert_eq!(found.estimate.verdict.failure, Some(Failure::LocalMinimum));
             reasons.iter().any(|reason| reason.contains("times the noise of IDIM-LS"))
         }
         Err(error) => panic!("{error}"),
@@ -76,6 +81,7 @@ fn options_are_validated_before_anything_is_recorded() {
     bad.start = Start::Nominal;
     let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
     assert!(matches!(error, IdentificationError::NoNominalParameters { .. }));
+    assert_eq!(error.failure(), None);
     assert!(good.validate(robot, 1.3 * RATE_HZ, HELD).is_err());
     let late = SignalTiming { hold_s: PERIOD_S, delay_s: 0.5 * PERIOD_S };
     assert!(good.validate(robot, RATE_HZ, late).is_err());

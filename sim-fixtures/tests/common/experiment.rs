@@ -1,6 +1,9 @@
-//! The simulated arm's record as an experiment.
+//! The simulated arm's record as an experiment, and a robot that is nearly its.
+
+use std::fmt::Write as _;
 
 use didim_core::identification::{Experiment, SignalTiming, Signals};
+use didim_core::robot::Robot;
 use didim_sim::Scenario;
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
@@ -30,4 +33,17 @@ pub(crate) fn hold_ignored(experiment: Experiment) -> Experiment {
 pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
     let listed = scenario.robot().nominal().unwrap().listed();
     listed.iter().map(|(name, _)| name.clone()).collect()
+}
+
+/// The paper's robot with nominal parameters 15 % beside the true ones: larger where `pattern` has a bit
+/// set, counted from the first parameter, and smaller elsewhere.
+pub(crate) fn beside(scenario: &Scenario, pattern: u64) -> Robot {
+    let file = include_str!("../../../config/robots/tx40.toml");
+    let (geometry, _) = file.split_once("[nominal]").unwrap();
+    let mut text = format!("{geometry}[nominal]\n");
+    for (k, (name, value)) in scenario.robot().nominal().unwrap().listed().iter().enumerate() {
+        let more = pattern >> k & 1 == 1;
+        writeln!(text, "{name} = {:?}", value * if more { 1.15 } else { 0.85 }).unwrap();
+    }
+    Robot::from_toml(&text).unwrap()
 }

@@ -6,9 +6,10 @@ use didim_core::identification::Freedom;
 
 use crate::cells::{Cell, Noise, Parameters};
 use crate::common::experiment::experiment;
-use crate::deviations::{Run, Summary, in_parallel};
+use crate::common::parallel::in_parallel;
+use crate::common::table::{Column, Table, write_figure};
+use crate::deviations::{Run, Summary};
 use crate::methods::least_squares;
-use crate::table::{Column, Table, write_figure};
 
 const SEEDS: usize = 8;
 const CUTOFFS_HZ: [f64; 6] = [25.0, 50.0, 100.0, 200.0, 400.0, 800.0];
@@ -76,7 +77,7 @@ fn the_verdict_knows_what_the_position_filter_does() {
         Column::within("bias that the verdict expects [σ]", 0.05),
         Column::exact("applicable"),
     ];
-    let table = Table { name: "position filter", columns, rows };
+    let table = Table { document: "truth.md", name: "position filter", columns, rows };
     println!("{}", table.markdown());
     write_figure("position-filter.svg", &figure(&points));
     table.check();

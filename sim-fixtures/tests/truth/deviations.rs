@@ -1,7 +1,5 @@
 //! How far estimates are from the truth, in standard deviations.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use didim_core::identification::Estimate;
 use didim_sim::Scenario;
 
@@ -117,37 +115,4 @@ impl Summary {
         };
         Limit::ALL.into_iter().filter(|limit| !kept(limit)).collect()
     }
-}
-
-/// `work` of 0 to `count` − 1 on every processor; the results are in order, whichever thread was
-/// the faster.
-pub(crate) fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = std::thread::available_parallelism().unwrap().get();
-    let next = AtomicUsize::new(0);
-    let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let take = || {
-            let mut done = Vec::new();
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                if index >= count {
-                    return done;
-                }
-                done.push((index, work(index)));
-            }
-        };
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(take)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect()
-    });
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
-#[test]
-fn results_are_in_order_whoever_is_first() {
-    let work = |index: usize| {
-        // The first ones take longest.
-        std::thread::sleep(std::time::Duration::from_micros(200_u64.saturating_sub(index as u64)));
-        index
-    };
-    assert_eq!(in_parallel(200, work), (0..200).collect::<Vec<_>>());
 }

@@ -2,9 +2,9 @@
 
 use crate::cells::{Cell, Noise, Parameters};
 use crate::common::experiment::{experiment, hold_ignored};
-use crate::deviations::in_parallel;
+use crate::common::parallel::in_parallel;
+use crate::common::table::{Column, Table};
 use crate::methods::least_squares;
-use crate::table::{Column, Table};
 
 const SEEDS: usize = 10;
 const CELL: Cell = Cell { parameters: Parameters::Paper, noise: Noise::Low, coloured: false };
@@ -70,7 +70,7 @@ fn ignoring_the_hold_biases_drive_inertias_and_the_default_does_not() {
         Column::within("mean z, hold ignored", 0.05),
         Column::within("fv T/2 in σ", 0.05),
     ];
-    let table = Table { name: "hold", columns, rows };
+    let table = Table { document: "truth.md", name: "hold", columns, rows };
     println!("{}", table.markdown());
     table.check();
 }

@@ -11,13 +11,13 @@ mod deviations;
 mod hold;
 mod methods;
 mod on_purpose;
-mod table;
 
 use cells::Cell;
 use common::experiment::experiment;
-use deviations::{Limit, Run, Summary, in_parallel};
+use common::parallel::in_parallel;
+use common::table::{Column, Table};
+use deviations::{Limit, Run, Summary};
 use methods::methods;
-use table::{Column, Table};
 
 /// Seeds 1 to this many, unless `DIDIM_STUDY_SEEDS` says otherwise.
 const SEEDS: usize = 40;
@@ -87,7 +87,7 @@ fn standard_deviations_say_how_far_the_truth_is() {
         Column::within("applicable", 3.0),
         Column::exact("limits missed"),
     ];
-    let table = Table { name: "study", columns, rows };
+    let table = Table { document: "truth.md", name: "study", columns, rows };
     println!("{}", table.markdown());
     // Fewer seeds know less than the limits ask for, others are not those of the document.
     if seeds >= SEEDS {

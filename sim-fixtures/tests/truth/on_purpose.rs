@@ -7,9 +7,10 @@ use didim_sim::{Payload, Scenario};
 
 use crate::cells::{Cell, Noise, Parameters};
 use crate::common::experiment::{experiment, hold_ignored};
-use crate::deviations::{Run, in_parallel};
+use crate::common::parallel::in_parallel;
+use crate::common::table::{Column, Table};
+use crate::deviations::Run;
 use crate::methods::{Method, methods};
-use crate::table::{Column, Table};
 
 const SEEDS: usize = 3;
 
@@ -246,8 +247,12 @@ fn errors_put_in_on_purpose_are_not_applicable() {
         Column::exact("applicable"),
         Column::share("first reason", 0.02),
     ];
-    let table =
-        Table { name: "errors on purpose", columns, rows: effects.iter().map(row).collect() };
+    let table = Table {
+        document: "truth.md",
+        name: "errors on purpose",
+        columns,
+        rows: effects.iter().map(row).collect(),
+    };
     println!("{}", table.markdown());
     assert!(wrong_verdicts.is_empty(), "{}", wrong_verdicts.join("\n"));
     table.check();

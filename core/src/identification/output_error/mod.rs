@@ -33,6 +33,11 @@ use rows::Rows;
 /// Torque errors of more than so many times the noise of the equation error are not noise.
 const MAX_NOISE_RATIO: f64 = 3.0;
 
+/// Of the parameters that are more than so many standard deviations of IDIM-LS from zero,
+const TOLD_FROM_ZERO: f64 = 3.0;
+/// half must be known better than this, relative to their size.
+const MAX_MEDIAN_DEVIATION: f64 = 0.1;
+
 /// Identifies base parameters by closed-loop input error: the parameters whose simulated closed
 /// loop has the measured torques (equations 18 and 19).
 ///
@@ -166,9 +171,13 @@ fn identify(
         reasons: Vec::new(),
     };
     let mut found = findings.assemble()?;
-    let limit = options.regression.limits.prediction_deviation;
-    let failure = failure(output, &found.estimate, ratio, limit);
-    if let Some((failure, reason)) = failure {
+    let mut failures = [above_noise(ratio), insensitive(output, &found.estimate, &fit)];
+    // Torques that are off make the standard deviations of CLIE large; those of CLOE are of positions,
+    // and where they do not say what the parameters are, torques are off.
+    if output == Output::Position {
+        failures.reverse();
+    }
+    for (failure, reason) in failures.into_iter().flatten() {
         found.estimate.verdict.fail(failure, reason);
     }
     Ok(found)
@@ -184,36 +193,47 @@ fn noise_ratio(fit: &EquationErrorFit, residuals: &DVector<f64>) -> f64 {
     (sum / (residuals.len() - fit.selection.names().len()) as f64).sqrt()
 }
 
-/// What a converged criterion can still be: a minimum that leaves more than the noise is not that of the
-/// arm's parameters, and one that hardly depends on them has said nothing of what they are.
-fn failure(
-    output: Output,
-    estimate: &Estimate,
-    ratio: f64,
-    prediction_deviation: f64,
-) -> Option<(Failure, String)> {
+/// A minimum that leaves more than the noise is not that of the arm's parameters.
+fn above_noise(ratio: f64) -> Option<(Failure, String)> {
     let noise = ratio <= MAX_NOISE_RATIO;
-    if !noise {
+    (!noise).then(|| {
         let reason = format!(
             "the simulated torques are off by {ratio:.1} times the noise of IDIM-LS: a local \
              minimum, or a loop that is not the arm's; choose another start, and check reference \
              and controller"
         );
-        return Some((Failure::LocalMinimum, reason));
-    }
-    let deviations = estimate.relative_prediction_deviation_per_joint.iter();
-    let largest = deviations.fold(0.0, |largest: f64, deviation| largest.max(*deviation));
+        (Failure::LocalMinimum, reason)
+    })
+}
+
+/// A criterion that hardly depends on the parameters has not said what they are (section 4.3): the
+/// median standard deviation, relative to the parameters of IDIM-LS, of those that IDIM-LS can tell from
+/// zero.
+fn insensitive(
+    output: Output,
+    estimate: &Estimate,
+    fit: &EquationErrorFit,
+) -> Option<(Failure, String)> {
+    let uncertainties = fit.weighted.standard_deviations();
+    let known = (fit.weighted.parameters.iter())
+        .zip(uncertainties.iter())
+        .zip(&estimate.parameters)
+        .filter(|((value, sd), _)| value.abs() > TOLD_FROM_ZERO * **sd)
+        .map(|((value, _), found)| found.standard_deviation / value.abs());
+    let mut deviations: Vec<f64> = known.collect();
+    deviations.sort_by(f64::total_cmp);
+    let median = *deviations.get(deviations.len() / 2)?;
+    let determined = median <= MAX_MEDIAN_DEVIATION;
     let (signal, remedy) = match output {
         Output::Position => ("positions", "identify from the torques (clie)"),
         Output::Torque => ("torques", "move along a richer trajectory"),
     };
-    let determined = largest <= prediction_deviation;
     (!determined).then(|| {
         let reason = format!(
-            "the simulated {signal} hardly depend on the parameters (smallest singular value \
-             {:.1e}): what they leave open is {:.0} % of a joint's torque; {remedy}",
-            estimate.singular_values.min,
-            100.0 * largest
+            "the simulated {signal} hardly depend on the parameters, half of which stay uncertain by \
+             more than {:.0} % (smallest singular value {:.1e}): {remedy}",
+            100.0 * median,
+            estimate.singular_values.min
         );
         (Failure::Insensitive, reason)
     })

@@ -1,9 +1,10 @@
-//! Tables of docs/truth.md: what was measured stands there, and stays true.
+//! Tables of the documents: what was measured stands there, and stays true.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::Mutex;
 
-const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/truth.md");
+const DOCUMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs");
 /// Set to 1, the tables are written instead of compared.
 const WRITE: &str = "DIDIM_WRITE_DOCS";
 /// Tests run side by side and write one file.
@@ -52,8 +53,10 @@ impl Column {
     }
 }
 
-/// A table with its name in the document.
+/// A table with its name in a document.
 pub(crate) struct Table {
+    /// The document's file in docs/.
+    pub(crate) document: &'static str,
     pub(crate) name: &'static str,
     pub(crate) columns: Vec<Column>,
     pub(crate) rows: Vec<Vec<String>>,
@@ -78,14 +81,15 @@ impl Table {
     /// When they differ by more than the columns allow.
     pub(crate) fn check(&self) {
         let _lock = DOCUMENT_LOCK.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let document = std::fs::read_to_string(DOCUMENT).unwrap();
+        let path = Path::new(DOCUMENTS).join(self.document);
+        let document = std::fs::read_to_string(&path).unwrap();
         let begin = format!("<!-- {} -->\n", self.name);
         let end = format!("<!-- end of {} -->", self.name);
         let start = document.find(&begin).expect("the document has no such table") + begin.len();
         let stop = document.find(&end).expect("the document's table has no end");
         if std::env::var(WRITE).is_ok_and(|value| value == "1") {
             let text = format!("{}{}{}", &document[..start], self.markdown(), &document[stop..]);
-            std::fs::write(DOCUMENT, text).unwrap();
+            std::fs::write(path, text).unwrap();
             return;
         }
         let stated: Vec<Vec<&str>> = (document[start..stop].lines().skip(2))
@@ -103,7 +107,8 @@ impl Table {
         }
         assert!(
             wrong.is_empty(),
-            "docs/truth.md differs in {}; if the change is meant, {WRITE}=1 writes it:\n{wrong}",
+            "docs/{} differs in {}; if the change is meant, {WRITE}=1 writes it:\n{wrong}",
+            self.document,
             self.name
         );
     }
@@ -111,7 +116,7 @@ impl Table {
 
 /// Writes a figure beside the document, where the tables are written too.
 pub(crate) fn write_figure(name: &str, svg: &str) {
-    let path = std::path::Path::new(DOCUMENT).with_file_name("figures").join(name);
+    let path = Path::new(DOCUMENTS).join("figures").join(name);
     if std::env::var(WRITE).is_ok_and(|value| value == "1") {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, svg).unwrap();

@@ -1,0 +1,247 @@
+//! How often CLIE and CLOE find their way, from where, on which motion.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::experiment::{beside, experiment, listed};
+use common::parallel::in_parallel;
+use common::table::{Column, Table};
+use didim_core::control::SimulatedController;
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::identification::{
+    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdentificationError,
+    IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter, SensitivityMethod, Start,
+    VerdictLimits, clie, cloe,
+};
+use didim_core::trajectory::{RandomMoves, ReferenceInterpolation};
+use didim_sim::{Scenario, tx40_paper};
+
+/// Where an identification begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum From {
+    /// 15 % beside the truth, more or less for every parameter, by a seed.
+    Beside(u32),
+    IdimLs,
+    /// The paper's start, after so many steps of DIDIM.
+    Paper(u32),
+}
+
+impl From {
+    fn description(self) -> String {
+        match self {
+            Self::Beside(_) => "15 % beside the truth".to_owned(),
+            Self::IdimLs => "IDIM-LS".to_owned(),
+            Self::Paper(0) => "the paper's".to_owned(),
+            Self::Paper(1) => "the paper's, 1 step of DIDIM".to_owned(),
+            Self::Paper(steps) => format!("the paper's, {steps} steps of DIDIM"),
+        }
+    }
+}
+
+/// The shipped motion, or random moves of these seeds, none of them chosen.
+const MOTIONS: [Option<u64>; 3] = [None, Some(9), Some(21)];
+
+fn scenario(motion: Option<u64>) -> Scenario {
+    let scenario = tx40_paper().unwrap();
+    let Some(seed) = motion else { return scenario };
+    let moves = RandomMoves {
+        seed,
+        moves: 14,
+        range_fraction: 0.8,
+        reach_rad: vec![1.2, 0.9, 1.2, 1.5, 1.2, 2.4],
+        velocity_fraction: 1.0,
+        acceleration_fraction: 1.0,
+        dwell_s: 0.035,
+    };
+    let moves = moves.draw(scenario.limits()).unwrap();
+    scenario.with_moves(&moves).unwrap()
+}
+
+/// What came of a start.
+struct Outcome {
+    /// Simulations and linear steps, or the cause of failure.
+    found: Result<(u32, u32), &'static str>,
+    elapsed: Duration,
+}
+
+fn identify(scenario: &Scenario, experiment: &Experiment, method: &str, from: From) -> Outcome {
+    let robot = match from {
+        // A bit pattern without period for every seed (Weyl's sequence).
+        From::Beside(seed) => {
+            beside(scenario, 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(2 * u64::from(seed) + 1))
+        }
+        _ => scenario.robot().clone(),
+    };
+    let (start, didim_steps) = match from {
+        From::Beside(_) => (Start::Nominal, 0),
+        From::IdimLs => (Start::IdimLs, 0),
+        From::Paper(steps) => (Start::UnitDriveInertias, steps),
+    };
+    let options = OutputErrorOptions {
+        didim_steps,
+        ..OutputErrorOptions::of_loop(
+            loop_options(scenario, start),
+            SensitivityMethod::Exact,
+            Optimiser::LevenbergMarquardt,
+        )
+    };
+    let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
+    let begin = Instant::now();
+    let method = if method == "CLIE" { clie } else { cloe };
+    let found = match method(&robot, &base, experiment, &options) {
+        Ok(found) => {
+            let estimate = found.estimate;
+            let beyond = estimate.parameters.iter().any(|p| {
+                (p.value - scenario.truth_of(&p.name).unwrap()).abs() > 6.0 * p.standard_deviation
+            });
+            match estimate.verdict.failure {
+                Some(failure) => Err(failure.name()),
+                None if beyond => Err("wrong"),
+                None => Ok((estimate.simulations, estimate.iterations)),
+            }
+        }
+        Err(error) => Err(cause(&error)),
+    };
+    Outcome { found, elapsed: begin.elapsed() }
+}
+
+fn cause(error: &IdentificationError) -> &'static str {
+    error.failure().map_or("refused", |failure| failure.name())
+}
+
+/// The paper's settings.
+fn loop_options(scenario: &Scenario, start: Start) -> DidimOptions {
+    DidimOptions {
+        regression: IdimLsOptions {
+            // The paper's 50 Hz distorts the reversals of friction; levels and start of IDIM-LS would
+            // be better than they are.
+            position_filter: PositionFilter { order: 4, cutoff_hz: 200.0 },
+            decimation_filter: DecimationFilter {
+                order: 8,
+                ripple_db: 0.05,
+                cutoff_ratio: 0.8,
+                factor: 125,
+            },
+            parameters: Some(listed(scenario)),
+            limits: VerdictLimits::default(),
+        },
+        decimated: true,
+        controller: SimulatedController::Cabinet {
+            timing: scenario.controller().timing,
+            joints: scenario.controller().joints.clone(),
+            rescale_to_inertia_kg_m2: None,
+        },
+        reference: ReferenceInterpolation::Cubic,
+        integrator: scenario.simulation().integrator,
+        substeps: scenario.simulation().substeps,
+        start,
+        convergence: ConvergenceLimits::default(),
+    }
+}
+
+/// No failure may take longer than some thirty simulations with sensitivities.
+const LONGEST_FAILURE: Duration = Duration::from_secs(60);
+
+/// From near the truth, from IDIM-LS and from the paper's start after two steps of DIDIM both methods
+/// find the truth.
+#[test]
+fn usual_starts_lead_to_the_truth() {
+    let scenario = scenario(None);
+    let experiment = experiment(&scenario);
+    let starts = [From::Beside(1), From::Beside(2), From::IdimLs, From::Paper(2)];
+    let runs: Vec<_> =
+        starts.iter().flat_map(|from| ["CLIE", "CLOE"].map(|m| (m, *from))).collect();
+    let outcomes = in_parallel(runs.len(), |run| {
+        let (method, from) = runs[run];
+        identify(&scenario, &experiment, method, from)
+    });
+    for ((method, from), outcome) in runs.iter().zip(outcomes) {
+        let found = outcome.found;
+        assert!(
+            found.is_ok_and(|(simulations, _)| simulations <= 9),
+            "{method} {from:?}: {found:?}"
+        );
+    }
+}
+
+/// `DIDIM_WRITE_DOCS=1 cargo test -p didim-sim --test starts -- --ignored` writes the table.
+#[test]
+#[ignore = "takes minutes"]
+fn every_start_on_every_motion() {
+    let starts = (0..20).map(From::Beside).chain([
+        From::IdimLs,
+        From::Paper(0),
+        From::Paper(1),
+        From::Paper(2),
+    ]);
+    let starts: Vec<_> = starts.collect();
+    let experiments = MOTIONS.map(|motion| {
+        let scenario = scenario(motion);
+        let experiment = experiment(&scenario);
+        (scenario, experiment)
+    });
+    let mut runs = Vec::new();
+    for &from in &starts {
+        for method in ["CLIE", "CLOE"] {
+            // The seeds take turns on the motions.
+            let motions = match from {
+                From::Beside(seed) => vec![seed as usize % MOTIONS.len()],
+                _ => (0..MOTIONS.len()).collect(),
+            };
+            runs.extend(motions.into_iter().map(|motion| (from, method, motion)));
+        }
+    }
+    let outcomes = in_parallel(runs.len(), |run| {
+        let (from, method, motion) = runs[run];
+        let (scenario, experiment) = &experiments[motion];
+        identify(scenario, experiment, method, from)
+    });
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut descriptions: Vec<String> = starts.iter().map(|from| from.description()).collect();
+    descriptions.dedup();
+    for description in &descriptions {
+        for method in ["CLIE", "CLOE"] {
+            let of_row = runs
+                .iter()
+                .zip(&outcomes)
+                .filter(|((from, own, _), _)| from.description() == *description && *own == method);
+            let outcomes: Vec<&Outcome> = of_row.map(|(_, outcome)| outcome).collect();
+            rows.push(row(description, method, &outcomes));
+        }
+    }
+    let columns = ["start", "method", "runs", "converged", "iterations", "simulations", "failures"];
+    let columns = columns.map(Column::exact).into();
+    let table = Table { document: "paper.md", name: "starts", columns, rows };
+    println!("{}", table.markdown());
+    let failures = outcomes.iter().filter(|outcome| outcome.found.is_err());
+    let longest = failures.map(|outcome| outcome.elapsed).max().unwrap_or_default();
+    println!("longest failure: {longest:.1?}");
+    assert!(longest < LONGEST_FAILURE);
+    table.check();
+}
+
+fn row(start: &str, method: &str, outcomes: &[&Outcome]) -> Vec<String> {
+    let found: Vec<(u32, u32)> = outcomes.iter().filter_map(|run| run.found.ok()).collect();
+    let span = |number: fn(&(u32, u32)) -> u32| {
+        let (least, most) = (found.iter().map(number).min(), found.iter().map(number).max());
+        match (least, most) {
+            (Some(least), Some(most)) if least == most => least.to_string(),
+            (Some(least), Some(most)) => format!("{least} to {most}"),
+            _ => "–".to_owned(),
+        }
+    };
+    let mut causes: Vec<&str> = outcomes.iter().filter_map(|run| run.found.err()).collect();
+    causes.sort_unstable();
+    let failures = if causes.is_empty() { "–".to_owned() } else { causes.join(", ") };
+    vec![
+        start.to_owned(),
+        method.to_owned(),
+        outcomes.len().to_string(),
+        found.len().to_string(),
+        span(|(_, iterations)| *iterations),
+        span(|(simulations, _)| *simulations),
+        failures,
+    ]
+}
