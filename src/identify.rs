@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
-    Experiment, ExperimentError, Identification, IdentificationError, Method, Reduction, clie,
-    cloe, didim, essential_parameters, idim_iv, idim_ls,
+    CrossValidation, Experiment, ExperimentError, Identification, IdentificationError, Method,
+    Reduction, clie, cloe, cross_validate, didim, essential_parameters, idim_iv, idim_ls,
 };
 
 use crate::cell::Cell;
@@ -55,21 +55,24 @@ pub fn identify_recording(
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
     let experiment = experiment(cell, recording, counted)?;
-    let (robot, base) = (&cell.robot, &cell.base);
-    let missing = || IdentifyError::NoController { method };
-    Ok(match method {
-        Method::IdimLs => idim_ls(robot, base, &experiment, &cell.options)?,
-        Method::IdimIv | Method::Didim => {
-            let options = cell.didim.as_ref().ok_or_else(missing)?;
-            let identify = if method == Method::Didim { didim } else { idim_iv };
-            identify(robot, base, &experiment, options)?
-        }
-        Method::Clie | Method::Cloe => {
-            let options = cell.output_error.as_ref().ok_or_else(missing)?;
-            let identify = if method == Method::Clie { clie } else { cloe };
-            identify(robot, base, &experiment, options)?
-        }
-    })
+    Ok(identifier(cell, method)?(&experiment)?)
+}
+
+/// Identifies without each of `blocks` consecutive parts of the samples that count, in turn, and
+/// predicts it.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn cross_validate_recording(
+    cell: &Cell,
+    method: Method,
+    recording: &Recording,
+    counted: Range<usize>,
+    blocks: usize,
+) -> Result<CrossValidation, IdentifyError> {
+    let experiment = experiment(cell, recording, counted)?;
+    let (identify, options) = (identifier(cell, method)?, &cell.options);
+    Ok(cross_validate(&cell.robot, &cell.base, &experiment, options, blocks, identify)?)
 }
 
 /// The experiment that a recording is to this cell.
@@ -84,6 +87,27 @@ fn experiment(
     }
     .with_torque_timing(cell.layout.torque_timing())?
     .with_counted(counted)
+}
+
+/// A method with the cell's robot and options.
+type Identifier<'a> = Box<dyn Fn(&Experiment) -> Result<Identification, IdentificationError> + 'a>;
+
+fn identifier(cell: &Cell, method: Method) -> Result<Identifier<'_>, IdentifyError> {
+    let (robot, base) = (&cell.robot, &cell.base);
+    let missing = || IdentifyError::NoController { method };
+    Ok(match method {
+        Method::IdimLs => Box::new(|of| idim_ls(robot, base, of, &cell.options)),
+        Method::IdimIv | Method::Didim => {
+            let options = cell.didim.as_ref().ok_or_else(missing)?;
+            let identify = if method == Method::Didim { didim } else { idim_iv };
+            Box::new(move |of| identify(robot, base, of, options))
+        }
+        Method::Clie | Method::Cloe => {
+            let options = cell.output_error.as_ref().ok_or_else(missing)?;
+            let identify = if method == Method::Clie { clie } else { cloe };
+            Box::new(move |of| identify(robot, base, of, options))
+        }
+    })
 }
 
 /// Finds the essential parameters in a recording, with the filters of the cell.

@@ -3,6 +3,7 @@
 pub mod acquire;
 pub mod cell;
 pub mod cli;
+pub mod compare;
 pub mod experiment;
 pub mod identify;
 pub mod pipeline;

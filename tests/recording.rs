@@ -160,3 +160,48 @@ fn the_same_frames_give_the_same_bytes_whatever_the_digits_of_their_stamps() {
     assert_eq!(first, with("nanoseconds.log", &|k| format!("{:03}", k * 417 % 1000)));
     assert_eq!(first, with("microseconds.log", &|_| String::new()));
 }
+
+/// Every method on the recording: they say the same, but for CLOE, which does not converge along a
+/// reference and under a controller that are not the cabinet's.
+#[test]
+fn the_methods_agree_and_predict_what_they_have_not_seen() {
+    let Some(datasets) = datasets() else { return };
+    let cell = Installation::of(CELL, &[]);
+    write_csv(&datasets, &cell.path("recording.csv"));
+    let (file, input) = (cell.cell(), cell.path("recording.csv"));
+    let arguments: &[&dyn AsRef<std::ffi::OsStr>] = &[
+        &"compare",
+        &"--json",
+        &"--cell",
+        &file,
+        &"--input",
+        &input,
+        &"--sample-rate",
+        &"5000",
+        &"--methods",
+        &"idim-iv,didim,clie",
+        &"--folds",
+        &"5",
+    ];
+    let found = json(&succeed(arguments));
+    for pair in found["agreement"].as_array().unwrap() {
+        let inside = pair["inside"].as_u64().unwrap();
+        println!("{} in {}: {inside} of 28", pair["estimates"], pair["intervals"]);
+        let strict = |of: &str| pair[of]["framework"] == "strict";
+        let least = if strict("estimates") || strict("intervals") { 25 } else { 28 };
+        assert!(inside >= least, "{pair}");
+    }
+    let held_out = found["held_out"].as_array().unwrap();
+    assert_eq!(held_out.len(), 4);
+    for of in held_out {
+        let error = |which: &str| of[which]["relative_error"].as_f64().unwrap();
+        let (seen, unseen) = (error("in_sample"), error("held_out"));
+        println!("{}: {seen:.4} in sample, {unseen:.4} held out", of["method"]);
+        // 28 parameters of some 430 independent rows make 1.08 of it, the model's errors the rest.
+        assert!(seen < unseen && unseen < 1.2 * seen && seen < 0.06, "{of}");
+        assert!(
+            (unseen / held_out[0]["held_out"]["relative_error"].as_f64().unwrap() - 1.0).abs()
+                < 0.02
+        );
+    }
+}

@@ -67,7 +67,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
     check_rate(&recording, &cell, &arguments.input)?;
-    let counted = counted(arguments, &cell, &recording)?;
+    let bounds = (arguments.from, arguments.to);
+    let counted = counted(bounds, &cell, &recording, &arguments.input)?;
     let start = Instant::now();
     let mut reduction = None;
     if arguments.essential {
@@ -155,10 +156,11 @@ pub(super) fn check_rate(recording: &Recording, cell: &Cell, file: &Path) -> Res
 }
 
 /// What counts: from `--from` to `--to`, or all but the margins of the cell's windows.
-fn counted(
-    arguments: &Arguments,
+pub(super) fn counted(
+    (first_s, last_s): (Option<f64>, Option<f64>),
     cell: &Cell,
     recording: &Recording,
+    file: &Path,
 ) -> Result<Range<usize>, CliError> {
     let samples = recording.samples();
     let rate = recording.signals.sample_rate_hz;
@@ -177,13 +179,13 @@ fn counted(
         Ok((seconds * rate).round() as usize)
     };
     let margins = cell.window.plan(rate).map_err(CliError::configuration)?;
-    let from = arguments.from.map_or(Ok(margins.margin_before), |s| sample("--from", s))?;
-    let to = match arguments.to {
+    let from = first_s.map_or(Ok(margins.margin_before), |s| sample("--from", s))?;
+    let to = match last_s {
         Some(seconds) => sample("--to", seconds)? + 1,
         None => samples.saturating_sub(margins.margin_after),
     };
     if from >= to {
-        if let (Some(from), Some(to)) = (arguments.from, arguments.to) {
+        if let (Some(from), Some(to)) = (first_s, last_s) {
             let message = format!("--from {from} --to {to}: nothing lies between them");
             return Err(CliError::Usage(message));
         }
@@ -192,7 +194,7 @@ fn counted(
              margin for the filters; record longer, or choose --from and --to",
             samples.saturating_sub(to)
         );
-        return Err(CliError::in_file(&arguments.input, message));
+        return Err(CliError::in_file(file, message));
     }
     Ok(from..to)
 }

@@ -4,6 +4,7 @@
 //! 78 configuration.
 
 mod check;
+mod compare;
 mod convert;
 mod demo;
 mod error;
@@ -45,6 +46,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Identify offline, from a CSV experiment or a candump log
     Identify(identify::Arguments),
+    /// Identify with every method and compare them
+    Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
     Study(study::Arguments),
     /// Convert between a CSV experiment and a candump log
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
+        Command::Compare(arguments) => compare::execute(&arguments),
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),

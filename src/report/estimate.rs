@@ -95,6 +95,11 @@ pub fn summary(estimate: &Estimate) -> String {
 
 /// As many digits as the uncertainty justifies: down to a tenth of the standard deviation.
 pub(super) fn value(p: &ParameterEstimate) -> String {
+    short_value(p, 7)
+}
+
+/// The same, with so many digits at most.
+pub(super) fn short_value(p: &ParameterEstimate, most: usize) -> String {
     let ratio = (p.value / p.standard_deviation).abs();
     #[expect(
         clippy::cast_possible_truncation,
@@ -103,7 +108,7 @@ pub(super) fn value(p: &ParameterEstimate) -> String {
     )]
     let digits =
         if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
-    significant(p.value, digits)
+    significant(p.value, digits.min(most))
 }
 
 fn relative(p: &ParameterEstimate) -> String {

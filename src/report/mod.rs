@@ -1,5 +1,6 @@
 //! What people look at: tables, plots in the terminal, and figures.
 
+pub mod comparison;
 pub mod convergence;
 pub mod estimate;
 pub mod figure;

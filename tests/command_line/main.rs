@@ -13,8 +13,10 @@
 mod support;
 
 mod arguments;
+mod comparison;
 mod configuration;
 mod conversion;
+mod golden;
 mod identification;
 mod logs;
 mod outputs;

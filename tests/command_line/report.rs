@@ -123,7 +123,12 @@ fn a_browser_draws_it() {
     let folder = Folder::new();
     report(&folder, "idim-ls");
     report(&folder, "didim");
-    for (method, panels) in [("idim-ls", 12), ("didim", 13)] {
+    // Two results and their residuals, one convergence.
+    let comparison = folder.path("comparison.html");
+    let (cell, input) = (packed_cell(), &data().packed_log);
+    let compare = ["compare", "--cell", &cell, "--input", input, "--methods", "idim-iv"];
+    didim(&[&compare[..], &["--folds", "0", "--report", &comparison]].concat()).done();
+    for (method, panels) in [("idim-ls", 12), ("didim", 13), ("comparison", 13)] {
         // What is drawn is told in the title of a page around it.
         let page = format!(
             r#"<!doctype html><meta charset="utf-8">

@@ -6,6 +6,7 @@
 
 mod chart;
 mod checks;
+mod comparison;
 mod information;
 mod joints;
 mod parameters;
@@ -15,6 +16,7 @@ mod summary;
 use didim_core::identification::{Identification, Method};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+pub use comparison::ComparisonReport;
 pub use provenance::{InputFile, Origin, SampleRange};
 
 use super::figure::CURVES;

@@ -8,6 +8,7 @@ use maud::{Markup, html};
 use sha2::{Digest, Sha256};
 
 use super::{Report, number};
+use crate::cell::Cell;
 use crate::store::WindowProvenance;
 
 /// Where the samples of a result come from.
@@ -57,21 +58,8 @@ impl InputFile {
 }
 
 pub(super) fn section(report: &Report<'_>) -> Markup {
-    let cell = report.cell;
     let content = html! {
-        dl.provenance {
-            @if let Some(input) = &report.origin.input {
-                div { dt { "Input" } dd { (input.name) } }
-                div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
-            }
-            (samples(&report.origin.samples))
-            div { dt { "Configuration" } dd { "cell " (cell.name) ", robot " (cell.robot.name()) } }
-            div {
-                dt { "SHA-256 of the configuration" }
-                dd.digest { (cell.configuration_sha256) }
-            }
-            div { dt { "Program" } dd { "didim " (env!("CARGO_PKG_VERSION")) } }
-        }
+        dl.provenance { (entries(report.cell, report.origin)) }
         @if let Some(options) = options(report) {
             details {
                 summary { "Options of " (report.identification.estimate.method) }
@@ -82,6 +70,23 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let explanation = "The same input, configuration and program give this report again, byte for \
                        byte. The configuration is the cell, robot and DBC file.";
     super::section("Provenance", explanation, &content)
+}
+
+/// Input, samples, configuration and program.
+pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
+    html! {
+        @if let Some(input) = &origin.input {
+            div { dt { "Input" } dd { (input.name) } }
+            div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
+        }
+        (samples(&origin.samples))
+        div { dt { "Configuration" } dd { "cell " (cell.name) ", robot " (cell.robot.name()) } }
+        div {
+            dt { "SHA-256 of the configuration" }
+            dd.digest { (cell.configuration_sha256) }
+        }
+        div { dt { "Program" } dd { "didim " (env!("CARGO_PKG_VERSION")) } }
+    }
 }
 
 fn samples(samples: &SampleRange) -> Markup {

@@ -9,7 +9,7 @@ use didim_core::regression::NoiseAutocorrelation;
 use super::*;
 use crate::cell::Library;
 
-const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
+pub(super) const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
 
 fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
     ParameterEstimate {
@@ -22,7 +22,7 @@ fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
 }
 
 /// A result with everything in it that a result can have, what is no number among it.
-fn identification() -> Identification {
+pub(super) fn identification() -> Identification {
     let numbers = vec![0.05, 0.1, f64::NAN, f64::INFINITY, 0.2, 0.0];
     let step = |simulation, parameter_change| ConvergenceStep {
         simulation,
@@ -106,11 +106,11 @@ fn identification() -> Identification {
     Identification { estimate, fit }
 }
 
-fn cell() -> Cell {
+pub(super) fn cell() -> Cell {
     Cell::from_library(Library::Shipped, Path::new("config/cells/tx40-packed-fd.toml")).unwrap()
 }
 
-fn origin() -> Origin {
+pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
     Origin { input: Some(input), samples: SampleRange::Record(100..900, 1000.0) }
 }
@@ -141,7 +141,10 @@ fn what_comes_from_files_is_text() {
 
 #[test]
 fn it_stands_by_itself() {
-    let html = html();
+    assert_stands_by_itself(&html());
+}
+
+pub(super) fn assert_stands_by_itself(html: &str) {
     for outside in ["http", "//", "src=", "href=", "url(", "@import", "<script", "<link", "<img"] {
         assert!(!html.contains(outside), "{outside}");
     }
@@ -150,17 +153,25 @@ fn it_stands_by_itself() {
 #[test]
 fn what_is_no_number_is_a_dash_and_draws_nothing() {
     let html = html();
+    assert_numbers_only(&html);
+    assert!(html.contains("<td class=\"number value\">–</td>"), "{html}");
+}
+
+pub(super) fn assert_numbers_only(html: &str) {
     for bad in ["NaN", "inf\"", "inf ", ">inf", "-inf", "∞"] {
         let at = html.find(bad).map(|at| html[..at].chars().rev().take(80).collect::<String>());
         assert_eq!(at, None, "{bad}");
     }
-    assert!(html.contains("<td class=\"number value\">–</td>"), "{html}");
 }
 
 #[test]
 fn every_tag_is_closed_in_turn() {
+    assert_closed(&html());
+}
+
+pub(super) fn assert_closed(html: &str) {
     let mut open: Vec<String> = Vec::new();
-    for tag in tags(&html()) {
+    for tag in tags(html) {
         let name = tag.split_whitespace().next().unwrap().to_owned();
         if let Some(name) = name.strip_prefix('/') {
             assert_eq!(open.pop().as_deref(), Some(name));

@@ -1,0 +1,65 @@
+//! Which methods say the same.
+
+use super::{Cell, Table, View};
+use crate::compare::{Agreement, Trial};
+
+/// How many estimates of each method lie within 3 σ of each other one.
+pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
+    let trials = trials(view);
+    if trials.len() < 2 {
+        return None;
+    }
+    let numbered = |k: usize, trial: &Trial| format!("{} {trial}", k + 1);
+    let mut header = vec!["estimates".to_owned()];
+    header.extend((1..=trials.len()).map(|k| format!("of {k}")));
+    let row = |(k, one): (usize, &Trial)| {
+        let cells = trials.iter().map(|other| {
+            pair(view, *one, *other).map_or_else(Cell::none, |pair| Cell {
+                text: format!("{}/{}", pair.inside, pair.compared),
+                marked: pair.inside < pair.compared,
+            })
+        });
+        core::iter::once(numbered(k, one).into()).chain(cells).collect()
+    };
+    Some(Table {
+        title: "Agreement".to_owned(),
+        note:
+            "How many estimates of the method of a row lie within 3 σ of that of a column, by the \
+               σ of the column."
+                .to_owned(),
+        header,
+        rows: trials.iter().enumerate().map(row).collect(),
+    })
+}
+
+/// The names of those outside of the reference's intervals.
+pub(super) fn outside(view: &View<'_>) -> Option<Table> {
+    let rows: Vec<Vec<Cell>> = view
+        .comparison
+        .agreement
+        .iter()
+        .filter(|pair| pair.intervals == Trial::REFERENCE)
+        .map(|pair| {
+            let names =
+                if pair.outside.is_empty() { "none".into() } else { pair.outside.join(" ") };
+            vec![pair.estimates.to_string().into(), names.into()]
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Table {
+        title: "Outside of 3 σ of IDIM-LS".to_owned(),
+        note: String::new(),
+        header: ["estimates", "parameters"].map(str::to_owned).to_vec(),
+        rows,
+    })
+}
+
+/// The methods with a result.
+fn trials(view: &View<'_>) -> Vec<Trial> {
+    let found = view.comparison.methods.iter().filter(|of| of.estimate.is_some());
+    found.map(|of| of.trial).collect()
+}
+
+fn pair<'a>(view: &View<'a>, estimates: Trial, intervals: Trial) -> Option<&'a Agreement> {
+    let of_both = |of: &&Agreement| of.estimates == estimates && of.intervals == intervals;
+    view.comparison.agreement.iter().find(of_both)
+}

@@ -1,0 +1,126 @@
+//! The tables of a comparison as text.
+
+use std::fmt::Write as _;
+
+use super::{Cell, Judgement, Table, View};
+use crate::report::table::aligned;
+
+/// For a terminal: the verdicts first, then every table, aligned. What is marked has an asterisk.
+pub fn terminal(view: &View<'_>) -> String {
+    let mut text = String::new();
+    let judgements = view.judgements();
+    let width = judgements.iter().map(|of| of.trial.to_string().chars().count()).max().unwrap_or(0);
+    for of in &judgements {
+        let name = of.trial.to_string();
+        let padding = " ".repeat(width - name.chars().count());
+        let _ = writeln!(text, "{name}{padding}  {}", sentence(of));
+    }
+    for table in view.tables() {
+        let _ = write!(text, "\n{}\n{}", table.title, wrapped(&table.note));
+        if !is_prose(&table) {
+            text.push('\n');
+        }
+        text += &aligned_table(&table);
+    }
+    text
+}
+
+/// For a document: a section of headings, sentences and tables.
+pub fn markdown(view: &View<'_>) -> String {
+    let mut text = String::from("## Verdicts\n\n| method | verdict |\n|:---|:---|\n");
+    for of in &view.judgements() {
+        let _ = writeln!(text, "| {} | {} |", of.trial, escaped(&sentence(of)));
+    }
+    for table in view.tables() {
+        let _ = write!(text, "\n## {}\n\n", table.title);
+        if !table.note.is_empty() {
+            let _ = write!(text, "{}\n\n", escaped(&table.note));
+        }
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        text += &line(&table.header);
+        let numbers = table.header.len().saturating_sub(1);
+        let rule = if is_prose(&table) { ":---" } else { "---:" };
+        let _ = writeln!(text, "|:---|{}", format!("{rule}|").repeat(numbers));
+        for row in &table.rows {
+            let cells: Vec<String> = row.iter().map(markdown_cell).collect();
+            text += &line(&cells);
+        }
+    }
+    text
+}
+
+fn sentence(of: &Judgement) -> String {
+    let verdict = if of.reason.is_some() { of.verdict.to_uppercase() } else { of.verdict.into() };
+    let reason = of.reason.as_ref().map(|reason| format!(": {reason}")).unwrap_or_default();
+    let more = if of.more > 0 { format!(" (and {} more)", of.more) } else { String::new() };
+    format!("{verdict}{reason}{more}")
+}
+
+/// Words in the second column, not numbers.
+fn is_prose(table: &Table) -> bool {
+    table.header.len() == 2
+}
+
+fn aligned_table(table: &Table) -> String {
+    if is_prose(table) {
+        let width = table.rows.iter().filter_map(|row| row.first());
+        let width = width.map(|cell| cell.text.chars().count()).max().unwrap_or(0);
+        let line = |row: &Vec<Cell>| {
+            let texts: Vec<&str> = row.iter().map(|cell| cell.text.as_str()).collect();
+            let (name, rest) = texts.split_first().unwrap_or((&"", &[]));
+            let padding = " ".repeat(width - name.chars().count());
+            format!("{name}{padding}  {}\n", rest.join("  "))
+        };
+        return table.rows.iter().map(line).collect();
+    }
+    // Where a column has a mark, the others of it have its room.
+    let has_mark = |column: usize| {
+        table.rows.iter().any(|row| row.get(column).is_some_and(|cell| cell.marked))
+    };
+    let room: Vec<bool> = (0..table.header.len()).map(has_mark).collect();
+    let with_mark = |text: &str, marked: bool, room: bool| match (marked, room) {
+        (true, _) => format!("{text}*"),
+        (false, true) => format!("{text} "),
+        (false, false) => text.to_owned(),
+    };
+    let header: Vec<String> =
+        table.header.iter().zip(&room).map(|(text, room)| with_mark(text, false, *room)).collect();
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let row = |row: &Vec<Cell>| {
+        let cells = row.iter().zip(&room);
+        cells.map(|(cell, room)| with_mark(&cell.text, cell.marked, *room)).collect()
+    };
+    aligned(&header, &table.rows.iter().map(row).collect::<Vec<_>>())
+}
+
+/// A sentence in lines of a terminal.
+fn wrapped(text: &str) -> String {
+    let mut lines = String::new();
+    let mut width = 0;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if width > 0 && width + 1 + length > 100 {
+            lines.push('\n');
+            width = 0;
+        } else if width > 0 {
+            lines.push(' ');
+            width += 1;
+        }
+        lines += word;
+        width += length;
+    }
+    if !lines.is_empty() {
+        lines.push('\n');
+    }
+    lines
+}
+
+fn markdown_cell(cell: &Cell) -> String {
+    let text = escaped(&cell.text);
+    if cell.marked { format!("**{text}**") } else { text }
+}
+
+/// What a name from a file must not do to a table.
+fn escaped(text: &str) -> String {
+    text.replace('|', "\\|").replace('<', "&lt;").replace(['\n', '\r'], " ")
+}

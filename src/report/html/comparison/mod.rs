@@ -1,0 +1,109 @@
+//! The report of a comparison: verdicts, estimates with their intervals, tables, residuals.
+
+mod chart;
+mod estimates;
+mod residuals;
+mod tables;
+mod verdicts;
+
+use didim_core::identification::Method;
+use didim_sim::Scenario;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::{CURVES, Origin, STYLE, provenance, section};
+use crate::cell::Cell;
+use crate::report::comparison::View;
+
+const OWN_STYLE: &str = include_str!("style.css");
+
+/// What a report of a comparison is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct ComparisonReport<'a> {
+    /// The cell.
+    pub cell: &'a Cell,
+    /// What is shown.
+    pub view: View<'a>,
+    /// Where its samples come from.
+    pub origin: &'a Origin,
+    /// What was simulated, if it was.
+    pub scenario: Option<&'a Scenario>,
+}
+
+impl ComparisonReport<'_> {
+    /// The report as HTML.
+    pub fn to_html(&self) -> String {
+        let robot = &self.view.comparison.robot;
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (robot) " · comparison of identification methods" }
+                    style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(OWN_STYLE)) }
+                }
+                body {
+                    header {
+                        p.kind { "Comparison of identification methods" }
+                        h1 { (robot) }
+                        p { "Cell " strong { (self.cell.name) } (self.data()) }
+                    }
+                    main {
+                        (verdicts::section(&self.view))
+                        (estimates::section(self))
+                        (tables::section(&self.view))
+                        (tables::singular_values(&self.view))
+                        (residuals::section(&self.view))
+                        (residuals::convergence(&self.view))
+                        (self.provenance())
+                    }
+                }
+            }
+        };
+        page.into_string() + "\n"
+    }
+
+    fn data(&self) -> Markup {
+        html! {
+            @if let Some(scenario) = self.scenario {
+                ", simulated arm of the scenario " strong { (scenario.name()) }
+            } @else if let Some(input) = &self.origin.input {
+                ", recording " strong { (input.name) }
+            }
+        }
+    }
+
+    fn provenance(&self) -> Markup {
+        let content = html! {
+            dl.provenance {
+                @if let Some(scenario) = self.scenario {
+                    div { dt { "Scenario" } dd { (scenario.name()) } }
+                    @if let Some(noise) = &scenario.simulation().noise {
+                        div { dt { "Seed of its noise" } dd { (noise.seed) } }
+                    }
+                }
+                (provenance::entries(self.cell, self.origin))
+                @if let Some(published) = self.view.published {
+                    div { dt { "Published figures" } dd { (published.source) } }
+                }
+            }
+        };
+        let explanation = "The same input, configuration and program give this report again, byte \
+                           for byte. The configuration is the cell, robot and DBC file.";
+        section("Provenance", explanation, &content)
+    }
+}
+
+/// The class that a method is drawn in.
+fn class(method: Method) -> &'static str {
+    match method {
+        Method::IdimLs => "m-idim-ls",
+        Method::IdimIv => "m-idim-iv",
+        Method::Clie => "m-clie",
+        Method::Cloe => "m-cloe",
+        Method::Didim => "m-didim",
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,62 @@
+//! Whether the residuals look like noise, and how each iteration went.
+
+use didim_core::identification::Fit;
+use didim_core::regression::autocorrelation;
+use maud::{Markup, html};
+
+use super::super::{chart, section as in_section};
+use crate::compare::Trial;
+use crate::report::comparison::View;
+use crate::report::convergence::draw_panel;
+
+pub(super) fn section(view: &View<'_>) -> Markup {
+    let fits = view.comparison.methods.iter().filter_map(|of| Some((of.trial, of.fit.as_ref()?)));
+    let content = html! {
+        @for (trial, fit) in fits {
+            details.method open {
+                summary { (trial) ", " (fit.time_s.len()) " rows a joint" }
+                (panels(trial, fit))
+            }
+        }
+    };
+    let explanation = "Autocorrelation of what each method leaves of its own equation, over the lag \
+                       in rows. The band holds 95 % of the values that white noise behind the \
+                       decimation filter has, or white noise itself where nothing was decimated.";
+    in_section("Residuals", explanation, &content)
+}
+
+fn panels(trial: Trial, fit: &Fit) -> Markup {
+    let lags = fit.white_noise.len();
+    let found: Vec<Vec<f64>> =
+        fit.equation_residuals.iter().map(|residual| autocorrelation(residual, lags)).collect();
+    let range = chart::autocorrelation_range(&found, &fit.white_noise);
+    html! {
+        div.panels { @for (k, found) in found.iter().enumerate() {
+            @let name = format!("joint {}", k + 1);
+            figure { (chart::panel(
+                &format!("Autocorrelation of the residual of {name}, {trial}"),
+                |svg| chart::draw_autocorrelation(svg, &name, found, &fit.white_noise, range),
+            )) }
+        } }
+    }
+}
+
+pub(super) fn convergence(view: &View<'_>) -> Markup {
+    let steps = view.comparison.methods.iter().filter_map(|of| {
+        let steps = &of.estimate.as_ref()?.convergence;
+        (!steps.is_empty()).then_some((of.trial, steps))
+    });
+    let steps: Vec<_> = steps.collect();
+    if steps.is_empty() {
+        return html! {};
+    }
+    let content = html! {
+        div.panels { @for (trial, steps) in steps { figure {
+            figcaption { (trial) }
+            (chart::panel(&format!("Convergence of {trial}"), |svg| draw_panel(svg, steps)))
+        } } }
+    };
+    let explanation = "Each step simulates the closed loop with the parameters of the step before. \
+                       The largest step is that of any parameter, in its standard deviations.";
+    in_section("Convergence", explanation, &content)
+}

@@ -1,0 +1,47 @@
+//! What the commands print, held against what they printed before.
+//!
+//! `DIDIM_WRITE_GOLDEN=1` writes the files anew; look at the difference before it is committed.
+
+use std::path::Path;
+
+use crate::support::{Folder, data, didim, packed_cell};
+
+/// Holds a text against the file of this name.
+#[track_caller]
+pub(crate) fn golden(name: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/command_line/golden").join(name);
+    if std::env::var_os("DIDIM_WRITE_GOLDEN").is_some() {
+        std::fs::write(&path, text).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap();
+    for (line, (found, expected)) in text.lines().zip(expected.lines()).enumerate() {
+        assert_eq!(found, expected, "{}:{}", path.display(), line + 1);
+    }
+    assert_eq!(text.lines().count(), expected.lines().count(), "{}", path.display());
+}
+
+#[test]
+fn identify_prints_what_it_printed() {
+    let (cell, input) = (packed_cell(), &data().packed_log);
+    for method in ["idim-ls", "didim"] {
+        let command = ["identify", "--cell", &cell, "--input", input, "--method", method];
+        golden(&format!("identify-{method}.txt"), &didim(&command).done());
+    }
+}
+
+#[test]
+fn check_prints_what_it_printed() {
+    // Whether there is a bus here is not the cell's.
+    let text = didim(&["check", "--cell", &packed_cell()]).done();
+    let own: String =
+        text.split_inclusive('\n').take_while(|line| !line.starts_with("the config")).collect();
+    golden("check.txt", &own);
+}
+
+#[test]
+fn demo_prints_what_it_printed() {
+    let folder = Folder::new();
+    let figure = folder.path("figure.svg");
+    let text = didim(&["demo", "--fast", "--figure", &figure]).done();
+    golden("demo.txt", &text.replace(&figure, "figure.svg"));
+}
