@@ -214,8 +214,8 @@ fn insensitive(
     estimate: &Estimate,
     fit: &EquationErrorFit,
 ) -> Option<(Failure, String)> {
-    let uncertainties = fit.weighted.standard_deviations();
-    let known = (fit.weighted.parameters.iter())
+    let uncertainties = fit.weighted.solution.standard_deviations();
+    let known = (fit.weighted.solution.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
         .filter(|((value, sd), _)| value.abs() > TOLD_FROM_ZERO * **sd)
