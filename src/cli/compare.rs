@@ -15,7 +15,7 @@ use super::sim::read_scenario;
 use crate::cell::Cell;
 use crate::compare::{Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials};
 use crate::experiment::{Recording, simulate};
-use crate::report::comparison::{View, markdown, terminal};
+use crate::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use crate::report::html::{ComparisonReport, InputFile, Origin, SampleRange};
 
 #[derive(Debug, Args)]
@@ -51,6 +51,9 @@ pub(super) struct Arguments {
     /// Write the tables for a document
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
+    /// Write the residuals' autocorrelations of every method (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
     /// Write a report to show and to print (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -103,6 +106,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let view = View { times: false, ..view };
     if let Some(path) = &arguments.markdown {
         write_text(path, &markdown(&view))?;
+    }
+    if let Some(path) = &arguments.figure {
+        write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
         let origin = origin(arguments, counted, &recording)?;

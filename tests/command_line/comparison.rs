@@ -5,23 +5,46 @@ use serde_json::Value;
 use crate::golden::golden;
 use crate::support::{Configuration, Folder, cia402_cell, data, didim, packed_cell, shipped};
 
+/// What stands above the tables in the documents.
+const TABLES_HEADING: &str = "\
+# The paper's tables on the simulated TX40
+
+What [paper.md](paper.md) discusses, as printed by
+
+```sh
+didim compare --cell config/cells/tx40-paper.toml --scenario tx40-paper-errors \\
+  --published config/published/output-error-methods.toml \\
+  --limits config/limits/tx40-paper-errors.toml --folds 0 --markdown paper-tables.md
+```
+
+";
+
 /// The paper's experiment, with everything that can be written. Time is no part of it.
 #[test]
 fn the_paper_comes_out_within_its_limits() {
     let folder = Folder::new();
-    let (markdown, report) = (folder.path("paper.md"), folder.path("paper.html"));
+    let [markdown, report, figure] =
+        ["paper.md", "paper.html", "paper.svg"].map(|f| folder.path(f));
     let cell = shipped("cells/tx40-paper.toml");
     let published = shipped("published/output-error-methods.toml");
     let limits = shipped("limits/tx40-paper-errors.toml");
     let experiment =
         ["compare", "--cell", &cell, "--scenario", "tx40-paper-errors", "--folds", "0"];
     let against = ["--published", &published, "--limits", &limits];
-    let files = ["--markdown", &markdown, "--report", &report];
+    let files = ["--markdown", &markdown, "--report", &report, "--figure", &figure];
     let text = didim(&[&experiment[..], &against, &files].concat()).done();
     let timeless: String =
         text.split_inclusive('\n').filter(|line| !line.starts_with("time ")).collect();
     golden("compare.txt", &timeless);
-    golden("compare.md", &std::fs::read_to_string(markdown).unwrap());
+    let tables = std::fs::read_to_string(markdown).unwrap();
+    golden("../../../docs/paper-tables.md", &format!("{TABLES_HEADING}{tables}"));
+    // A panel for every method and joint, a stem for every lag.
+    let figure = std::fs::read_to_string(figure).unwrap();
+    assert_eq!(figure.matches(r#"class="frame""#).count(), 8 * 6);
+    assert_eq!(figure.matches(r#"class="stem""#).count(), 8 * 6 * 30);
+    for said in ["CLOE, strict", "34500 rows", "IDIM-IV", "276 rows"] {
+        assert!(figure.contains(said), "{said}");
+    }
     let html = std::fs::read_to_string(report).unwrap();
     for said in ["limits hold.", "Output Error Methods", "tx40-paper-errors", "<dd>1</dd>"] {
         assert!(html.contains(said), "{said}");

@@ -2,6 +2,7 @@
 
 mod agreement;
 mod estimates;
+mod figure;
 mod figures;
 mod held_out;
 mod text;
@@ -10,6 +11,7 @@ use didim_core::identification::Method;
 
 use crate::compare::{Comparison, Framework, Outcome, Published, Trial, title};
 
+pub use figure::autocorrelation_figure;
 pub use text::{markdown, terminal};
 
 /// What is shown of a comparison.
