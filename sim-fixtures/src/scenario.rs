@@ -246,15 +246,23 @@ impl Scenario {
         self.checked()
     }
 
+    /// The same scenario with another controller of the arm.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Setup`] when it does not fit the arm.
+    pub fn with_controller(mut self, controller: ControllerConfig) -> Result<Self, ScenarioError> {
+        self.controller = controller;
+        self.checked()
+    }
+
     /// The same scenario with a controller of `factor` times the bandwidth
     /// ([`ControllerConfig::with_bandwidth`]).
     ///
     /// # Errors
     /// [`ScenarioError::Setup`] when the factor is not positive.
-    pub fn with_bandwidth(mut self, factor: f64) -> Result<Self, ScenarioError> {
-        let controller = self.controller.with_bandwidth(factor);
-        self.controller = controller.map_err(SetupError::Control)?;
-        self.checked()
+    pub fn with_bandwidth(self, factor: f64) -> Result<Self, ScenarioError> {
+        let controller = self.controller.clone().with_bandwidth(factor);
+        self.with_controller(controller.map_err(SetupError::Control)?)
     }
 
     /// The same scenario with another motion.

@@ -1,18 +1,17 @@
 //! DIDIM on the simulated TX40.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod common;
+
+use common::experiment::loop_options;
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Estimate, Experiment, IdentificationError,
-    IdimLsOptions, PositionFilter, ReferenceSource, SignalTiming, Signals, Start, VerdictLimits,
-    didim, idim_ls, mean_joint_inertia,
+    DidimOptions, Estimate, Experiment, IdentificationError, ReferenceSource, SignalTiming,
+    Signals, Start, didim, idim_ls, mean_joint_inertia,
 };
 use didim_core::robot::{Robot, SignModel};
-use didim_core::simulation::{
-    ClosedLoop, InitialState, Integrator, SimulationConfig, SimulationError,
-};
-use didim_core::trajectory::ReferenceInterpolation;
+use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig, SimulationError};
 use didim_sim::{Scenario, tx40_paper};
 use nalgebra::{DMatrix, DVectorView};
 
@@ -58,34 +57,9 @@ fn noisy(scenario: &Scenario) -> Experiment {
     record(scenario, scenario.robot(), scenario.simulation(), 1, true)
 }
 
-/// The paper's setting: its 28 parameters and filters, its start, the cabinet's fixed gains.
+/// The paper's settings and start.
 fn options(scenario: &Scenario) -> DidimOptions {
-    let listed = scenario.robot().nominal().unwrap().listed();
-    DidimOptions {
-        regression: IdimLsOptions {
-            position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
-            decimation_filter: DecimationFilter {
-                order: 8,
-                ripple_db: 0.05,
-                cutoff_ratio: 0.8,
-                factor: 125,
-            },
-            parameters: Some(listed.iter().map(|(name, _)| name.clone()).collect()),
-            robust: None,
-            limits: VerdictLimits::default(),
-        },
-        decimated: true,
-        controller: SimulatedController::Cabinet {
-            timing: scenario.controller().timing,
-            joints: scenario.controller().joints.clone(),
-            rescale_to_inertia_kg_m2: None,
-        },
-        reference: ReferenceInterpolation::Cubic,
-        integrator: Integrator::Ode3,
-        substeps: 1,
-        start: Start::UnitDriveInertias,
-        convergence: ConvergenceLimits::default(),
-    }
+    loop_options(scenario, 50.0, Start::UnitDriveInertias)
 }
 
 fn identify(

@@ -5,17 +5,14 @@ mod common;
 
 use std::time::Instant;
 
-use common::experiment::beside;
-use didim_core::control::SimulatedController;
+use common::experiment::{beside, loop_options};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, Estimate, Experiment, Failure, Identification,
-    IdentificationError, IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter,
-    SensitivityMethod, SignalTiming, Signals, Start, VerdictLimits, clie, cloe,
+    Estimate, Experiment, Failure, Identification, IdentificationError, Optimiser,
+    OutputErrorOptions, SensitivityMethod, SignalTiming, Signals, Start, clie, cloe,
 };
 use didim_core::robot::Robot;
 use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
-use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{Scenario, tx40_paper};
 
 /// The scenario's motion as a log holds it, with this much of its noise.
@@ -53,35 +50,11 @@ fn record_on_grid(
 }
 
 fn options(scenario: &Scenario) -> OutputErrorOptions {
-    let listed = scenario.robot().nominal().unwrap().listed();
-    OutputErrorOptions {
-        regression: IdimLsOptions {
-            position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
-            decimation_filter: DecimationFilter {
-                order: 8,
-                ripple_db: 0.05,
-                cutoff_ratio: 0.8,
-                factor: 125,
-            },
-            parameters: Some(listed.iter().map(|(name, _)| name.clone()).collect()),
-            robust: None,
-            limits: VerdictLimits::default(),
-        },
-        decimated: true,
-        controller: SimulatedController::Cabinet {
-            timing: scenario.controller().timing,
-            joints: scenario.controller().joints.clone(),
-            rescale_to_inertia_kg_m2: None,
-        },
-        reference: ReferenceInterpolation::Cubic,
-        integrator: scenario.simulation().integrator,
-        substeps: scenario.simulation().substeps,
-        start: Start::Nominal,
-        didim_steps: 0,
-        sensitivities: SensitivityMethod::Exact,
-        optimiser: Optimiser::LevenbergMarquardt,
-        convergence: ConvergenceLimits::default(),
-    }
+    OutputErrorOptions::of_loop(
+        loop_options(scenario, 50.0, Start::Nominal),
+        SensitivityMethod::Exact,
+        Optimiser::LevenbergMarquardt,
+    )
 }
 
 /// Which parameters are larger: the bits of the golden ratio.

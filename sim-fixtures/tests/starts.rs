@@ -5,17 +5,15 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::experiment::{beside, experiment, listed};
+use common::experiment::{beside, experiment, loop_options};
 use common::parallel::in_parallel;
 use common::table::{Column, Table};
-use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdentificationError,
-    IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter, SensitivityMethod, Start,
-    VerdictLimits, clie, cloe,
+    Experiment, IdentificationError, Optimiser, OutputErrorOptions, SensitivityMethod, Start, clie,
+    cloe,
 };
-use didim_core::trajectory::{RandomMoves, ReferenceInterpolation};
+use didim_core::trajectory::RandomMoves;
 use didim_sim::{Scenario, tx40_paper};
 
 /// Where an identification begins.
@@ -82,7 +80,7 @@ fn identify(scenario: &Scenario, experiment: &Experiment, method: &str, from: Fr
     let options = OutputErrorOptions {
         didim_steps,
         ..OutputErrorOptions::of_loop(
-            loop_options(scenario, start),
+            loop_options(scenario, POSITION_FILTER_HZ, start),
             SensitivityMethod::Exact,
             Optimiser::LevenbergMarquardt,
         )
@@ -111,36 +109,9 @@ fn cause(error: &IdentificationError) -> &'static str {
     error.failure().map_or("refused", |failure| failure.name())
 }
 
-/// The paper's settings.
-fn loop_options(scenario: &Scenario, start: Start) -> DidimOptions {
-    DidimOptions {
-        regression: IdimLsOptions {
-            // The paper's 50 Hz distorts the reversals of friction; levels and start of IDIM-LS would
-            // be better than they are.
-            position_filter: PositionFilter { order: 4, cutoff_hz: 200.0 },
-            decimation_filter: DecimationFilter {
-                order: 8,
-                ripple_db: 0.05,
-                cutoff_ratio: 0.8,
-                factor: 125,
-            },
-            parameters: Some(listed(scenario)),
-            limits: VerdictLimits::default(),
-            robust: None,
-        },
-        decimated: true,
-        controller: SimulatedController::Cabinet {
-            timing: scenario.controller().timing,
-            joints: scenario.controller().joints.clone(),
-            rescale_to_inertia_kg_m2: None,
-        },
-        reference: ReferenceInterpolation::Cubic,
-        integrator: scenario.simulation().integrator,
-        substeps: scenario.simulation().substeps,
-        start,
-        convergence: ConvergenceLimits::default(),
-    }
-}
+/// The paper's 50 Hz distorts the reversals of friction; levels and start of IDIM-LS would be better than
+/// they are.
+const POSITION_FILTER_HZ: f64 = 200.0;
 
 /// No failure may take longer than some thirty simulations with sensitivities.
 const LONGEST_FAILURE: Duration = Duration::from_secs(60);

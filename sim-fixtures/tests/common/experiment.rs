@@ -1,9 +1,14 @@
-//! The simulated arm's record as an experiment, and a robot that is nearly its.
+//! The simulated arm's record as an experiment, the paper's settings, and a robot that is nearly its.
 
 use std::fmt::Write as _;
 
-use didim_core::identification::{Experiment, SignalTiming, Signals};
+use didim_core::control::SimulatedController;
+use didim_core::identification::{
+    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdimLsOptions, PositionFilter,
+    SignalTiming, Signals, Start, VerdictLimits,
+};
 use didim_core::robot::Robot;
+use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::Scenario;
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
@@ -33,6 +38,36 @@ pub(crate) fn hold_ignored(experiment: Experiment) -> Experiment {
 pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
     let listed = scenario.robot().nominal().unwrap().listed();
     listed.iter().map(|(name, _)| name.clone()).collect()
+}
+
+/// The paper's settings but for the cut-off of the position filter, 50 Hz there: its 28 parameters, one
+/// row in 125, and the controller that this scenario has.
+pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -> DidimOptions {
+    DidimOptions {
+        regression: IdimLsOptions {
+            position_filter: PositionFilter { order: 4, cutoff_hz },
+            decimation_filter: DecimationFilter {
+                order: 8,
+                ripple_db: 0.05,
+                cutoff_ratio: 0.8,
+                factor: 125,
+            },
+            parameters: Some(listed(described)),
+            limits: VerdictLimits::default(),
+            robust: None,
+        },
+        decimated: true,
+        controller: SimulatedController::Cabinet {
+            timing: described.controller().timing,
+            joints: described.controller().joints.clone(),
+            rescale_to_inertia_kg_m2: None,
+        },
+        reference: ReferenceInterpolation::Cubic,
+        integrator: described.simulation().integrator,
+        substeps: described.simulation().substeps,
+        start,
+        convergence: ConvergenceLimits::default(),
+    }
 }
 
 /// The paper's robot with nominal parameters 15 % beside the true ones: larger where `pattern` has a bit
