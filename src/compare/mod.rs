@@ -84,6 +84,17 @@ impl Comparison {
         Some(truth.value)
     }
 
+    /// The names of those parameters of a result whose truth lies outside of its 3 σ; none where the
+    /// truth or the result is not known.
+    pub fn outside_of_truth(&self, trial: Trial) -> Option<Vec<&str>> {
+        self.truth.as_ref()?;
+        let parameters = self.estimate(trial)?.parameters.iter();
+        let missed = parameters.filter(|found| {
+            self.truth_of(&found.name).is_some_and(|truth| !lies_in(truth, found))
+        });
+        Some(missed.map(|found| found.name.as_str()).collect())
+    }
+
     /// The results of one framework, in order.
     pub fn of(&self, framework: Framework) -> impl Iterator<Item = &MethodResult> {
         self.methods.iter().filter(move |result| result.trial.framework == framework)

@@ -21,6 +21,11 @@ pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
         });
         core::iter::once(numbered(k, one).into()).chain(cells).collect()
     };
+    let mut rows: Vec<Vec<Cell>> = trials.iter().enumerate().map(row).collect();
+    if view.comparison.truth.is_some() {
+        let truth = trials.iter().map(|trial| against_truth(view, *trial));
+        rows.insert(0, core::iter::once("truth".into()).chain(truth).collect());
+    }
     Some(Table {
         title: "Agreement".to_owned(),
         note:
@@ -28,7 +33,34 @@ pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
                σ of the column."
                 .to_owned(),
         header,
-        rows: trials.iter().enumerate().map(row).collect(),
+        rows,
+    })
+}
+
+/// How many true values lie within 3 σ of a method's estimates.
+fn against_truth(view: &View<'_>, trial: Trial) -> Cell {
+    let missed = view.comparison.outside_of_truth(trial).zip(view.comparison.estimate(trial));
+    missed.map_or_else(Cell::none, |(outside, estimate)| {
+        let all = estimate.parameters.len();
+        Cell { text: format!("{}/{all}", all - outside.len()), marked: !outside.is_empty() }
+    })
+}
+
+/// The names of those whose truth lies outside of 3 σ, where it is known.
+pub(super) fn outside_of_truth(view: &View<'_>) -> Option<Table> {
+    let rows: Vec<Vec<Cell>> = trials(view)
+        .into_iter()
+        .filter_map(|trial| {
+            let names = view.comparison.outside_of_truth(trial)?;
+            let names = if names.is_empty() { "none".into() } else { names.join(" ") };
+            Some(vec![trial.to_string().into(), names.into()])
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Table {
+        title: "Further than 3 σ from the truth".to_owned(),
+        note: String::new(),
+        header: ["estimates", "parameters"].map(str::to_owned).to_vec(),
+        rows,
     })
 }
 

@@ -94,6 +94,7 @@ impl View<'_> {
         let others = [
             agreement::matrix(self),
             agreement::outside(self),
+            agreement::outside_of_truth(self),
             held_out::table(self),
             self.limits(),
         ];
