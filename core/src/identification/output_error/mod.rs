@@ -68,7 +68,8 @@ pub fn clie(
 /// As [`clie`], with the error of the joint positions in place of that of the torques. Standard
 /// deviations, whiteness and Durbin–Watson statistics are those of the positions' equation. The
 /// errors of the estimate, and its fit, are those of the torques along the simulated motion, so that
-/// methods can be compared. The checks of the model need an equation of torques and are not made.
+/// methods can be compared. So are the checks of the model: as DIDIM's, on the weighted least squares
+/// solution of the torques along that motion, and in its standard deviations.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -131,9 +132,13 @@ fn identify(
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
     let along = Observations::new(regressor, torque, robot.joints()).map_err(named)?;
-    let torque_residuals = match output {
-        Output::Torque => optimum.solution.residuals.clone(),
-        Output::Position => along.residuals(&optimum.solution.parameters),
+    let (torque_residuals, own) = match output {
+        Output::Torque => (optimum.solution.residuals.clone(), None),
+        Output::Position => {
+            let levels = along.noise_levels(&along.ordinary().map_err(named)?.residuals);
+            let own = along.weighted(&levels).map_err(named)?;
+            (along.residuals(&optimum.solution.parameters), Some(own))
+        }
     };
     let controller_error = controller_error(
         experiment,
@@ -155,7 +160,7 @@ fn identify(
         torque: Some(TorqueRows {
             observations: &along,
             residuals: &torque_residuals,
-            checked: output == Output::Torque,
+            own: own.as_ref(),
         }),
         solution: &optimum.solution,
         downweighted_rows_per_joint: None,
