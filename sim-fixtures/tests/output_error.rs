@@ -194,6 +194,20 @@ fn what_the_arm_has_beside_the_model_is_found_by_both_methods() {
     }
 }
 
+/// Gains that are described 3 % too large make every parameter of CLOE as much too large. The torques
+/// along its motion say so.
+#[test]
+fn the_torques_tell_a_wrong_gain_from_a_heavier_arm() {
+    let scenario = tx40_paper().unwrap();
+    let experiment = record(&scenario, scenario.simulation());
+    let mut options = options(&scenario);
+    options.controller = options.controller.with_gain(1.03);
+    let verdict = identify(cloe, &beside(&scenario, PATTERN), &experiment, &options).verdict;
+    println!("{:?}", verdict.reasons);
+    let found = verdict.reasons.iter().any(|reason| reason.contains("want other parameters"));
+    assert!(found && !verdict.applicable, "{:?}", verdict.reasons);
+}
+
 /// Section 4.3. The first two seconds, logged with positions on a grid of 0.01 rad of the motor.
 ///
 /// Under a stiff loop the positions hardly depend on the parameters: 15 % of error in them is what

@@ -87,12 +87,18 @@ impl Findings<'_> {
         let standard = self.standard(solution);
         let torque = self.torque.as_ref().map_or(observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
+        let mut other = None;
         let checks = match self.torque.as_ref().and_then(|rows| rows.own) {
             None => self.check(torque, &analysis, &standard, &deviations)?,
             Some(own) => {
                 let analysis = ResidualAnalysis::new(torque, own, &filter);
-                let deviations = analysis.covariance().diagonal().map(f64::sqrt);
-                self.check(torque, &analysis, &self.standard(own), &deviations)?
+                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+                other = self.limits.other_parameters(
+                    selection.names(),
+                    &(&own.parameters - &solution.parameters),
+                    &own_deviations.zip_map(&deviations, f64::hypot),
+                );
+                self.check(torque, &analysis, &self.standard(own), &own_deviations)?
             }
         };
 
@@ -151,10 +157,9 @@ impl Findings<'_> {
         estimate.verdict =
             self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref(), decimation);
         estimate.verdict.notes.extend(checks.notes);
-        if !self.reasons.is_empty() {
-            estimate.verdict.applicable = false;
-            estimate.verdict.reasons.extend(self.reasons);
-        }
+        let reasons = other.into_iter().chain(self.reasons);
+        estimate.verdict.reasons.extend(reasons);
+        estimate.verdict.applicable = estimate.verdict.reasons.is_empty();
         let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
         let samples = self.experiment.fitted_samples(decimation);
