@@ -106,6 +106,10 @@ fn options_are_validated_before_anything_is_recorded() {
     bad.convergence.max_simulations = 1;
     assert!(bad.validate(robot, RATE_HZ, HELD).is_err());
     let mut bad = good.clone();
+    bad.didim_steps = good.convergence.max_simulations;
+    let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
+    assert!(matches!(error, IdentificationError::DidimSteps { .. }), "{error}");
+    let mut bad = good.clone();
     bad.start = Start::Nominal;
     let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
     assert!(matches!(error, IdentificationError::NoNominalParameters { .. }));

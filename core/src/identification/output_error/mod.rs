@@ -92,7 +92,7 @@ fn identify(
     experiment: &Experiment,
     options: &OutputErrorOptions,
 ) -> Result<Identification, IdentificationError> {
-    options.convergence.validate()?;
+    options.validate_iteration()?;
     let decimation = options.regression.decimation(options.decimated)?;
     options.regression.refuse_robust(output.method())?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
