@@ -2,9 +2,10 @@
 //!
 //! One sequence of additions, products and one division for every lane, without branches: a compiler
 //! turns it into vector instructions, and every machine computes the same bits, which the functions
-//! of a system's library do not promise.
+//! of a system's library do not promise. Angles of more than 1e5 rad, which no joint has, are left to
+//! the library.
 
-/// Beyond this angle \[rad\] the reduction would lose digits.
+/// Beyond this angle \[rad\] of one lane, the library computes all: the reduction would lose digits.
 const LARGEST_ANGLE: f64 = 1e5;
 
 /// 1.5 · 2⁵²: added to a number of at most 2⁵¹, it leaves the nearest whole number in the lowest bits.

@@ -12,8 +12,8 @@ use didim_core::identification::{
     OutputErrorOptions, SensitivityMethod, SignalTiming, Signals, Start, clie, cloe,
 };
 use didim_core::robot::Robot;
-use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
-use didim_sim::{Scenario, tx40_paper};
+use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig, Stribeck, Unmodelled};
+use didim_sim::{Payload, Scenario, tx40_paper};
 
 /// The scenario's motion as a log holds it, with this much of its noise.
 fn record(scenario: &Scenario, simulation: &SimulationConfig) -> Experiment {
@@ -137,6 +137,48 @@ fn with_noise_the_truth_is_within_the_standard_deviations() {
         // 28 parameters: the rms of white deviations is 1 ± 0.13.
         assert!(rms < 1.5 && largest < 4.0, "{name}: {rms} {largest}");
     }
+}
+
+/// CLOE compares positions, and its model is checked on the torques all the same.
+#[test]
+fn what_the_arm_has_beside_the_model_is_found_by_both_methods() {
+    let scenario = tx40_paper().unwrap();
+    let of_joint = |joint: usize| Stribeck {
+        torque_nm: 0.1 * scenario.truth_of(&format!("fc{joint}")).unwrap(),
+        velocity_rad_s: 0.1,
+        width_rad_s: 0.05,
+    };
+    let stribeck = Some((1..=6).map(of_joint).collect());
+    let stribeck = Unmodelled { stribeck, ..Default::default() };
+    let payload = Payload::point_mass(1.0, [0.0, 0.0, 0.165]);
+    let robot = beside(&scenario, PATTERN);
+    for (wrong, named) in [
+        (scenario.clone().with_unmodelled(stribeck).unwrap(), "friction law"),
+        (scenario.clone().with_payload(payload).unwrap(), "parameters left out"),
+    ] {
+        let experiment = record(&wrong, wrong.simulation());
+        for (name, method) in METHODS {
+            let verdict = identify(method, &robot, &experiment, &options(&wrong)).verdict;
+            println!("{name}, {named}: {:?}", verdict.reasons);
+            assert!(!verdict.applicable, "{name}: {named}");
+            let found = verdict.reasons.iter().any(|reason| reason.contains(named));
+            assert!(found, "{name}: {:?}", verdict.reasons);
+        }
+    }
+}
+
+/// Gains that are described 3 % too large make every parameter of CLOE as much too large. The torques
+/// along its motion say so.
+#[test]
+fn the_torques_tell_a_wrong_gain_from_a_heavier_arm() {
+    let scenario = tx40_paper().unwrap();
+    let experiment = record(&scenario, scenario.simulation());
+    let mut options = options(&scenario);
+    options.controller = options.controller.with_gain(1.03);
+    let verdict = identify(cloe, &beside(&scenario, PATTERN), &experiment, &options).verdict;
+    println!("{:?}", verdict.reasons);
+    let found = verdict.reasons.iter().any(|reason| reason.contains("want other parameters"));
+    assert!(found && !verdict.applicable, "{:?}", verdict.reasons);
 }
 
 /// Section 4.3. The first two seconds, logged with positions on a grid of 0.01 rad of the motor.

@@ -209,8 +209,8 @@ impl Cell {
         });
         // Whatever the method: a layout and a controller that contradict each other are both in
         // doubt.
-        if let Some(didim) = &didim {
-            let checked = didim.validate(&robot, sample_rate_hz, layout.torque_timing());
+        if let Some(output_error) = &output_error {
+            let checked = output_error.validate(&robot, sample_rate_hz, layout.torque_timing());
             checked.map_err(|source| wrong(simulation_key(&source), source.to_string()))?;
         }
         Ok(Self {
@@ -244,6 +244,7 @@ impl Cell {
 fn simulation_key(error: &IdentificationError) -> &'static str {
     match error {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",
+        IdentificationError::DidimSteps { .. } => "identification.simulation.didim_steps",
         IdentificationError::NoNominalParameters { .. } => "identification.simulation.start",
         IdentificationError::Setup(SetupError::BadValue { what: "substeps", .. }) => {
             "identification.simulation.substeps"

@@ -89,9 +89,8 @@ impl Comparison {
     pub fn outside_of_truth(&self, trial: Trial) -> Option<Vec<&str>> {
         self.truth.as_ref()?;
         let parameters = self.estimate(trial)?.parameters.iter();
-        let missed = parameters.filter(|found| {
-            self.truth_of(&found.name).is_some_and(|truth| !lies_in(truth, found))
-        });
+        let missed = parameters
+            .filter(|found| self.truth_of(&found.name).is_some_and(|truth| !lies_in(truth, found)));
         Some(missed.map(|found| found.name.as_str()).collect())
     }
 

@@ -63,6 +63,9 @@ impl SimulatedController {
     /// [`ControlError`] when the factor is not finite and positive.
     pub fn with_bandwidth(self, factor: f64) -> Result<Self, ControlError> {
         Ok(match self {
+            Self::Bandwidth { .. } if !(factor.is_finite() && factor > 0.0) => {
+                return Err(ControlError::Bandwidth { factor });
+            }
             Self::Cabinet { timing, joints, rescale_to_inertia_kg_m2 } => {
                 let config = ControllerConfig { timing, joints }.with_bandwidth(factor)?;
                 Self::Cabinet { timing, joints: config.joints, rescale_to_inertia_kg_m2 }
@@ -219,6 +222,23 @@ mod tests {
             good.replace("'bandwidth'", "'cabinet'"),
         ] {
             assert!(toml::from_str::<SimulatedController>(&bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_bandwidth_takes_a_factor_that_is_one() {
+        let loop_of = |hz: f64| SimulatedController::Bandwidth {
+            timing: TIMING,
+            bandwidth_hz: vec![hz, 2.0 * hz],
+            damping: 0.8,
+            acceleration_feed_forward: false,
+        };
+        assert_eq!(loop_of(10.0).with_bandwidth(3.0).unwrap(), loop_of(30.0));
+        for factor in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            for controller in [loop_of(10.0), cabinet(None)] {
+                let error = controller.with_bandwidth(factor).unwrap_err();
+                assert!(matches!(error, ControlError::Bandwidth { .. }), "{error}");
+            }
         }
     }
 }

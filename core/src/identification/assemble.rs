@@ -29,8 +29,9 @@ pub(super) struct TorqueRows<'a> {
     pub(super) observations: &'a Observations,
     /// What the estimate leaves of the measured torques.
     pub(super) residuals: &'a DVector<f64>,
-    /// Whether the solved equation is one of torques, so that the model can be checked.
-    pub(super) checked: bool,
+    /// Their own weighted solution, where the solved equation is not one of torques: there the model
+    /// is checked.
+    pub(super) own: Option<&'a Solution>,
 }
 
 /// What a method hands in.
@@ -83,33 +84,22 @@ impl Findings<'_> {
         let classical = solution.standard_deviations();
         let covariance = analysis.covariance();
         let deviations = covariance.diagonal().map(f64::sqrt);
-        let mut standard = vec![0.0; self.model.parameter_names().len()];
-        for (&column, &value) in selection.columns().iter().zip(solution.parameters.iter()) {
-            standard[column] = value;
-        }
+        let standard = self.standard(solution);
         let torque = self.torque.as_ref().map_or(observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
-        let subject = Subject {
-            robot: self.robot,
-            base: self.base,
-            model: self.model,
-            selection,
-            experiment: self.experiment,
-            decimation,
-            motion: self.motion,
-            position_error: &self.position_error,
-            observations: torque,
-            analysis: &analysis,
-            standard: &standard,
-            deviations: &deviations,
-        };
-        let checks = match &self.torque {
-            Some(TorqueRows { checked: false, .. }) => Checks {
-                model_checks: Vec::new(),
-                torque_delay_per_joint: vec![None; self.robot.joints()],
-                notes: vec!["the checks of the model need an equation of torques".to_owned()],
-            },
-            _ => subject.check()?,
+        let mut other = None;
+        let checks = match self.torque.as_ref().and_then(|rows| rows.own) {
+            None => self.check(torque, &analysis, &standard, &deviations)?,
+            Some(own) => {
+                let analysis = ResidualAnalysis::new(torque, own, &filter);
+                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+                other = self.limits.other_parameters(
+                    selection.names(),
+                    &(&own.parameters - &solution.parameters),
+                    &own_deviations.zip_map(&deviations, f64::hypot),
+                );
+                self.check(torque, &analysis, &self.standard(own), &own_deviations)?
+            }
         };
 
         let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
@@ -167,10 +157,9 @@ impl Findings<'_> {
         estimate.verdict =
             self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref(), decimation);
         estimate.verdict.notes.extend(checks.notes);
-        if !self.reasons.is_empty() {
-            estimate.verdict.applicable = false;
-            estimate.verdict.reasons.extend(self.reasons);
-        }
+        let reasons = other.into_iter().chain(self.reasons);
+        estimate.verdict.reasons.extend(reasons);
+        estimate.verdict.applicable = estimate.verdict.reasons.is_empty();
         let measured = torque.measurements();
         let rate_hz = self.experiment.sample_rate_hz();
         let samples = self.experiment.fitted_samples(decimation);
@@ -191,6 +180,40 @@ impl Findings<'_> {
             white_noise: filter.autocorrelation_of_white_noise(rows, LAGS),
         };
         Ok(Identification { estimate, fit })
+    }
+
+    /// Standard parameters with those of a solution, 0 for those that are not identified.
+    fn standard(&self, solution: &Solution) -> Vec<f64> {
+        let mut standard = vec![0.0; self.model.parameter_names().len()];
+        for (&column, &value) in self.selection.columns().iter().zip(solution.parameters.iter()) {
+            standard[column] = value;
+        }
+        standard
+    }
+
+    /// Checks the model on an equation of torques, its analysis and what follows from it.
+    fn check(
+        &self,
+        torque: &Observations,
+        analysis: &ResidualAnalysis<'_>,
+        standard: &[f64],
+        deviations: &DVector<f64>,
+    ) -> Result<Checks, IdentificationError> {
+        let subject = Subject {
+            robot: self.robot,
+            base: self.base,
+            model: self.model,
+            selection: self.selection,
+            experiment: self.experiment,
+            decimation: self.decimation,
+            motion: self.motion,
+            position_error: &self.position_error,
+            observations: torque,
+            analysis,
+            standard,
+            deviations,
+        };
+        subject.check()
     }
 }
 

@@ -148,6 +148,18 @@ pub enum IdentificationError {
         /// What it must be.
         expected: &'static str,
     },
+    /// The iterations of DIDIM before CLIE or CLOE leave none for these. Remedy: fewer of them (one or
+    /// two are of use), or more simulations.
+    #[error(
+        "didim_steps = {steps} must be less than convergence.max_simulations = {max_simulations}, which \
+         counts them too; one or two are of use"
+    )]
+    DidimSteps {
+        /// The iterations of DIDIM asked for.
+        steps: u32,
+        /// The simulations allowed.
+        max_simulations: u32,
+    },
     /// The samples of the simulated controller do not meet those of the record. Remedy: state the
     /// real controller's period; the record's must be a whole multiple of it.
     #[error(

@@ -85,7 +85,7 @@ pub fn idim_iv(
         torque: Some(TorqueRows {
             observations: &fit.observations,
             residuals: &solution.residuals,
-            checked: true,
+            own: None,
         }),
         solution: &solution,
         downweighted_rows_per_joint: None,

@@ -81,8 +81,12 @@ fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     for k in first..=last {
         match (rests(k), begun) {
             (true, None) => begun = Some(k),
+            // The rest before the first move is no end of one.
             (false, Some(begin)) => {
-                ends.push(samples.partition_point(|&sample| sample < usize::midpoint(begin, k)));
+                if begin > first {
+                    let middle = usize::midpoint(begin, k);
+                    ends.push(samples.partition_point(|&sample| sample < middle));
+                }
                 begun = None;
             }
             _ => {}
@@ -133,6 +137,23 @@ mod tests {
         assert_eq!(found.len(), 3, "{found:?}");
         assert!(found[0].end.abs_diff(55) <= 1 && found[1].end.abs_diff(115) <= 1, "{found:?}");
         assert_eq!((found[0].start, found[2].end), (0, 180));
+    }
+
+    /// A rest of half a second before the first move and one after the last belong to these.
+    #[test]
+    fn a_rest_is_no_move() {
+        let Motion { position: moves_alone, .. } = motion();
+        let velocity = DMatrix::from_fn(2800, 2, |k, joint| match k.checked_sub(500) {
+            Some(k) if k < 1800 => moves_alone[(k, joint)],
+            _ => 0.0,
+        });
+        let motion =
+            Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity };
+        let samples: Vec<usize> = (0..2800).step_by(10).collect();
+        let (between_rests, found) = moves(&motion, &samples);
+        assert!(between_rests);
+        assert_eq!(found.len(), 3, "{found:?}");
+        assert_eq!((found[0].start, found[2].end), (0, 280));
     }
 
     #[test]

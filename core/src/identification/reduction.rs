@@ -88,7 +88,8 @@ pub fn essential_parameters(
             f_statistic: test.f_statistic,
             probability: test.probability,
         };
-        if test.probability < level {
+        // Neither may it be left out where that cannot be told.
+        if test.probability.is_nan() || test.probability < level {
             kept = Some(step);
             break;
         }

@@ -1,5 +1,6 @@
 //! Whether a result may be used: one place, thresholds as data, reasons in words.
 
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::checks::{CERTAIN, Freedom, ModelCheck};
@@ -266,6 +267,27 @@ impl VerdictLimits {
             ))
         };
         kinds.iter().filter_map(reason).collect()
+    }
+
+    /// Parameters that the torques along the motion want otherwise than the positions do: with the right
+    /// model and controller both are the arm's. `apart` is their difference, and `deviations` its
+    /// standard deviations as if they had no errors in common, which makes them too large.
+    pub(super) fn other_parameters(
+        &self,
+        names: &[String],
+        apart: &DVector<f64>,
+        deviations: &DVector<f64>,
+    ) -> Option<String> {
+        let (name, apart) = (names.iter())
+            .zip(apart.component_div(deviations).abs().iter().copied())
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        exceeds(apart, self.model_shift_deviations).then(|| {
+            format!(
+                "the torques along the simulated motion want other parameters than the positions: \
+                 {name} is {apart:.1} standard deviations off; check the described controller and the \
+                 model, or identify from the torques (clie, didim)"
+            )
+        })
     }
 
     /// Whether a freedom matters: the data want it, and it moves a parameter too far.

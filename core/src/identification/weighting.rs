@@ -43,7 +43,7 @@ impl Weighting {
     /// The measured torques, where other values were solved.
     pub(super) fn torque_rows<'a>(&'a self, equation: &'a Observations) -> Option<TorqueRows<'a>> {
         let robust = self.robust.as_ref()?;
-        Some(TorqueRows { observations: equation, residuals: &robust.residuals, checked: true })
+        Some(TorqueRows { observations: equation, residuals: &robust.residuals, own: None })
     }
 
     /// Rows of each joint that count for less than a half, where any may.

@@ -23,7 +23,7 @@ pub struct FlexibleMode {
     pub frequency_hz: f64,
     /// ζ, the damping ratio with the joint held; 0 is none.
     pub damping_ratio: f64,
-    /// J_f \[kg·m²\]; 0 is a rigid joint.
+    /// J_f \[kg·m², or kg of a prismatic joint\]; 0 is a rigid joint.
     pub inertia_kg_m2: f64,
 }
 

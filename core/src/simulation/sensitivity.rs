@@ -102,12 +102,17 @@ impl<R: Reference> ClosedLoop<R> {
     ///
     /// # Errors
     /// [`SetupError::NoSensitivity`] names what the derivatives do not exist with, and
-    /// [`SetupError::BadValue`] a column that no parameter has.
+    /// [`SetupError::BadValue`] a column that no parameter has, or that is there twice.
     pub fn with_sensitivities(mut self, columns: &[usize]) -> Result<Self, SetupError> {
         self.config.check_differentiable(&self.controller)?;
         let parameters = self.plant.parameters.clone();
         if let Some(&column) = columns.iter().find(|&&column| column >= parameters.len()) {
             let (what, expected) = ("column of a sensitivity", "that of a standard parameter");
+            return Err(SetupError::BadValue { what, value: column as f64, expected });
+        }
+        let mut before = columns.iter().enumerate().map(|(k, column)| (&columns[..k], column));
+        if let Some((_, &column)) = before.find(|(before, column)| before.contains(column)) {
+            let (what, expected) = ("column of a sensitivity", "there once");
             return Err(SetupError::BadValue { what, value: column as f64, expected });
         }
         if columns.is_empty() {

@@ -2,9 +2,10 @@
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    Failure, IdentificationError, SensitivityMethod, SignalTiming, Start,
+    Failure, IdentificationError, SensitivityMethod, SignalTiming, Start, clie, idim_ls,
 };
 
+use crate::arm::Random;
 use crate::looped::{HELD, Looped, PERIOD_S, RATE_HZ, pd, sampled};
 use crate::loops::{METHODS, options};
 
@@ -68,6 +69,33 @@ fn a_minimum_above_the_noise_is_not_applicable() {
     assert!(told, "{:?}", found.map(|f| f.estimate.verdict));
 }
 
+/// A short motion under so much noise that no method knows the parameters better: the verdict speaks of
+/// the motion, and the criterion has not failed.
+#[test]
+fn noise_that_leaves_every_method_uncertain_is_not_insensitivity() {
+    let looped = Looped::random(32, 2, sampled(0.0), pd);
+    let experiment = looped.record_with(HELD, |signals| {
+        let mut random = Random(5);
+        signals.torque_nm.iter_mut().flatten().for_each(|t| *t += 10.0 * random.normal());
+    });
+    let experiment = experiment.with_counted(2000..3000).unwrap();
+    let mut options = options(&looped);
+    options.start = Start::IdimLs;
+    let (robot, base) = (&looped.arm.robot, &looped.arm.base);
+    let found = clie(robot, base, &experiment, &options).unwrap().estimate;
+    let equation_error = idim_ls(robot, base, &experiment, &options.regression).unwrap().estimate;
+    let mut known: Vec<f64> = (equation_error.parameters.iter().zip(&found.parameters))
+        .filter(|(p, _)| p.relative_standard_deviation < 1.0 / 3.0)
+        .map(|(p, found)| found.standard_deviation / p.value.abs())
+        .collect();
+    known.sort_by(f64::total_cmp);
+    let median = known[known.len() / 2];
+    println!("{median:.2} of {} parameters", known.len());
+    assert!(median > 0.12, "there is too little noise: {median}");
+    assert!(!found.verdict.applicable, "{:?}", found.verdict);
+    assert_eq!(found.verdict.failure, None, "{:?}", found.verdict);
+}
+
 #[test]
 fn options_are_validated_before_anything_is_recorded() {
     let looped = Looped::random(33, 2, sampled(0.0), pd);
@@ -77,6 +105,10 @@ fn options_are_validated_before_anything_is_recorded() {
     let mut bad = good.clone();
     bad.convergence.max_simulations = 1;
     assert!(bad.validate(robot, RATE_HZ, HELD).is_err());
+    let mut bad = good.clone();
+    bad.didim_steps = good.convergence.max_simulations;
+    let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
+    assert!(matches!(error, IdentificationError::DidimSteps { .. }), "{error}");
     let mut bad = good.clone();
     bad.start = Start::Nominal;
     let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();

@@ -33,10 +33,13 @@ use rows::Rows;
 /// Torque errors of more than so many times the noise of the equation error are not noise.
 const MAX_NOISE_RATIO: f64 = 3.0;
 
-/// Of the parameters that are more than so many standard deviations of IDIM-LS from zero,
+/// Parameters that are more than so many standard deviations of IDIM-LS from zero must be known,
 const TOLD_FROM_ZERO: f64 = 3.0;
-/// half must be known better than this, relative to their size.
+/// half of them better than this, relative to their size,
 const MAX_MEDIAN_DEVIATION: f64 = 0.1;
+/// where IDIM-LS knows half of them better by more than this factor: a motion that tells it no more
+/// either is no fault of the criterion.
+const MAX_MEDIAN_LOSS: f64 = 3.0;
 
 /// Identifies base parameters by closed-loop input error: the parameters whose simulated closed
 /// loop has the measured torques (equations 18 and 19).
@@ -68,7 +71,8 @@ pub fn clie(
 /// As [`clie`], with the error of the joint positions in place of that of the torques. Standard
 /// deviations, whiteness and Durbin–Watson statistics are those of the positions' equation. The
 /// errors of the estimate, and its fit, are those of the torques along the simulated motion, so that
-/// methods can be compared. The checks of the model need an equation of torques and are not made.
+/// methods can be compared. So are the checks of the model: as DIDIM's, on the weighted least squares
+/// solution of the torques along that motion, and in its standard deviations.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -88,7 +92,7 @@ fn identify(
     experiment: &Experiment,
     options: &OutputErrorOptions,
 ) -> Result<Identification, IdentificationError> {
-    options.convergence.validate()?;
+    options.validate_iteration()?;
     let decimation = options.regression.decimation(options.decimated)?;
     options.regression.refuse_robust(output.method())?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
@@ -131,9 +135,13 @@ fn identify(
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
     let along = Observations::new(regressor, torque, robot.joints()).map_err(named)?;
-    let torque_residuals = match output {
-        Output::Torque => optimum.solution.residuals.clone(),
-        Output::Position => along.residuals(&optimum.solution.parameters),
+    let (torque_residuals, own) = match output {
+        Output::Torque => (optimum.solution.residuals.clone(), None),
+        Output::Position => {
+            let levels = along.noise_levels(&along.ordinary().map_err(named)?.residuals);
+            let own = along.weighted(&levels).map_err(named)?;
+            (along.residuals(&optimum.solution.parameters), Some(own))
+        }
     };
     let controller_error = controller_error(
         experiment,
@@ -155,7 +163,7 @@ fn identify(
         torque: Some(TorqueRows {
             observations: &along,
             residuals: &torque_residuals,
-            checked: output == Output::Torque,
+            own: own.as_ref(),
         }),
         solution: &optimum.solution,
         downweighted_rows_per_joint: None,
@@ -206,9 +214,9 @@ fn above_noise(ratio: f64) -> Option<(Failure, String)> {
     })
 }
 
-/// A criterion that hardly depends on the parameters has not said what they are (section 4.3): the
-/// median standard deviation, relative to the parameters of IDIM-LS, of those that IDIM-LS can tell from
-/// zero.
+/// A criterion that hardly depends on the parameters has not said what they are, although the record
+/// tells (section 4.3). Of the parameters that IDIM-LS tells from zero, half are uncertain by too much of
+/// their size, and half by more than a record that IDIM-LS knows them from asks for.
 fn insensitive(
     output: Output,
     estimate: &Estimate,
@@ -219,23 +227,32 @@ fn insensitive(
     let known = (weighted.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
-        .filter(|((value, sd), _)| value.abs() > TOLD_FROM_ZERO * **sd)
-        .map(|((value, _), found)| found.standard_deviation / value.abs());
-    let mut deviations: Vec<f64> = known.collect();
-    deviations.sort_by(f64::total_cmp);
-    let median = *deviations.get(deviations.len() / 2)?;
-    let determined = median <= MAX_MEDIAN_DEVIATION;
+        .filter(|((value, sd), _)| value.abs() > TOLD_FROM_ZERO * **sd);
+    let (deviations, losses): (Vec<f64>, Vec<f64>) = known
+        .map(|((value, sd), found)| {
+            (found.standard_deviation / value.abs(), found.classical_standard_deviation / sd)
+        })
+        .unzip();
+    let (deviation, loss) = (median(deviations)?, median(losses)?);
+    let determined = deviation <= MAX_MEDIAN_DEVIATION || loss <= MAX_MEDIAN_LOSS;
     let (signal, remedy) = match output {
         Output::Position => ("positions", "identify from the torques (clie)"),
-        Output::Torque => ("torques", "move along a richer trajectory"),
+        Output::Torque => ("torques", "identify from the measured motion (idim-ls)"),
     };
     (!determined).then(|| {
         let reason = format!(
             "the simulated {signal} hardly depend on the parameters, half of which stay uncertain by \
-             more than {:.0} % (smallest singular value {:.1e}): {remedy}",
-            100.0 * median,
+             more than {:.0} %, and by {loss:.0} times what IDIM-LS leaves (smallest singular value \
+             {:.1e}): {remedy}",
+            100.0 * deviation,
             estimate.singular_values.min
         );
         (Failure::Insensitive, reason)
     })
+}
+
+/// The upper median; none of none.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }

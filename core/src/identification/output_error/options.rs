@@ -36,7 +36,8 @@ pub struct OutputErrorOptions {
     #[serde(default)]
     pub start: Start,
     /// DIDIM iterations before the first sensitivities, one simulation each: from a start far away,
-    /// a step of DIDIM leads near, where the linearised loop does not. 0 unless stated.
+    /// a step of DIDIM leads near, where the linearised loop does not. 0 unless stated, and less than
+    /// the simulations that `convergence` allows.
     #[serde(default)]
     pub didim_steps: u32,
     /// Where the sensitivities come from.

@@ -18,7 +18,17 @@ impl OutputErrorOptions {
         sample_rate_hz: f64,
         torque: SignalTiming,
     ) -> Result<(), IdentificationError> {
-        self.convergence.validate()?;
+        self.validate_iteration()?;
         validate_loop(self.loop_options(), self.start, robot, sample_rate_hz, torque)
+    }
+
+    /// Whether the iteration can end, and begin.
+    pub(super) fn validate_iteration(&self) -> Result<(), IdentificationError> {
+        self.convergence.validate()?;
+        let (steps, max_simulations) = (self.didim_steps, self.convergence.max_simulations);
+        if steps >= max_simulations {
+            return Err(IdentificationError::DidimSteps { steps, max_simulations });
+        }
+        Ok(())
     }
 }
