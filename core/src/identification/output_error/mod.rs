@@ -21,10 +21,11 @@ use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::observation::observation_matrix;
+use super::prefilter::row_filter;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
-use crate::regression::Observations;
+use crate::regression::{Observations, ResidualAnalysis};
 use crate::robot::Robot;
 use iteration::Iteration;
 use problem::{Output, Problem};
@@ -223,14 +224,17 @@ fn insensitive(
     fit: &EquationErrorFit,
 ) -> Option<(Failure, String)> {
     let weighted = &fit.weighted.solution;
-    let uncertainties = weighted.standard_deviations();
+    let equation = fit.weighted.solved(&fit.observations);
+    let filter = row_filter(&fit.decimation, equation.rows_per_joint());
+    let covariance = ResidualAnalysis::new(equation, weighted, &filter).covariance();
+    let uncertainties = covariance.diagonal().map(f64::sqrt);
     let known = (weighted.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
         .filter(|((value, sd), _)| value.abs() > TOLD_FROM_ZERO * **sd);
     let (deviations, losses): (Vec<f64>, Vec<f64>) = known
         .map(|((value, sd), found)| {
-            (found.standard_deviation / value.abs(), found.classical_standard_deviation / sd)
+            (found.standard_deviation / value.abs(), found.standard_deviation / sd)
         })
         .unzip();
     let (deviation, loss) = (median(deviations)?, median(losses)?);
