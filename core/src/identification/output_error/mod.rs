@@ -90,7 +90,7 @@ fn identify(
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
-    options.regression.refuse_robust(output.method())?;
+    options.regression.validate_robust(output.method())?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let timing = options.controller.timing();
     let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
@@ -140,6 +140,7 @@ fn identify(
         &options.controller,
         problem.simulator.reference(),
         &fit.decimation,
+        &[],
     )?;
     let findings = Findings {
         method: output.method(),
@@ -158,7 +159,8 @@ fn identify(
             checked: output == Output::Torque,
         }),
         solution: &optimum.solution,
-        downweighted_rows_per_joint: None,
+        downweighted: None,
+        spoiled: Vec::new(),
         unweighted: &unweighted,
         iterations: optimum.linear_steps,
         simulations: problem.simulations,
