@@ -28,6 +28,9 @@ pub enum IdentifyError {
         /// The method.
         method: Method,
     },
+    /// The cell asks for robust weights of a method that has none.
+    #[error("`identification.robust`: {0}")]
+    NotRobust(IdentificationError),
     /// The method refused or failed.
     #[error("{0}")]
     Identification(#[from] IdentificationError),
@@ -93,6 +96,7 @@ fn experiment(
 type Identifier<'a> = Box<dyn Fn(&Experiment) -> Result<Identification, IdentificationError> + 'a>;
 
 fn identifier(cell: &Cell, method: Method) -> Result<Identifier<'_>, IdentifyError> {
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     let (robot, base) = (&cell.robot, &cell.base);
     let missing = || IdentifyError::NoController { method };
     Ok(match method {

@@ -144,6 +144,9 @@ impl Cell {
             robust: file.identification.robust,
             limits: file.identification.limits,
         };
+        options
+            .validate_robust(file.identification.method)
+            .map_err(|source| wrong("identification.robust", source.to_string()))?;
         file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
         options.position_filter.design(sample_rate_hz).map_err(|source| {
             let cutoff_hz = options.position_filter.cutoff_hz;

@@ -80,7 +80,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let method = arguments.method.unwrap_or(cell.method);
     let identification = identify_recording(&cell, method, &recording, counted.clone()).map_err(
         |error| match error {
-            IdentifyError::NoController { .. } => {
+            IdentifyError::NoController { .. } | IdentifyError::NotRobust(_) => {
                 CliError::configuration(format!("{}: {error}", arguments.cell.display()))
             }
             error => CliError::in_file(&arguments.input, error),

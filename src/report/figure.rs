@@ -26,7 +26,7 @@ svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#b
 pub(super) const CURVES: &str = "\
 .paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
 .tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
-.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}\
+.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}.downweighted{stroke:var(--ink);stroke-width:1.5}\
 circle{fill:var(--paper)}circle.filled{fill:var(--predicted)}";
 
 /// Draws one panel per joint, measured torque, prediction and residual over time; and one of the
@@ -126,6 +126,14 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
         let points = panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), y(*v)));
         draw_curve(svg, class, points);
     }
+    for time in panel.downweighted.iter().filter_map(|&row| panel.time_s.get(row)) {
+        let (at, base) = (x(*time), TOP + tall);
+        let _ = write!(
+            svg,
+            r#"<line class="downweighted" x1="{at:.1}" x2="{at:.1}" y1="{base}" y2="{}"/>"#,
+            base + 5.0
+        );
+    }
 }
 
 /// Draws a curve whose points come in the order of x. Of those within one unit of x the highest and
@@ -202,10 +210,16 @@ mod tests {
             time_s: &time,
             measured_nm: &[0.0, 2.0, -1.0],
             predicted_nm: &[0.1, 1.9, f64::NAN],
+            downweighted: &[1, 99],
             relative_error: 0.05,
         };
         let svg = torque_figure("arm <1> & more", &[panel(1), panel(2), panel(3)], &[]);
         assert_eq!(svg.matches("<path").count(), 9);
+        assert_eq!(
+            svg.matches("<line class=\"downweighted\"").count(),
+            3,
+            "a row that there is not"
+        );
         assert!(svg.contains("arm &lt;1&gt; &amp; more") && !svg.contains("NaN"), "{svg}");
         assert!(!svg.contains("http") || svg.matches("http").count() == 1, "only the namespace");
     }

@@ -25,6 +25,8 @@ pub struct TorquePanel<'a> {
     pub measured_nm: &'a [f64],
     /// Torque that the identified model predicts.
     pub predicted_nm: &'a [f64],
+    /// Rows that robust weights weight down.
+    pub downweighted: &'a [usize],
     /// ‖measured − predicted‖ / ‖measured‖.
     pub relative_error: f64,
 }
@@ -44,6 +46,7 @@ pub fn panels<'a>(identification: &'a Identification, robot: &Robot) -> Vec<Torq
             time_s: &fit.time_s,
             measured_nm,
             predicted_nm,
+            downweighted: fit.downweighted.get(joint - 1).map_or(&[], Vec::as_slice),
             relative_error: *relative_error,
         })
         .collect()

@@ -127,6 +127,7 @@ mod tests {
             time_s: &[],
             measured_nm: &nan,
             predicted_nm: &nan,
+            downweighted: &[],
             relative_error: f64::NAN,
         };
         assert_eq!(torque_plot(&panel, 10), "");

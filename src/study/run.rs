@@ -210,6 +210,8 @@ fn cause(error: &IdentifyError) -> &'static str {
         IdentifyError::Identification(error) => {
             error.failure().map_or("no-identification", Failure::name)
         }
-        IdentifyError::Experiment(_) | IdentifyError::NoController { .. } => "no-identification",
+        IdentifyError::Experiment(_)
+        | IdentifyError::NoController { .. }
+        | IdentifyError::NotRobust(_) => "no-identification",
     }
 }

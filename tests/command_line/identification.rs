@@ -210,6 +210,35 @@ fn a_method_that_simulates_needs_a_controller() {
     didim(&["check", "--cell", &without]).refused(78, &["identification.method", "[controller]"]);
 }
 
+/// Robust weights that are none, and a method that has none: the cell is wrong and not the record.
+#[test]
+fn robust_weights_are_checked_with_the_cell() {
+    let with = |robust: &str| {
+        let section = format!("[identification]\nrobust = {robust}");
+        Configuration::with("cells/tx40-packed-fd.toml", "[identification]", &section)
+    };
+    for tuning in ["-1.0", "0.0", "nan"] {
+        let robust = format!("{{ kind = \"huber\", tuning = {tuning} }}");
+        let (configuration, input) = (with(&robust), &data().packed_log);
+        let cell = configuration.packed_cell();
+        let says = [&*cell, "`identification.robust`", "tuning", "1.345"];
+        didim(&["check", "--cell", &cell]).refused(78, &says);
+        didim(&["identify", "--cell", &cell, "--input", input]).refused(78, &says);
+    }
+    let configuration = with("{ kind = \"bisquare\" }");
+    let cell = configuration.packed_cell();
+    didim(&["check", "--cell", &cell]).done();
+    let says = [&*cell, "`identification.robust`", "has no robust weights"];
+    for method in ["idim-iv", "clie", "cloe"] {
+        let input = &data().packed_log;
+        didim(&["identify", "--cell", &cell, "--input", input, "--method", method])
+            .refused(78, &says);
+    }
+    let text = std::fs::read_to_string(&cell).unwrap();
+    std::fs::write(&cell, text.replace("method = \"idim-ls\"", "method = \"clie\"")).unwrap();
+    didim(&["check", "--cell", &cell]).refused(78, &says);
+}
+
 #[test]
 fn the_same_input_gives_the_same_bytes() {
     let folder = Folder::new();

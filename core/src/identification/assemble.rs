@@ -1,5 +1,7 @@
 //! From a solved regression to the record that leaves the library.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::checks::{Checks, PositionError, Subject, indefinite_posture};
@@ -11,6 +13,7 @@ use super::estimate::{
 use super::experiment::Experiment;
 use super::information::Information;
 use super::method::Method;
+use super::outliers::DownweightedRows;
 use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
@@ -54,7 +57,9 @@ pub(super) struct Findings<'a> {
     /// The weighted solution, whose parameters are the result.
     pub(super) solution: &'a Solution,
     /// Rows that an M-estimate weights down, where it is one.
-    pub(super) downweighted_rows_per_joint: Option<Vec<usize>>,
+    pub(super) downweighted: Option<&'a DownweightedRows>,
+    /// Samples that outliers spoil.
+    pub(super) spoiled: Vec<Range<usize>>,
     /// The solution of the same equation without weights.
     pub(super) unweighted: &'a Solution,
     pub(super) iterations: u32,
@@ -146,7 +151,9 @@ impl Findings<'_> {
             simulations: self.simulations,
             convergence: self.convergence,
             reference: self.reference,
-            downweighted_rows_per_joint: self.downweighted_rows_per_joint,
+            downweighted_rows_per_joint: self
+                .downweighted
+                .map(|rows| rows.per_joint().iter().map(Vec::len).collect()),
             relative_position_error_per_joint: position_errors,
             simulated_torque_error_per_joint: torque_errors,
             controller_error_per_joint: self.controller_error_per_joint,
@@ -156,13 +163,16 @@ impl Findings<'_> {
         let indefinite = indefinite_posture(self.robot, self.model, &standard);
         estimate.verdict =
             self.limits.judge(&estimate, selection.kinds(), indefinite.as_deref(), decimation);
+        let samples = self.experiment.fitted_samples(decimation);
+        let rate_hz = self.experiment.sample_rate_hz();
+        let time_s: Vec<f64> = samples.iter().map(|&k| k as f64 / rate_hz).collect();
         estimate.verdict.notes.extend(checks.notes);
+        let downweighted = self.downweighted.iter().flat_map(|rows| rows.notes(&time_s));
+        estimate.verdict.notes.extend(downweighted);
         let reasons = other.into_iter().chain(self.reasons);
         estimate.verdict.reasons.extend(reasons);
         estimate.verdict.applicable = estimate.verdict.reasons.is_empty();
         let measured = torque.measurements();
-        let rate_hz = self.experiment.sample_rate_hz();
-        let samples = self.experiment.fitted_samples(decimation);
         let information = Information::new(
             observations,
             &analysis,
@@ -173,7 +183,8 @@ impl Findings<'_> {
         );
         let fit = Fit {
             information,
-            time_s: samples.into_iter().map(|k| k as f64 / rate_hz).collect(),
+            time_s,
+            downweighted: self.downweighted.map_or_else(Vec::new, |rows| rows.per_joint().to_vec()),
             measured: per_joint(torque, measured),
             predicted: per_joint(torque, &(measured - residuals)),
             equation_residuals: per_joint(observations, &solution.residuals),
@@ -208,6 +219,7 @@ impl Findings<'_> {
             decimation: self.decimation,
             motion: self.motion,
             position_error: &self.position_error,
+            spoiled: &self.spoiled,
             observations: torque,
             analysis,
             standard,

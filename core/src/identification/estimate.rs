@@ -192,6 +192,9 @@ pub struct Fit {
     /// What the autocorrelation of `equation_residuals` would be if they were white noise behind the
     /// decimation filter, if there is one, from lag 1.
     pub white_noise: Vec<NoiseAutocorrelation>,
+    /// Rows of each joint of whose residual less than a half counts, in rising order; nothing without
+    /// robust weights.
+    pub downweighted: Vec<Vec<usize>>,
     /// Which moves inform which parameter, in the order of the estimate's parameters.
     pub information: Information,
 }

@@ -44,7 +44,7 @@ pub fn idim_iv(
 ) -> Result<Identification, IdentificationError> {
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
-    options.regression.refuse_robust(Method::IdimIv)?;
+    options.regression.validate_robust(Method::IdimIv)?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let start = start::parameters(options.start, robot, base, &fit)?;
@@ -88,7 +88,8 @@ pub fn idim_iv(
             own: None,
         }),
         solution: &solution,
-        downweighted_rows_per_joint: None,
+        downweighted: None,
+        spoiled: Vec::new(),
         unweighted: &unweighted,
         iterations: iteration.least_squares_steps() + 1,
         simulations: iteration.simulations(),

@@ -1,5 +1,7 @@
 //! IDIM-LS: the inverse dynamic identification model and least squares (paper, section 3.1).
 
+use core::ops::Range;
+
 use super::assemble::Findings;
 use super::checks::PositionError;
 use super::error::IdentificationError;
@@ -53,7 +55,8 @@ pub fn idim_ls(
         observations: fit.weighted.solved(&fit.observations),
         torque: fit.weighted.torque_rows(&fit.observations),
         solution: &fit.weighted.solution,
-        downweighted_rows_per_joint: fit.weighted.downweighted_rows_per_joint(),
+        downweighted: fit.weighted.downweighted(),
+        spoiled: fit.spoiled(experiment, None),
         unweighted: &fit.ordinary,
         iterations: 1,
         simulations: 0,
@@ -89,6 +92,18 @@ pub(super) struct EquationErrorFit {
 }
 
 impl EquationErrorFit {
+    /// The samples that outliers spoil, by the equation error or by another equation's weights.
+    pub(super) fn spoiled(
+        &self,
+        experiment: &Experiment,
+        other: Option<&Weighting>,
+    ) -> Vec<Range<usize>> {
+        let samples = experiment.fitted_samples(&self.decimation);
+        let weightings = [Some(&self.weighted), other].into_iter().flatten();
+        let downweighted = weightings.filter_map(Weighting::downweighted);
+        downweighted.flat_map(|rows| rows.spoiled(&samples)).collect()
+    }
+
     /// Steps 1 to 4 of [`idim_ls`], with a decimation of the caller's choice.
     pub(super) fn new(
         robot: &Robot,

@@ -27,6 +27,7 @@ mod instruments;
 mod method;
 mod observation;
 mod options;
+mod outliers;
 mod output_error;
 mod prefilter;
 mod reduction;

@@ -97,9 +97,18 @@ pub struct IdimLsOptions {
 }
 
 impl IdimLsOptions {
-    /// For methods that have no M-estimate.
-    pub(super) fn refuse_robust(&self, method: Method) -> Result<(), IdentificationError> {
-        self.robust.map_or(Ok(()), |_| Err(IdentificationError::NotRobust { method }))
+    /// Whether a method has the robust weights that are asked for, if any are.
+    ///
+    /// # Errors
+    /// [`IdentificationError::NotRobust`], and the tuning constant of no M-estimate.
+    pub fn validate_robust(&self, method: Method) -> Result<(), IdentificationError> {
+        match self.robust {
+            None => Ok(()),
+            Some(loss) if matches!(method, Method::IdimLs | Method::Didim) => {
+                loss.validate().map_err(IdentificationError::Regression)
+            }
+            Some(_) => Err(IdentificationError::NotRobust { method }),
+        }
     }
 
     /// The decimation filter; none where rows are not decimated.

@@ -324,22 +324,6 @@ impl VerdictLimits {
                 unknown.join(", ")
             ));
         }
-        let per_joint = (estimate.rows / estimate.relative_error_per_joint.len().max(1)) as f64;
-        let downweighted = estimate.downweighted_rows_per_joint.iter().flatten();
-        let many: Vec<String> = (1..)
-            .zip(downweighted)
-            .filter(|(_, rows)| **rows as f64 > MANY_DOWNWEIGHTED * per_joint)
-            .map(|(joint, rows): (usize, _)| {
-                format!("{:.0} % of the rows of joint {joint}", 100.0 * *rows as f64 / per_joint)
-            })
-            .collect();
-        if !many.is_empty() {
-            notes.push(format!(
-                "{} were weighted down, which is more than outliers: look at the residuals, the \
-                 model may not describe this part of the motion",
-                many.join(", ")
-            ));
-        }
         let joints = (1..).zip(&estimate.whiteness_per_joint);
         let coloured: Vec<String> = joints
             .filter(|(_, probability)| exceeds(self.model_probability, **probability))
@@ -380,9 +364,6 @@ fn problem_and_remedy(freedom: Freedom) -> (&'static str, &'static str) {
 
 /// A parameter within so many standard deviations of zero could be zero.
 const INDISTINGUISHABLE: f64 = 2.0;
-
-/// Of normal errors one row in a hundred is weighted down.
-const MANY_DOWNWEIGHTED: f64 = 0.05;
 
 /// Whether a value exceeds its limit; what is not a number does.
 fn exceeds(value: f64, limit: f64) -> bool {

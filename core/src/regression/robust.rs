@@ -3,6 +3,7 @@
 
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::error::RegressionError;
 use super::observations::Observations;
@@ -76,6 +77,33 @@ impl RobustLoss {
         }
     }
 
+    /// Whether the tuning constant makes an M-estimate; an infinite one makes least squares.
+    ///
+    /// # Errors
+    /// [`Tuning`](RegressionError::Tuning).
+    pub fn validate(self) -> Result<(), RegressionError> {
+        let tuning = self.tuning();
+        if tuning.is_nan() || tuning <= 0.0 {
+            return Err(RegressionError::Tuning { tuning });
+        }
+        Ok(())
+    }
+
+    /// Whether less than a half of a residual of u scales counts.
+    pub fn weighs_down(self, u: f64) -> bool {
+        self.weight_and_slope(u).0 < DOWNWEIGHTED
+    }
+
+    /// The share of normal errors that is weighted down.
+    pub fn normal_share_weighed_down(self) -> f64 {
+        // ψ(u)/u = 1/2, solved for |u|.
+        let half = match self {
+            Self::Huber { tuning } => tuning / DOWNWEIGHTED,
+            Self::Bisquare { tuning } => tuning * (1.0 - DOWNWEIGHTED.sqrt()).sqrt(),
+        };
+        2.0 * Normal::standard().sf(half)
+    }
+
     /// ψ(u)/u and ψ′(u).
     fn weight_and_slope(self, u: f64) -> (f64, f64) {
         let share = u.abs() / self.tuning();
@@ -108,6 +136,8 @@ pub struct RobustSolution {
     /// Rows of each joint of whose residual less than a half counts; of normal errors one in a
     /// hundred.
     pub downweighted_rows_per_joint: Vec<usize>,
+    /// ρ/s of every row.
+    pub scaled_residuals: DVector<f64>,
 }
 
 impl Observations {
@@ -123,10 +153,7 @@ impl Observations {
         loss: RobustLoss,
         noise_levels: &[f64],
     ) -> Result<RobustSolution, RegressionError> {
-        let tuning = loss.tuning();
-        if tuning.is_nan() || tuning <= 0.0 {
-            return Err(RegressionError::Tuning { tuning });
-        }
+        loss.validate()?;
         let first = self.weighted(noise_levels)?.parameters;
         match loss {
             RobustLoss::Huber { .. } => self.settled(loss, noise_levels, first),
@@ -170,7 +197,18 @@ impl Observations {
                 self.joint_of(&change, joint).norm() <= STANDSTILL * scaling.scale
             };
             if scalings.iter().enumerate().all(still) {
-                return Ok(RobustSolution { pseudo, solution, downweighted_rows_per_joint });
+                let mut scaled_residuals = residuals;
+                for (joint, scaling) in scalings.iter().enumerate() {
+                    scaled_residuals
+                        .rows_range_mut(self.joint_rows(joint))
+                        .unscale_mut(scaling.scale);
+                }
+                return Ok(RobustSolution {
+                    pseudo,
+                    solution,
+                    downweighted_rows_per_joint,
+                    scaled_residuals,
+                });
             }
             parameters = solution.parameters;
         }
@@ -213,7 +251,7 @@ impl Observations {
             for row in self.joint_rows(joint) {
                 let (weight, _) = loss.weight_and_slope(residuals[row] / scale);
                 values[row] += factor * weight * residuals[row];
-                downweighted[joint] += usize::from(weight < DOWNWEIGHTED);
+                downweighted[joint] += usize::from(loss.weighs_down(residuals[row] / scale));
             }
         }
         (values, downweighted)

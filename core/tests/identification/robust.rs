@@ -1,7 +1,7 @@
 //! Outliers in the record: what they do to least squares, and not to the M-estimate.
 
 use didim_core::identification::{
-    Estimate, Experiment, IdentificationError, IdimLsOptions, idim_ls,
+    Estimate, Experiment, IdentificationError, IdimLsOptions, VerdictLimits, idim_ls,
 };
 use didim_core::regression::RobustLoss;
 
@@ -74,7 +74,28 @@ fn spikes_of_the_torque() {
             torque.iter_mut().skip(300 + 230 * joint).step_by(997).for_each(|t| *t += 40.0);
         }
     };
-    check("spikes", identify(spikes, &LOSSES), 5.0);
+    let (found, truth) = identify(spikes, &LOSSES);
+    let notes = found[2].verdict.notes.join("\n");
+    for text in ["weighted down, at 0.", "times more", "a connector"] {
+        assert!(notes.contains(text), "{notes}");
+    }
+    assert!(!notes.contains("all over the motion"), "{notes}");
+    check("spikes", (found, truth), 5.0);
+}
+
+/// A torque that the model has not, in a tenth of the time and again and again, is no outlier.
+#[test]
+fn a_model_that_is_wrong_is_not_called_outliers() {
+    let contact = |_: &mut [Vec<f64>], torques: &mut [Vec<f64>]| {
+        let often = torques[1].iter_mut().enumerate().filter(|(k, _)| k % 300 < 30);
+        often.for_each(|(_, torque)| *torque += 3.0);
+    };
+    let (found, _) = identify(contact, &LOSSES);
+    for estimate in &found[1..] {
+        let notes = estimate.verdict.notes.join("\n");
+        let says = ["% of the rows of joint 2 were weighted down all over the motion", "model"];
+        assert!(says.iter().all(|text| notes.contains(text)), "{notes}");
+    }
 }
 
 /// An encoder that is 0.02 rad off for three samples, five times: its accelerations are in the regressor.
@@ -85,7 +106,31 @@ fn glitches_of_an_encoder() {
             positions[1][start..start + 3].iter_mut().for_each(|q| *q += 0.02);
         }
     };
-    check("glitches", identify(glitches, &LOSSES), 5.0);
+    let (found, truth) = identify(glitches, &LOSSES);
+    assert!(found[2].verdict.notes.iter().any(|note| note.contains("an encoder")));
+    check("glitches", (found, truth), 5.0);
+}
+
+/// What the estimate does not follow, the check of the position filter does not either: not a glitch
+/// of 0.5 rad, whose accelerations a wider filter multiplies.
+#[test]
+fn a_glitch_is_no_motion_that_the_filter_distorts() {
+    let glitch = |positions: &mut [Vec<f64>], _: &mut [Vec<f64>]| {
+        for start in [2000, 5500] {
+            positions[1][start] += 0.5;
+        }
+    };
+    let (clean, _) = identify(|_, _| {}, &LOSSES);
+    let (found, _) = identify(glitch, &LOSSES);
+    let limit = VerdictLimits::default().position_filter_deviations;
+    for (clean, found) in clean.iter().zip(&found).skip(1) {
+        let [before, after] = [clean, found].map(|of| of.model_checks[0].shift_deviations.abs());
+        println!("position filter: {before:.2} σ, with glitches {after:.2} σ");
+        assert!(before < limit && after < limit, "{before} {after}");
+        let filter = ["position filter", "noise of the positions"];
+        let blames = |reason: &String| filter.iter().any(|what| reason.contains(what));
+        assert!(!found.verdict.reasons.iter().any(blames), "{:?}", found.verdict.reasons);
+    }
 }
 
 fn check(what: &str, (found, truth): (Vec<Estimate>, Vec<f64>), least: f64) {

@@ -1,7 +1,7 @@
 //! What the model leaves unexplained, joint by joint.
 
 use didim_core::identification::Estimate;
-use didim_core::regression::autocorrelation;
+use didim_core::regression::{RobustLoss, autocorrelation};
 use maud::{Markup, html};
 
 use super::super::{figure, panels};
@@ -15,6 +15,14 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             span { (key("measured")) "measured" }
             span { (key("predicted")) "predicted" }
             span { (key("residual")) "measured − predicted" }
+            @if !report.identification.fit.downweighted.is_empty() {
+                span {
+                    svg viewBox="0 0 6 6" width="6" height="8" {
+                        line.downweighted x1="3" x2="3" y1="0" y2="6" {}
+                    }
+                    "weighted down"
+                }
+            }
         }
         div.panels {
             @for panel in panels(report.identification, &report.cell.robot) {
@@ -65,6 +73,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
         .map(|residual| autocorrelation(residual, fit.white_noise.len()))
         .collect();
     let range = chart::autocorrelation_range(&found, &fit.white_noise);
+    let loss = report.cell.options.robust.filter(|_| !fit.downweighted.is_empty());
     let content = html! {
         div.panels {
             @for (k, found) in found.iter().enumerate() {
@@ -85,6 +94,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
                 th.number scope="col" { "Durbin–Watson" }
                 th.number scope="col" { "Probability of white noise" }
                 th.number scope="col" { "Effective rows" }
+                @if loss.is_some() { th.number scope="col" { "Weighted down" } }
             } }
             tbody { @for k in 0..found.len() { tr {
                 th scope="row" { (k + 1) }
@@ -94,16 +104,36 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
                     (at(&estimate.effective_rows_per_joint, k, |v| number(v, 3)))
                     " of " (fit.time_s.len())
                 }
+                @if loss.is_some() {
+                    td.number {
+                        (fit.downweighted.get(k).map_or(0, Vec::len)) " of " (fit.time_s.len())
+                    }
+                }
             } } }
         } }
     };
-    let explanation = format!(
+    let mut explanation = format!(
         "Autocorrelation over the lag in rows. The band holds 95 % of the values that white noise \
          behind the decimation filter has; its Durbin–Watson statistic is {}. Coloured residuals \
          are usual and spoil nothing: they are worth fewer rows, and σ allows for it.",
         number(estimate.durbin_watson_expected, 3)
     );
+    if let Some(loss) = loss {
+        explanation += &format!(
+            " The weights are robust ({}): less than a half of the residual of the rows weighted down \
+             counts, and the figures here are without these rows.",
+            robust(loss)
+        );
+    }
     section("Residuals", &explanation, &content)
+}
+
+/// What a person calls the weight function.
+fn robust(loss: RobustLoss) -> String {
+    match loss {
+        RobustLoss::Huber { tuning } => format!("Huber's, tuning constant {tuning}"),
+        RobustLoss::Bisquare { tuning } => format!("Tukey's bisquare, tuning constant {tuning}"),
+    }
 }
 
 /// When the torques act, over what their timing says.

@@ -93,6 +93,7 @@ pub(super) fn identification() -> Identification {
         measured,
         predicted,
         equation_residuals,
+        downweighted: vec![vec![2, 3], vec![99]],
         information: Information {
             moves_s: vec![0.0..1.5, 1.5..3.0, 3.0..4.0],
             between_rests: true,

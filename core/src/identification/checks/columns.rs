@@ -87,11 +87,34 @@ impl<'a> Columns<'a> {
     }
 
     /// The rows of what the estimate predicts along the subject's motion, less those of another.
+    /// Without the glitches of the positions, which are no motion that a filter could distort.
     pub(super) fn torque_difference(
         &self,
         other: &Motion,
+        reach: usize,
     ) -> Result<DVector<f64>, IdentificationError> {
-        self.rows_of(&(&self.torque - torque_along(self.subject, other)))
+        let mut difference = &self.torque - torque_along(self.subject, other);
+        for k in self.glitches(&difference) {
+            let end = (k + reach + 1).min(difference.nrows());
+            difference.rows_range_mut(k.saturating_sub(reach)..end).fill(0.0);
+        }
+        self.rows_of(&difference)
+    }
+
+    /// Of what outliers spoil, the samples where a joint differs by more than it does anywhere else.
+    fn glitches(&self, difference: &DMatrix<f64>) -> Vec<usize> {
+        let spoiled = |k: &usize| self.subject.spoiled.iter().any(|range| range.contains(k));
+        let counted = self.subject.experiment.counted();
+        let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(spoiled);
+        let largest = |joint: usize| {
+            sound.iter().fold(0.0, |largest: f64, &k| largest.max(difference[(k, joint)].abs()))
+        };
+        let largest: Vec<f64> = (0..difference.ncols()).map(largest).collect();
+        let glitch = |k: &usize| {
+            let joints = difference.row(*k);
+            joints.iter().zip(&largest).any(|(value, largest)| value.abs() > *largest)
+        };
+        outliers.into_iter().filter(glitch).collect()
     }
 
     /// Torque of the estimate along the whole motion, samples × joints \[N·m\].

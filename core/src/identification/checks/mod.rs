@@ -9,6 +9,7 @@ mod columns;
 mod workspace;
 
 use core::fmt;
+use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Serialize, Serializer};
@@ -35,6 +36,10 @@ const NARROWEST_COMPARISON: f64 = 1.5;
 
 /// A cut-off beyond this share of the Nyquist frequency filters nothing.
 const WIDEST_CUTOFF: f64 = 0.8;
+
+/// Periods of the cut-off after which a position filter has forgotten a glitch to 1e-4: the slowest pole
+/// of order 4 is damped by 0.38.
+const RINGING_PERIODS: f64 = 4.0;
 
 /// Something that the model takes for known and that may be otherwise. Joints and motors are
 /// numbered from 1.
@@ -131,6 +136,8 @@ pub(super) struct Subject<'a> {
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
     pub(super) position_error: &'a PositionError,
+    /// Samples that outliers spoil.
+    pub(super) spoiled: &'a [Range<usize>],
     pub(super) observations: &'a Observations,
     pub(super) analysis: &'a ResidualAnalysis<'a>,
     /// Standard parameters of the estimate.
@@ -318,12 +325,15 @@ impl Subject<'_> {
             return Ok(None);
         }
         let influence = self.analysis.influence();
+        // How far the filter rings around a glitch [samples].
+        let reach = RINGING_PERIODS * self.experiment.sample_rate_hz() / filter.cutoff_hz;
+        let reach = reach.ceil() as usize;
         // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
         // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
         let move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
             let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..*filter };
             let motion = filtered_motion(self.experiment, &other)?;
-            Ok(influence.tr_mul(&columns.torque_difference(&motion)?))
+            Ok(influence.tr_mul(&columns.torque_difference(&motion, reach)?))
         };
         let (near, far) = (widest.sqrt(), widest);
         let (moved_near, moved_far) = (move_with(near)?, move_with(far)?);

@@ -3,6 +3,8 @@
 //! A controller makes its command of the reference and the measured position, and all three are
 //! recorded: what the described law makes of them has to be the command.
 
+use core::ops::Range;
+
 use super::alignment;
 use crate::MAX_JOINTS;
 use crate::control::{ControllerConfig, SampledController, Setpoint, SimulatedController};
@@ -15,12 +17,13 @@ use nalgebra::DMatrix;
 /// Of every joint, `‖F(τ_law − τ)‖ / ‖F τ‖` over the rows: the error of the described law on the
 /// recorded signals, filtered and decimated. None where it cannot be told: gains that are not the
 /// cabinet's, a controller that computes between the samples or is not sampled, a torque that is no
-/// command, no reference.
+/// command, no reference. Samples that outliers spoil do not count.
 pub(in crate::identification) fn controller_error(
     experiment: &Experiment,
     controller: &SimulatedController,
     reference: &SampledReference,
     decimation: &ParallelDecimation,
+    spoiled: &[Range<usize>],
 ) -> Result<Option<Vec<f64>>, IdentificationError> {
     let SimulatedController::Cabinet { timing, joints, rescale_to_inertia_kg_m2: None } =
         controller
@@ -57,11 +60,16 @@ pub(in crate::identification) fn controller_error(
             error[(k, joint)] = torque - logged;
         }
     }
+    let mut recorded = experiment.torque_nm().clone();
+    for range in spoiled {
+        error.rows_range_mut(range.clone()).fill(0.0);
+        recorded.rows_range_mut(range.clone()).fill(0.0);
+    }
     let decimate = |signals: &DMatrix<f64>| {
         let rows = decimation.decimate_columns(signals, experiment.counted());
         rows.map_err(IdentificationError::RegressorFilter)
     };
-    let (error, logged) = (decimate(&error)?, decimate(experiment.torque_nm())?);
+    let (error, logged) = (decimate(&error)?, decimate(&recorded)?);
     let ratio = |joint: usize| error.column(joint).norm() / logged.column(joint).norm();
     Ok(Some((0..n).map(ratio).collect()))
 }

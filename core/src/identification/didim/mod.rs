@@ -65,6 +65,7 @@ pub fn didim(
     let noise_levels = observations.noise_levels(&last.residuals);
     let weighting = Weighting::new(&observations, &noise_levels, fit.robust).map_err(named)?;
     let solution = &weighting.solution;
+    let spoiled = fit.spoiled(experiment, Some(&weighting));
     let unweighted = observations.ordinary().map_err(named)?;
     let noisy = position_noise::noisy_torques(
         robot,
@@ -72,6 +73,7 @@ pub fn didim(
         &options.regression.position_filter,
         &iteration,
         &solution.parameters,
+        &spoiled,
     )?;
     let (motion, simulated) = (iteration.motion(), observations.matrix() * simulated);
     let torques = Some((observations.measurements(), &simulated));
@@ -81,6 +83,7 @@ pub fn didim(
         &options.controller,
         iteration.reference_signal(),
         &fit.decimation,
+        &spoiled,
     )?;
     let findings = Findings {
         method: Method::Didim,
@@ -95,7 +98,8 @@ pub fn didim(
         observations: weighting.solved(&observations),
         torque: weighting.torque_rows(&observations),
         solution,
-        downweighted_rows_per_joint: weighting.downweighted_rows_per_joint(),
+        downweighted: weighting.downweighted(),
+        spoiled,
         unweighted: &unweighted,
         iterations: iteration.least_squares_steps() + 1,
         simulations: iteration.simulations(),

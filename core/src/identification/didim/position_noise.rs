@@ -4,6 +4,8 @@
 //! bends, that softens it: the torque of the noisy loop has a part that is even in the noise, and
 //! does not average out.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::iteration::Iteration;
@@ -31,11 +33,12 @@ pub(super) fn noisy_torques(
     filter: &PositionFilter,
     iteration: &Iteration<'_>,
     parameters: &DVector<f64>,
+    spoiled: &[Range<usize>],
 ) -> Result<Option<[DMatrix<f64>; 2]>, IdentificationError> {
     if matches!(iteration.timing(), ControlTiming::Continuous { .. }) {
         return Ok(None);
     }
-    let level = motor_noise(robot, experiment, filter)?;
+    let level = motor_noise(robot, experiment, filter, spoiled)?;
     let mut torques = Vec::with_capacity(2);
     for share in [0.5, 1.0] {
         let noise = NoiseConfig {
@@ -51,11 +54,13 @@ pub(super) fn noisy_torques(
 }
 
 /// Standard deviation of the white noise of each motor's measured angle \[rad\]: what lies in the
-/// upper part of the band, where no motion is, scaled up to the whole band.
+/// upper part of the band, where no motion is, scaled up to the whole band. Samples that outliers spoil
+/// do not count.
 fn motor_noise(
     robot: &Robot,
     experiment: &Experiment,
     filter: &PositionFilter,
+    spoiled: &[Range<usize>],
 ) -> Result<Vec<f64>, IdentificationError> {
     let joints = robot.joints();
     let cutoff_hz = MOTION_BAND * 0.5 * experiment.sample_rate_hz();
@@ -63,7 +68,9 @@ fn motor_noise(
     let noise = experiment.position_rad() - motion.position;
     let mut sums = vec![0.0; joints];
     let (mut joint, mut motor) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
-    for k in experiment.counted() {
+    let sound = |k: &usize| !spoiled.iter().any(|range| range.contains(k));
+    let sound: Vec<usize> = experiment.counted().filter(sound).collect();
+    for &k in &sound {
         for (value, entry) in joint.iter_mut().zip(noise.row(k).iter()) {
             *value = *entry;
         }
@@ -72,6 +79,6 @@ fn motor_noise(
             *sum += value * value;
         }
     }
-    let samples = experiment.counted().len() as f64;
+    let samples = sound.len() as f64;
     Ok(sums.into_iter().map(|sum| (sum / samples / (1.0 - MOTION_BAND)).sqrt()).collect())
 }

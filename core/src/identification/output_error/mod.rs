@@ -95,7 +95,7 @@ fn identify(
 ) -> Result<Identification, IdentificationError> {
     options.validate_iteration()?;
     let decimation = options.regression.decimation(options.decimated)?;
-    options.regression.refuse_robust(output.method())?;
+    options.regression.validate_robust(output.method())?;
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let timing = options.controller.timing();
     let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
@@ -149,6 +149,7 @@ fn identify(
         &options.controller,
         problem.simulator.reference(),
         &fit.decimation,
+        &[],
     )?;
     let findings = Findings {
         method: output.method(),
@@ -167,7 +168,8 @@ fn identify(
             own: own.as_ref(),
         }),
         solution: &optimum.solution,
-        downweighted_rows_per_joint: None,
+        downweighted: None,
+        spoiled: Vec::new(),
         unweighted: &unweighted,
         iterations: optimum.linear_steps,
         simulations: problem.simulations,
