@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
-    CrossValidation, Experiment, ExperimentError, Identification, IdentificationError, Method,
-    Reduction, clie, cloe, cross_validate, didim, essential_parameters, idim_iv, idim_ls,
+    CrossValidation, Experiment, ExperimentError, Failure, Identification, IdentificationError,
+    Method, Reduction, clie, cloe, cross_validate, didim, essential_parameters, idim_iv, idim_ls,
 };
 
 use crate::cell::Cell;
@@ -34,6 +34,16 @@ pub enum IdentifyError {
     /// The method refused or failed.
     #[error("{0}")]
     Identification(#[from] IdentificationError),
+}
+
+impl IdentifyError {
+    /// What kind of failure of the method it is, if it is one.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::Identification(error) => error.failure(),
+            _ => None,
+        }
+    }
 }
 
 /// Identifies from one window of the live or replayed stream.

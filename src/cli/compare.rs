@@ -10,7 +10,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::identify::{check_rate, counted, positive, read_input};
-use super::output::{print, write_whole};
+use super::output::{check_place, print, write_whole};
 use super::sim::read_scenario;
 use crate::cell::Cell;
 use crate::compare::{Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials};
@@ -70,14 +70,19 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let published: Option<Published> = read_toml(arguments.published.as_deref(), |text| {
-        toml::from_str(text).map_err(|error| error.to_string())
-    })?;
-    let limits = read_toml(arguments.limits.as_deref(), Limits::from_toml)?;
-    let (recording, counted, scenario) = experiment(arguments, &cell)?;
-
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
     let trials = trials(methods);
+    let known = cell.base.names();
+    let published =
+        read_toml(arguments.published.as_deref(), |text| Published::from_toml(text, known))?;
+    let limits =
+        read_toml(arguments.limits.as_deref(), |text| Limits::from_toml(text, known, &trials))?;
+    // Before the work that would be lost.
+    for path in [&arguments.markdown, &arguments.figure, &arguments.report].into_iter().flatten() {
+        check_place(path)?;
+    }
+    let (recording, counted, scenario) = experiment(arguments, &cell)?;
+
     let bars = Bars::new(&tasks(&trials, arguments.folds));
     let subject = Subject {
         cell: &cell,

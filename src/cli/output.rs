@@ -27,21 +27,8 @@ pub(super) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
-    let failed = |error: std::io::Error| {
-        CliError::in_file(path, format!("{error}; name a file in a folder that can be written"))
-    };
-    // The file of before goes when the new one is whole; a device, pipe or socket must not go.
-    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-        return Err(CliError::in_file(
-            path,
-            "is there and not a regular file; choose another name",
-        ));
-    }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    std::fs::read_dir(folder).map_err(failed)?;
+    let folder = check_place(path)?;
+    let failed = |error| not_written(path, &error);
     // The error's own text has the name of the temporary file, which helps nobody.
     let mut file =
         tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
@@ -54,6 +41,31 @@ pub(super) fn write_whole(
     file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(failed)?;
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
+}
+
+/// The folder of a file that is to be written: it has to be there, and in the file's place nothing
+/// that must not go. The file of before goes when the new one is whole; a device, pipe or socket
+/// must not.
+///
+/// # Errors
+/// Names the file and what to do.
+pub(super) fn check_place(path: &Path) -> Result<&Path, CliError> {
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(CliError::in_file(
+            path,
+            "is there and not a regular file; choose another name",
+        ));
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    std::fs::read_dir(folder).map_err(|error| not_written(path, &error))?;
+    Ok(folder)
+}
+
+fn not_written(path: &Path, error: &std::io::Error) -> CliError {
+    CliError::in_file(path, format!("{error}; name a file in a folder that can be written"))
 }
 
 /// Writes the figure of measured against predicted torque.

@@ -78,7 +78,14 @@ mod tests {
         let parameters = parameters.iter().map(parameter).collect();
         let trial = Trial { method, framework: Framework::Decimated };
         let estimate = Some(Estimate { parameters, ..Estimate::default() });
-        MethodResult { trial, estimate, failure: None, elapsed_ms: 0.0, fit: None }
+        MethodResult {
+            trial,
+            estimate,
+            failure: None,
+            failure_kind: None,
+            elapsed_ms: 0.0,
+            fit: None,
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use didim_core::identification::{Estimate, Method, ParameterEstimate};
 use serde::Deserialize;
 
 use super::agreement::lies_in;
+use super::published::check_names;
 use super::{Comparison, Framework, Trial};
 
 /// The limits of a file.
@@ -90,17 +91,16 @@ impl Outcome<'_> {
 }
 
 impl Limits {
-    /// Reads the text of a file.
+    /// Reads the text of a file for an arm with these parameters, and methods that are to run.
     ///
     /// # Errors
     /// What is wrong and where, for people.
-    pub fn from_toml(text: &str) -> Result<Self, String> {
+    pub fn from_toml(text: &str, known: &[String], trials: &[Trial]) -> Result<Self, String> {
         let limits: Self = toml::from_str(text).map_err(|error| error.to_string())?;
-        let pointless = |limit: &&Limit| limit.at_least.is_none() && limit.at_most.is_none();
-        match limits.limits.iter().find(pointless) {
-            Some(limit) => Err(format!("{limit}: has neither at_least nor at_most; state one")),
-            None => Ok(limits),
+        for limit in &limits.limits {
+            limit.check(known, trials).map_err(|what| format!("{limit}: {what}"))?;
         }
+        Ok(limits)
     }
 
     /// What every limit says.
@@ -111,6 +111,24 @@ impl Limits {
 }
 
 impl Limit {
+    fn check(&self, known: &[String], trials: &[Trial]) -> Result<(), String> {
+        let bounds = [self.at_least, self.at_most];
+        if bounds == [None, None] {
+            return Err("has neither at_least nor at_most; state one".to_owned());
+        }
+        if bounds.into_iter().flatten().any(|bound| !bound.is_finite()) {
+            return Err("at_least and at_most have to be finite".to_owned());
+        }
+        check_names(known, self.parameters.iter().flatten())?;
+        let methods = core::iter::once(self.method).chain(self.against);
+        match methods.map(|method| self.trial(method)).find(|trial| !trials.contains(trial)) {
+            Some(trial) => {
+                Err(format!("{trial} does not run; name it in --methods, or leave the limit out"))
+            }
+            None => Ok(()),
+        }
+    }
+
     fn trial(&self, method: Method) -> Trial {
         // IDIM-LS is behind the decimation filter always.
         let framework =
@@ -227,7 +245,7 @@ mod tests {
     use didim_core::identification::SingularValues;
 
     use super::*;
-    use crate::compare::MethodResult;
+    use crate::compare::{MethodResult, trials};
 
     fn result(method: Method, values: &[(&str, f64)], smallest: f64) -> MethodResult {
         let parameter = |&(name, value): &(&str, f64)| ParameterEstimate {
@@ -245,7 +263,14 @@ mod tests {
             ..Estimate::default()
         };
         let trial = Trial { method, framework: Framework::Decimated };
-        MethodResult { trial, estimate: Some(estimate), failure: None, elapsed_ms: 0.0, fit: None }
+        MethodResult {
+            trial,
+            estimate: Some(estimate),
+            failure: None,
+            failure_kind: None,
+            elapsed_ms: 0.0,
+            fit: None,
+        }
     }
 
     fn comparison() -> Comparison {
@@ -257,10 +282,16 @@ mod tests {
         Comparison { schema: 1, robot, methods, agreement, held_out: vec![], truth: None }
     }
 
+    /// With every method, for an arm with a parameter that is not identified.
+    fn read(text: &str) -> Result<Limits, String> {
+        let known = ["fc1", "zz1r", "fc9"].map(str::to_owned);
+        Limits::from_toml(text, &known, &trials(&Method::ALL))
+    }
+
     #[track_caller]
     fn found(limit: &str) -> (Option<f64>, bool) {
         let text = format!("[[limits]]\n{limit}");
-        let limits = Limits::from_toml(&text).unwrap();
+        let limits = read(&text).unwrap();
         let comparison = comparison();
         let outcome = limits.check(&comparison).remove(0);
         (outcome.found, outcome.holds())
@@ -296,11 +327,29 @@ mod tests {
 
     #[test]
     fn what_limits_nothing_or_is_unknown_is_refused() {
-        let refused = |limit: &str| Limits::from_toml(&format!("[[limits]]\n{limit}")).unwrap_err();
+        let refused = |limit: &str| read(&format!("[[limits]]\n{limit}")).unwrap_err();
         let pointless = refused("figure = \"inside\"\nmethod = \"cloe\"");
         assert!(pointless.contains("CLOE: estimates within 3 σ") && pointless.contains("at_least"));
         let unknown = refused("figure = \"inside\"\nmethod = \"cloe\"\nat_lest = 1");
         assert!(unknown.contains("at_lest") && unknown.contains("line 4"), "{unknown}");
         assert!(refused("figure = \"insides\"\nmethod = \"cloe\"").contains("insides"));
+        let inside = "figure = \"inside\"\nmethod = \"cloe\"\n";
+        assert!(refused(&format!("{inside}at_least = nan")).contains("finite"));
+        let misspelt = refused(&format!("{inside}at_least = 1\nparameters = [\"fc_1\"]"));
+        assert!(misspelt.contains("\"fc_1\" is no base parameter"), "{misspelt}");
+    }
+
+    #[test]
+    fn a_limit_on_what_does_not_run_is_refused() {
+        let known = ["fc1".to_owned()];
+        let few = trials(&[Method::IdimIv]);
+        let limit = "[[limits]]\nfigure = \"inside\"\nmethod = \"idim-iv\"\nat_least = 1\n";
+        assert!(Limits::from_toml(limit, &known, &few).is_ok());
+        let against = format!("{limit}against = \"cloe\"");
+        let refused = Limits::from_toml(&against, &known, &few).unwrap_err();
+        assert!(
+            refused.contains("CLOE does not run") && refused.contains("--methods"),
+            "{refused}"
+        );
     }
 }

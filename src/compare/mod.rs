@@ -10,7 +10,7 @@ mod limits;
 mod published;
 mod trial;
 
-use didim_core::identification::{Estimate, Fit, Method};
+use didim_core::identification::{Estimate, Failure, Fit, Method};
 use serde::Serialize;
 
 pub(crate) use agreement::lies_in;
@@ -51,6 +51,8 @@ pub struct MethodResult {
     pub estimate: Option<Estimate>,
     /// Why there is none.
     pub failure: Option<String>,
+    /// What kind of failure it is, where that can be told.
+    pub failure_kind: Option<Failure>,
     /// How long it took \[ms\]; differs from run to run and is no part of a result file.
     pub elapsed_ms: f64,
     /// Measurement against model.

@@ -65,8 +65,78 @@ pub struct PublishedErrors {
 }
 
 impl Published {
+    /// Reads the text of a file for an arm with these parameters.
+    ///
+    /// # Errors
+    /// What is wrong and where, for people: a name that is no parameter, or a figure that is no number.
+    pub fn from_toml(text: &str, known: &[String]) -> Result<Self, String> {
+        let published: Self = toml::from_str(text).map_err(|error| error.to_string())?;
+        for of in &published.methods {
+            let trial = Trial { method: of.method, framework: of.framework };
+            let estimates = of.estimates.iter();
+            check_names(known, of.estimates.keys()).map_err(|what| format!("{trial}: {what}"))?;
+            let figures = estimates.flat_map(|(name, (value, deviation))| {
+                [(name.as_str(), *value), (name.as_str(), *deviation)]
+            });
+            let named = [
+                ("singular_values.max", of.singular_values.map(|values| values.max)),
+                ("singular_values.min", of.singular_values.map(|values| values.min)),
+                ("condition_number", of.condition_number),
+                ("time_min", of.time_min),
+                ("errors.position_percent", of.errors.map(|errors| errors.position_percent)),
+                ("errors.torque_percent", of.errors.map(|errors| errors.torque_percent)),
+            ];
+            let named = named.into_iter().filter_map(|(key, value)| Some((key, value?)));
+            if let Some((key, value)) = figures.chain(named).find(|(_, v)| !v.is_finite()) {
+                return Err(format!("{trial}: {key} is {value}; state a number, or leave it out"));
+            }
+        }
+        Ok(published)
+    }
+
     /// What was published of a method in a framework.
     pub fn of(&self, trial: Trial) -> Option<&PublishedFigures> {
         self.methods.iter().find(|of| of.method == trial.method && of.framework == trial.framework)
+    }
+}
+
+/// Whether every name is that of a parameter of the arm.
+///
+/// # Errors
+/// The first that is not, and those that are.
+pub(super) fn check_names<'a>(
+    known: &[String],
+    names: impl IntoIterator<Item = &'a String>,
+) -> Result<(), String> {
+    match names.into_iter().find(|name| !known.contains(name)) {
+        Some(name) => {
+            let known = known.join(" ");
+            Err(format!("{name:?} is no base parameter of the robot; known are: {known}"))
+        }
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_parameter_or_no_number_is_refused() {
+        let known = ["zz1r".to_owned(), "fv1".to_owned()];
+        let read = |rest: &str| {
+            let head =
+                "source = \"a paper\"\n[[methods]]\nmethod = \"clie\"\nframework = \"strict\"\n";
+            Published::from_toml(&format!("{head}{rest}"), &known)
+        };
+        assert!(read("estimates = { zz1r = [1.24, 1.45] }\ncondition_number = 1172.0").is_ok());
+        let refused = read("estimates = { zz1q = [1.24, 1.45] }").unwrap_err();
+        assert!(refused.contains("CLIE, strict") && refused.contains("\"zz1q\""), "{refused}");
+        let refused = read("estimates = { fv1 = [nan, 1.0] }").unwrap_err();
+        assert!(refused.contains("fv1 is NaN"), "{refused}");
+        let refused = read("condition_number = inf").unwrap_err();
+        assert!(refused.contains("condition_number is inf"), "{refused}");
+        let refused = read("singular_values = { max = 1.0, least = 1.0 }").unwrap_err();
+        assert!(refused.contains("least") && refused.contains("line 5"), "{refused}");
     }
 }

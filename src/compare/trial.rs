@@ -189,16 +189,17 @@ fn run(subject: Subject<'_>, trial: Trial) -> MethodResult {
             let cell = cell_of(subject.cell, trial.framework);
             let counted = subject.counted.clone();
             identify_recording(&cell, trial.method, subject.recording, counted)
-                .map_err(|error| error.to_string())
+                .map_err(|error| (error.to_string(), error.failure()))
         },
-        Err,
+        |refused| Err((refused, None)),
     );
     let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
-    let (estimate, fit, failure) = match identified {
-        Ok(identification) => (Some(identification.estimate), Some(identification.fit), None),
-        Err(failure) => (None, None, Some(failure)),
+    let (identified, failure, failure_kind) = match identified {
+        Ok(identification) => (Some(identification), None, None),
+        Err((failure, kind)) => (None, Some(failure), kind),
     };
-    MethodResult { trial, estimate, failure, elapsed_ms, fit }
+    let (estimate, fit) = identified.map(|of| (of.estimate, of.fit)).unzip();
+    MethodResult { trial, estimate, failure, failure_kind, elapsed_ms, fit }
 }
 
 /// The cell with all methods in one framework.

@@ -17,7 +17,7 @@ pub(super) fn table(view: &View<'_>) -> Option<Table> {
     Some(Table {
         title: "Held-out errors".to_owned(),
         note: format!(
-            "‖τ − Xθ‖ / ‖τ‖ along the measured motion, over {blocks} consecutive blocks, each \
+            "‖τ − Xθ‖ / ‖τ‖ of all joints together, along the measured motion, over {blocks} consecutive blocks, each \
              predicted with what was found without it; in sample, with what was found with all.\
              {failures}"
         ),

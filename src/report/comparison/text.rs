@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Cell, Judgement, Table, View};
+use crate::compare::Outcome;
 use crate::report::table::aligned;
 
 /// For a terminal: the verdicts first, then every table, aligned. What is marked has an asterisk.
@@ -21,6 +22,9 @@ pub fn terminal(view: &View<'_>) -> String {
             text.push('\n');
         }
         text += &aligned_table(&table);
+    }
+    if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::holds) {
+        let _ = writeln!(text, "\nAll {} limits hold.", view.outcomes.len());
     }
     text
 }

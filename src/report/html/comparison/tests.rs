@@ -17,7 +17,7 @@ fn comparison() -> Comparison {
         } else {
             (Some(of.estimate), Some(of.fit), None)
         };
-        MethodResult { trial, estimate, failure, elapsed_ms: 1.0, fit }
+        MethodResult { trial, estimate, failure, failure_kind: None, elapsed_ms: 1.0, fit }
     };
     let methods = trials(&Method::ALL).into_iter().map(result).collect();
     let truth = TrueParameter { name: "zz1r".to_owned(), value: 1.25 };
