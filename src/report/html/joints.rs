@@ -17,8 +17,8 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
             span { (key("residual")) "measured − predicted" }
             @if !report.identification.fit.downweighted.is_empty() {
                 span {
-                    svg viewBox="0 0 6 6" width="6" height="8" {
-                        line.downweighted x1="3" x2="3" y1="0" y2="6" {}
+                    svg viewBox="0 0 20 6" width="20" height="6" {
+                        line.downweighted x1="10" x2="10" y1="0" y2="6" {}
                     }
                     "weighted down"
                 }

@@ -209,6 +209,17 @@ fn headings_and_headers() {
 }
 
 #[test]
+fn robust_weights_are_named_with_the_rows_weighted_down() {
+    assert!(!html().contains("Weighted down"), "the cell asks for none");
+    let (mut cell, identification) = (cell(), identification());
+    cell.options.robust = Some(didim_core::regression::RobustLoss::bisquare());
+    let html = Report { cell: &cell, identification: &identification, origin: &origin() }.to_html();
+    for part in ["Weighted down", "2 of 10", "bisquare, tuning constant 4.685"] {
+        assert!(html.contains(part), "{part}: {html}");
+    }
+}
+
+#[test]
 fn parameters_stand_by_joint_with_unit_and_nominal_value() {
     let html = html();
     let joints: Vec<&str> = html.split("scope=\"rowgroup\"").skip(1).collect();

@@ -95,7 +95,7 @@ impl<'a> Columns<'a> {
     ) -> Result<DVector<f64>, IdentificationError> {
         let mut difference = &self.torque - torque_along(self.subject, other);
         for k in self.glitches(&difference) {
-            let end = (k + reach + 1).min(difference.nrows());
+            let end = k.saturating_add(reach).saturating_add(1).min(difference.nrows());
             difference.rows_range_mut(k.saturating_sub(reach)..end).fill(0.0);
         }
         self.rows_of(&difference)

@@ -327,6 +327,11 @@ impl Subject<'_> {
         let influence = self.analysis.influence();
         // How far the filter rings around a glitch [samples].
         let reach = RINGING_PERIODS * self.experiment.sample_rate_hz() / filter.cutoff_hz;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "above 0, and casts saturate"
+        )]
         let reach = reach.ceil() as usize;
         // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
         // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
