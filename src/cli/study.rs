@@ -63,7 +63,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     for (file, svg) in heat_maps(&grid, &summary) {
         write(&arguments.out, file, &svg)?;
     }
-    if stop.load(Ordering::Relaxed) {
+    if stop.load(Ordering::Relaxed) && (summary.runs as u64) < summary.planned {
         return Err(CliError::failed(format!(
             "interrupted after {} of {} runs; the same command goes on from there",
             summary.runs, summary.planned

@@ -82,6 +82,12 @@ pub enum StudyError {
         /// What was asked for.
         here: String,
     },
+    /// The file begins otherwise than the runs of a study do.
+    #[error("{}: its first line is not that of a study; choose another folder, or remove it", file.display())]
+    NotAStudy {
+        /// The file.
+        file: PathBuf,
+    },
     /// A line is not one of a study.
     #[error("{}: line {line}: {problem}; remove that line, or the file", file.display())]
     Line {

@@ -83,17 +83,25 @@ impl Store {
             TryLockError::WouldBlock => StudyError::Busy { file: path.clone() },
             TryLockError::Error(source) => failed(source),
         })?;
-        let mut text = String::new();
+        let mut bytes = Vec::new();
         file.seek(SeekFrom::Start(0)).map_err(failed)?;
-        file.read_to_string(&mut text).map_err(failed)?;
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        file.set_len(whole as u64).map_err(failed)?;
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        // As bytes: what is torn may end within a character.
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let (lines, torn) = bytes.split_at(whole);
         let mut store = Self { file, path };
-        if whole == 0 {
+        if lines.is_empty() {
+            let first = line_of(header)?;
+            if !first.as_bytes().starts_with(torn) {
+                return Err(StudyError::NotAStudy { file: store.path });
+            }
+            store.cut(0)?;
             store.append(header)?;
             return Ok((store, Vec::new()));
         }
-        let runs = read_lines(&store.path, &text[..whole], header)?;
+        let runs = read_lines(&store.path, lines, header)?;
+        // Not before it is known that the file is this study's.
+        store.cut(whole as u64)?;
         Ok((store, runs))
     }
 
@@ -105,27 +113,35 @@ impl Store {
         self.append(run)
     }
 
+    /// Takes off what is after so many bytes.
+    fn cut(&mut self, length: u64) -> Result<(), StudyError> {
+        let cut = self.file.set_len(length);
+        cut.map_err(|source| StudyError::File { file: self.path.clone(), source })
+    }
+
     fn append(&mut self, record: &impl Serialize) -> Result<(), StudyError> {
-        let mut line = serde_json::to_string(record)?;
-        line.push('\n');
-        let written = self.file.write_all(line.as_bytes());
+        let written = self.file.write_all(line_of(record)?.as_bytes());
         written.map_err(|source| StudyError::File { file: self.path.clone(), source })
     }
 }
 
+fn line_of(record: &impl Serialize) -> Result<String, StudyError> {
+    Ok(serde_json::to_string(record)? + "\n")
+}
+
 /// The runs of whole lines, the header before them.
-fn read_lines(path: &Path, text: &str, header: &Header) -> Result<Vec<Run>, StudyError> {
+fn read_lines(path: &Path, bytes: &[u8], header: &Header) -> Result<Vec<Run>, StudyError> {
     let wrong = |line: usize, error: serde_json::Error| StudyError::Line {
         file: path.to_path_buf(),
         line,
         problem: error.to_string(),
     };
-    let mut lines = text.lines();
-    let first = lines.next().unwrap_or_default();
-    let there: Header = serde_json::from_str(first).map_err(|error| wrong(1, error))?;
+    let mut lines = bytes.strip_suffix(b"\n").unwrap_or(bytes).split(|byte| *byte == b'\n');
+    let there: Header = serde_json::from_slice(lines.next().unwrap_or_default())
+        .map_err(|_| StudyError::NotAStudy { file: path.to_path_buf() })?;
     if let Some((what, there, here)) = there.difference(header) {
         return Err(StudyError::OtherStudy { file: path.to_path_buf(), what, there, here });
     }
-    let run = |(line, text)| serde_json::from_str(text).map_err(|error| wrong(line, error));
+    let run = |(line, text)| serde_json::from_slice(text).map_err(|error| wrong(line, error));
     (2..).zip(lines).map(run).collect()
 }

@@ -97,6 +97,10 @@ fn an_interrupted_study_goes_on_and_ends_the_same() {
     assert!(text.contains("8 runs added") && text.contains("on 3 threads"), "{text}");
     assert_same_files(&out);
     assert_eq!(runs(&out), runs(whole()));
+    // What is torn within a character, a τ say, is no less torn.
+    let path = Path::new(&out).join("runs.jsonl");
+    let torn = [std::fs::read(&path).unwrap(), b"{\"message\":\"\xcf".to_vec()].concat();
+    std::fs::write(&path, torn).unwrap();
     // Another time there is nothing to do.
     assert!(study(&smoke(), &out, "2").contains("0 runs added"));
     assert_same_files(&out);
@@ -194,6 +198,15 @@ fn a_folder_belongs_to_one_study() {
             .refused(1, &["runs.jsonl", "another study", what, "choose another folder"]);
     }
     assert_eq!(folder.names(), before);
+    // What is not a study's is left as it is.
+    let strange = folder.path("strange");
+    std::fs::create_dir(&strange).unwrap();
+    for text in ["a note without an end", "a note\nwithout an end"] {
+        std::fs::write(Path::new(&strange).join("runs.jsonl"), text).unwrap();
+        didim(&["study", "--plan", &smoke(), "--out", &strange])
+            .refused(1, &["runs.jsonl", "not that of a study", "choose another folder"]);
+        assert_eq!(read(&strange, "runs.jsonl"), text);
+    }
     let damaged = read(&out, "runs.jsonl").replacen("\"seed\":1", "\"seed\":x", 1);
     std::fs::write(Path::new(&out).join("runs.jsonl"), damaged).unwrap();
     didim(&["study", "--plan", &smoke(), "--out", &out])
