@@ -6,6 +6,9 @@ use super::{Cell, Judgement, Table, View};
 use crate::compare::Outcome;
 use crate::report::table::aligned;
 
+/// Characters of a line of words.
+const LINE: usize = 100;
+
 /// For a terminal: the verdicts first, then every table, aligned. What is marked has an asterisk.
 pub fn terminal(view: &View<'_>) -> String {
     let mut text = String::new();
@@ -14,10 +17,10 @@ pub fn terminal(view: &View<'_>) -> String {
     for of in &judgements {
         let name = of.trial.to_string();
         let padding = " ".repeat(width - name.chars().count());
-        let _ = writeln!(text, "{name}{padding}  {}", sentence(of));
+        let _ = write!(text, "{name}{padding}  {}", wrapped(&sentence(of), width + 2));
     }
     for table in view.tables() {
-        let _ = write!(text, "\n{}\n{}", table.title, wrapped(&table.note));
+        let _ = write!(text, "\n{}\n{}", table.title, wrapped(&table.note, 0));
         if !is_prose(&table) {
             text.push('\n');
         }
@@ -73,7 +76,7 @@ fn aligned_table(table: &Table) -> String {
             let texts: Vec<&str> = row.iter().map(|cell| cell.text.as_str()).collect();
             let (name, rest) = texts.split_first().unwrap_or((&"", &[]));
             let padding = " ".repeat(width - name.chars().count());
-            format!("{name}{padding}  {}\n", rest.join("  "))
+            format!("{name}{padding}  {}", wrapped(&rest.join("  "), width + 2))
         };
         return table.rows.iter().map(line).collect();
     }
@@ -97,16 +100,16 @@ fn aligned_table(table: &Table) -> String {
     aligned(&header, &table.rows.iter().map(row).collect::<Vec<_>>())
 }
 
-/// A sentence in lines of a terminal.
-fn wrapped(text: &str) -> String {
+/// A sentence in lines of a terminal, with room for what stands before it.
+fn wrapped(text: &str, before: usize) -> String {
     let mut lines = String::new();
-    let mut width = 0;
+    let mut width = before;
     for word in text.split_whitespace() {
         let length = word.chars().count();
-        if width > 0 && width + 1 + length > 100 {
-            lines.push('\n');
-            width = 0;
-        } else if width > 0 {
+        if width > before && width + 1 + length > LINE {
+            lines += &format!("\n{}", " ".repeat(before));
+            width = before;
+        } else if width > before {
             lines.push(' ');
             width += 1;
         }
