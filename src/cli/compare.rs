@@ -13,7 +13,9 @@ use super::identify::{check_rate, counted, positive, read_input};
 use super::output::{check_place, print, write_whole};
 use super::sim::read_scenario;
 use crate::cell::Cell;
-use crate::compare::{Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials};
+use crate::compare::{
+    Comparison, Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials,
+};
 use crate::experiment::{Recording, simulate};
 use crate::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use crate::report::html::{ComparisonReport, InputFile, Origin, SampleRange};
@@ -121,7 +123,18 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let report = ComparisonReport { cell: &cell, view, origin: &origin, scenario };
         write_text(path, &report.to_html())?;
     }
-    violated(&outcomes)
+    violated(&outcomes)?;
+    without_result(&comparison)
+}
+
+/// Where no method has a result there is nothing to compare.
+fn without_result(comparison: &Comparison) -> Result<(), CliError> {
+    if comparison.methods.iter().any(|of| of.estimate.is_some()) {
+        return Ok(());
+    }
+    let first = comparison.methods.iter().find_map(|of| Some((of.trial, of.failure.as_ref()?)));
+    let cause = first.map(|(trial, failure)| format!("; {trial}: {failure}")).unwrap_or_default();
+    Err(CliError::failed(format!("no method has a result{cause}")))
 }
 
 /// Fewer than two blocks leave nothing to identify from; a block has to be longer than the filters

@@ -97,6 +97,9 @@ impl Limits {
     /// What is wrong and where, for people.
     pub fn from_toml(text: &str, known: &[String], trials: &[Trial]) -> Result<Self, String> {
         let limits: Self = toml::from_str(text).map_err(|error| error.to_string())?;
+        if limits.limits.is_empty() {
+            return Err("limits is empty; list at least one [[limits]]".to_owned());
+        }
         for limit in &limits.limits {
             limit.check(known, trials).map_err(|what| format!("{limit}: {what}"))?;
         }

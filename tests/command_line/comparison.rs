@@ -102,6 +102,18 @@ fn without_a_controller_only_the_reference_runs() {
     assert!(text.contains("\nzz1r ") && !text.contains("strict output error framework"));
 }
 
+/// A twentieth of a second has fewer rows than parameters.
+#[test]
+fn without_any_result_there_is_no_comparison() {
+    let (cell, log) = (packed_cell(), &data().packed_log);
+    let command = ["compare", "--cell", &cell, "--input", log, "--methods", "idim-ls"];
+    let short = ["--from", "1", "--to", "1.05", "--folds", "0", "--json"];
+    let mut outcome = didim(&[&command[..], &short].concat());
+    let json: Value = serde_json::from_str(&std::mem::take(&mut outcome.stdout)).unwrap();
+    assert_eq!(json["methods"][0]["failure_kind"], "refused", "{json}");
+    outcome.refused(1, &["no method has a result; IDIM-LS: "]);
+}
+
 #[test]
 fn a_limit_that_does_not_hold_is_named() {
     let folder = Folder::new();
@@ -137,6 +149,8 @@ fn mistakes() {
     let limit = folder.file("limit.toml", limit);
     compare(&["--input", log, "--methods", "idim-ls", "--limits", &limit])
         .refused(78, &["limit.toml", "CLOE does not run"]);
+    let none = folder.file("none.toml", "limits = []\n");
+    compare(&["--input", log, "--limits", &none]).refused(78, &["none.toml", "at least one"]);
     let report = folder.path("nowhere/report.html");
     compare(&["--input", log, "--report", &report]).refused(1, &["nowhere/report.html", "folder"]);
     let nowhere = folder.path("nowhere.toml");
