@@ -4,11 +4,9 @@
 
 mod common;
 
-use common::experiment::{experiment, listed};
+use common::experiment::{experiment, listed, regression};
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
-use didim_core::identification::{
-    DecimationFilter, IdimLsOptions, PositionFilter, VerdictLimits, idim_ls,
-};
+use didim_core::identification::idim_ls;
 use didim_core::robot::SignModel;
 use didim_core::simulation::{Cogging, FlexibleMode, NoiseConfig, Record, Stribeck, Unmodelled};
 use didim_sim::{Payload, Scenario, tx40_paper, tx40_physical};
@@ -124,18 +122,7 @@ fn slow_motion_of_a_flexible_arm_has_the_whole_inertia() {
         let flexible = Some(inertia.map(mode).to_vec());
         let scenario =
             quiet().with_unmodelled(Unmodelled { flexible, ..Default::default() }).unwrap();
-        let options = IdimLsOptions {
-            position_filter: PositionFilter { order: 4, cutoff_hz: 300.0 },
-            decimation_filter: DecimationFilter {
-                order: 8,
-                ripple_db: 0.05,
-                cutoff_ratio: 0.8,
-                factor: 125,
-            },
-            parameters: Some(listed(&scenario)),
-            limits: VerdictLimits::default(),
-            robust: None,
-        };
+        let options = regression(Some(listed(&scenario)), 300.0);
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let experiment = experiment(&scenario);
         let found = idim_ls(scenario.robot(), &base, &experiment, &options).unwrap().estimate;

@@ -1,10 +1,12 @@
 //! From all base parameters of the simulated TX40 to the essential ones.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
+mod common;
+
+use common::experiment::regression;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    DecimationFilter, Experiment, IdimLsOptions, PositionFilter, SignalTiming, Signals,
-    VerdictLimits, essential_parameters, idim_ls,
+    Experiment, IdimLsOptions, SignalTiming, Signals, essential_parameters, idim_ls,
 };
 use didim_core::simulation::NoiseConfig;
 use didim_sim::tx40_paper;
@@ -16,18 +18,7 @@ fn what_stays_is_what_the_noise_lets_be_found() {
     let scenario = tx40_paper().unwrap();
     let robot = scenario.robot();
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    let options = IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz: 100.0 },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor: 125,
-        },
-        parameters: None,
-        robust: None,
-        limits: VerdictLimits::default(),
-    };
+    let options = regression(None, 100.0);
     for (seed, level) in [(1, 1.0), (2, 1.0), (3, 30.0)] {
         let noise = NoiseConfig {
             disturbance_torque_nm: Some(vec![level * 0.05; 6]),

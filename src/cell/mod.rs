@@ -70,12 +70,25 @@ pub struct Cell {
 impl Cell {
     /// The same cell with other parameters to identify.
     #[must_use]
-    pub fn with_parameters(mut self, names: &[String]) -> Self {
+    pub fn with_parameters(self, names: &[String]) -> Self {
+        self.with_regression(|options| options.parameters = Some(names.to_vec()))
+    }
+
+    /// The same cell with a change of what every method does with its equation.
+    #[must_use]
+    pub(crate) fn with_regression(mut self, change: impl Fn(&mut IdimLsOptions)) -> Self {
         let didim = self.didim.iter_mut().map(|options| &mut options.regression);
         let output_error = self.output_error.iter_mut().map(|options| &mut options.regression);
-        for options in didim.chain(output_error).chain([&mut self.options]) {
-            options.parameters = Some(names.to_vec());
-        }
+        didim.chain(output_error).chain([&mut self.options]).for_each(change);
+        self
+    }
+
+    /// The same cell, whose methods that simulate pass the decimation filter or do not.
+    #[must_use]
+    pub(crate) fn with_decimated(mut self, decimated: bool) -> Self {
+        let didim = self.didim.iter_mut().map(|options| &mut options.decimated);
+        let output_error = self.output_error.iter_mut().map(|options| &mut options.decimated);
+        didim.chain(output_error).for_each(|own| *own = decimated);
         self
     }
 

@@ -10,7 +10,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::identify::{check_rate, counted, positive, read_input};
-use super::output::{check_place, print, write_whole};
+use super::output::{check_place, print, write_text};
 use super::sim::read_scenario;
 use crate::cell::Cell;
 use crate::compare::{
@@ -143,10 +143,6 @@ fn folds(text: &str) -> Result<usize, String> {
     let folds: usize = text.parse().map_err(|error| format!("{error}"))?;
     let fits = folds == 0 || (2..=20).contains(&folds);
     fits.then_some(folds).ok_or_else(|| "has to be 2 to 20, or 0 for none".to_owned())
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    write_whole(path, |out| out.write_all(text.as_bytes()).map_err(CliError::failed))
 }
 
 /// A file of configuration, if one is named.

@@ -68,6 +68,11 @@ fn not_written(path: &Path, error: &std::io::Error) -> CliError {
     CliError::in_file(path, format!("{error}; name a file in a folder that can be written"))
 }
 
+/// As [`write_whole`], of a text that is there.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
+    write_whole(path, |out| out.write_all(text.as_bytes()).map_err(CliError::failed))
+}
+
 /// Writes the figure of measured against predicted torque.
 pub(super) fn write_figure(
     path: &Path,
@@ -78,11 +83,10 @@ pub(super) fn write_figure(
     let heading =
         format!("{}: torque, measured and predicted by {}", estimate.robot, estimate.method);
     let svg = torque_figure(&heading, &panels(identification, &cell.robot), &estimate.convergence);
-    write_whole(path, |out| out.write_all(svg.as_bytes()).map_err(CliError::failed))
+    write_text(path, &svg)
 }
 
 /// Writes the report.
 pub(super) fn write_report(path: &Path, report: &Report<'_>) -> Result<(), CliError> {
-    let html = report.to_html();
-    write_whole(path, |out| out.write_all(html.as_bytes()).map_err(CliError::failed))
+    write_text(path, &report.to_html())
 }

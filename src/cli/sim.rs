@@ -12,6 +12,7 @@ use super::CliError;
 use super::output::{print, write_whole};
 use super::signals::stop_on_signal;
 use crate::cell::{BusAddress, Cell};
+use crate::experiment::check_robot;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -118,12 +119,7 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
         }
     }
     .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
-    let (simulated, described) = (scenario.robot().name(), cell.robot.name());
-    if simulated != described {
-        return Err(CliError::configuration(format!(
-            "{name}: the scenario is for the robot `{simulated}`, the cell is one with \
-             `{described}`; choose a cell or a scenario of the same robot"
-        )));
-    }
+    check_robot(&scenario, cell)
+        .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
     Ok(scenario)
 }

@@ -1,7 +1,7 @@
 //! `didim study`: what the methods make of noise and of errors of the model.
 
 use std::io::IsTerminal as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use clap::Args;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::output::{print, write_whole};
+use super::output::{print, write_text};
 use super::signals::stop_on_signal;
 use crate::study::{
     Grid, Header, Progress, Store, Summary, execute as run_study, heat_maps, markdown, table,
@@ -58,10 +58,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (_store, runs) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
     let summary = Summary::new(&grid, &runs);
     let json = serde_json::to_string_pretty(&summary).map_err(CliError::failed)? + "\n";
-    write(&arguments.out, "study.json", &json)?;
-    write(&arguments.out, "study.md", &markdown(&grid, &summary))?;
+    write_text(&arguments.out.join("study.json"), &json)?;
+    write_text(&arguments.out.join("study.md"), &markdown(&grid, &summary))?;
     for (file, svg) in heat_maps(&grid, &summary) {
-        write(&arguments.out, file, &svg)?;
+        write_text(&arguments.out.join(file), &svg)?;
     }
     if stop.load(Ordering::Relaxed) && (summary.runs as u64) < summary.planned {
         return Err(CliError::failed(format!(
@@ -76,10 +76,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print(&table(&summary))?;
     print(&format!("\n{}", times(&grid, &progress, threads, begin.elapsed())))?;
     print(&format!("study.md, study.json and heat maps: {}\n", arguments.out.display()))
-}
-
-fn write(folder: &Path, name: &str, text: &str) -> Result<(), CliError> {
-    write_whole(&folder.join(name), |out| out.write_all(text.as_bytes()).map_err(CliError::failed))
 }
 
 /// What the runs took; for people, and no part of any file.

@@ -204,15 +204,7 @@ fn run(subject: Subject<'_>, trial: Trial) -> MethodResult {
 
 /// The cell with all methods in one framework.
 pub(super) fn cell_of(cell: &Cell, framework: Framework) -> Cell {
-    let mut cell = cell.clone();
-    let decimated = framework == Framework::Decimated;
-    if let Some(options) = &mut cell.didim {
-        options.decimated = decimated;
-    }
-    if let Some(options) = &mut cell.output_error {
-        options.decimated = decimated;
-    }
-    cell
+    cell.clone().with_decimated(framework == Framework::Decimated)
 }
 
 /// Why there is not enough memory for sure, if there is not.

@@ -9,8 +9,8 @@ mod simulated;
 
 pub use csv::{CsvError, read_csv, write_csv};
 pub use log::{LogError, read_log};
-pub(crate) use simulated::check_fit;
 pub use simulated::{SimulatedError, simulate};
+pub(crate) use simulated::{check_fit, check_robot};
 
 use didim_core::identification::Signals;
 use didim_core::{JointSample, MAX_JOINTS};

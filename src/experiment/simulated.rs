@@ -60,15 +60,19 @@ pub fn simulate(
     Ok((recording, before..before + scenario.samples()))
 }
 
+/// Whether scenario and cell are of one robot.
+pub(crate) fn check_robot(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
+    let (simulated, described) = (scenario.robot().name(), cell.robot.name());
+    if simulated == described {
+        return Ok(());
+    }
+    let (simulated, described) = (simulated.to_owned(), described.to_owned());
+    Err(SimulatedError::OtherRobot { simulated, described })
+}
+
 /// Whether scenario and cell are of one robot and one rate.
 pub(crate) fn check_fit(scenario: &Scenario, cell: &Cell) -> Result<(), SimulatedError> {
-    if scenario.robot().name() != cell.robot.name() {
-        let simulated = scenario.robot().name().to_owned();
-        return Err(SimulatedError::OtherRobot {
-            simulated,
-            described: cell.robot.name().to_owned(),
-        });
-    }
+    check_robot(scenario, cell)?;
     let simulated_hz = scenario.controller().timing.sample_period_s().recip();
     let cell_hz = cell.sample_rate_hz();
     if (simulated_hz / cell_hz - 1.0).abs() > 1e-9 {

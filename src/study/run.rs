@@ -11,7 +11,7 @@ use super::start::nominal_beside;
 use super::torque::ReferenceTorque;
 use crate::cell::Cell;
 use crate::experiment::{Recording, SimulatedError, simulate};
-use crate::identify::{IdentifyError, identify_recording};
+use crate::identify::identify_recording;
 
 /// What is kept of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,10 @@ pub(super) fn run(
         Ok(Simulated { recording, counted }) => {
             let own = with_options(&cell.cell, method, seed);
             match identify_recording(&own, method.method, recording, counted.clone()) {
-                Err(error) => failed(cause(&error), error.to_string()),
+                Err(error) => {
+                    let cause = error.failure().map_or("no-identification", Failure::name);
+                    failed(cause, error.to_string())
+                }
                 Ok(identification) => {
                     let torque = &grid.motions[cell.motion];
                     match Judged::new(&identification.estimate, torque) {
@@ -187,31 +190,17 @@ fn with_options(cell: &Cell, method: &MethodPlan, seed: u64) -> Cell {
         cell.robot = nominal_beside(cell.robot, part, seed);
     }
     if let Some(filter) = method.position_filter {
-        cell.options.position_filter = filter;
+        cell = cell.with_regression(|options| options.position_filter = filter);
     }
-    let regression = cell.options.clone();
+    if let Some(decimated) = method.decimated {
+        cell = cell.with_decimated(decimated);
+    }
     if let Some(options) = &mut cell.didim {
-        options.regression = regression.clone();
         options.start = method.start.unwrap_or(options.start);
-        options.decimated = method.decimated.unwrap_or(options.decimated);
     }
     if let Some(options) = &mut cell.output_error {
-        options.regression = regression;
         options.didim_steps = method.didim_steps.unwrap_or(options.didim_steps);
         options.start = method.start.unwrap_or(options.start);
-        options.decimated = method.decimated.unwrap_or(options.decimated);
     }
     cell
-}
-
-/// The kind of a failure, as tables count it.
-fn cause(error: &IdentifyError) -> &'static str {
-    match error {
-        IdentifyError::Identification(error) => {
-            error.failure().map_or("no-identification", Failure::name)
-        }
-        IdentifyError::Experiment(_)
-        | IdentifyError::NoController { .. }
-        | IdentifyError::NotRobust(_) => "no-identification",
-    }
 }

@@ -40,22 +40,28 @@ pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
     listed.iter().map(|(name, _)| name.clone()).collect()
 }
 
+/// What the methods do with an equation: the paper's settings but for the cut-off of the position
+/// filter, one row in 125, these parameters or all.
+pub(crate) fn regression(parameters: Option<Vec<String>>, cutoff_hz: f64) -> IdimLsOptions {
+    IdimLsOptions {
+        position_filter: PositionFilter { order: 4, cutoff_hz },
+        decimation_filter: DecimationFilter {
+            order: 8,
+            ripple_db: 0.05,
+            cutoff_ratio: 0.8,
+            factor: 125,
+        },
+        parameters,
+        limits: VerdictLimits::default(),
+        robust: None,
+    }
+}
+
 /// The paper's settings but for the cut-off of the position filter, 50 Hz there: its 28 parameters, one
 /// row in 125, and the controller that this scenario has.
 pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -> DidimOptions {
     DidimOptions {
-        regression: IdimLsOptions {
-            position_filter: PositionFilter { order: 4, cutoff_hz },
-            decimation_filter: DecimationFilter {
-                order: 8,
-                ripple_db: 0.05,
-                cutoff_ratio: 0.8,
-                factor: 125,
-            },
-            parameters: Some(listed(described)),
-            limits: VerdictLimits::default(),
-            robust: None,
-        },
+        regression: regression(Some(listed(described)), cutoff_hz),
         decimated: true,
         controller: SimulatedController::Cabinet {
             timing: described.controller().timing,

@@ -1,16 +1,12 @@
 //! What is held against the truth.
 
-use didim_core::control::SimulatedController;
 use didim_core::dynamics::BaseParameters;
-use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Estimate, Experiment, IdimLsOptions,
-    PositionFilter, Start, VerdictLimits, didim, idim_ls,
-};
+use didim_core::identification::{DidimOptions, Estimate, Experiment, Start, didim, idim_ls};
 use didim_core::robot::Robot;
-use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::tx40_paper;
 
 use crate::cells::{Cell, Noise};
+use crate::common::experiment::{loop_options, regression};
 use crate::deviations::Limit;
 
 type Identify = dyn Fn(&Robot, &BaseParameters, &Experiment, &[String]) -> Estimate + Sync;
@@ -55,44 +51,18 @@ fn excused_in_the_loop(cell: Cell) -> &'static [Limit] {
     }
 }
 
-/// The paper's decimation to 40 Hz.
-fn decimation_filter() -> DecimationFilter {
-    DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 125 }
-}
-
 /// DIDIM with the gains of the simulated arm's controller. Where it starts does not matter to where
 /// it ends; IDIM-LS is the fastest start.
 pub(crate) fn simulated(name: &'static str, excused: fn(Cell) -> &'static [Limit]) -> Method {
     let identify = |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
         let arm = tx40_paper().unwrap();
         let options = DidimOptions {
-            regression: regression(names, 200.0),
-            decimated: true,
-            controller: SimulatedController::Cabinet {
-                timing: arm.controller().timing,
-                joints: arm.controller().joints.clone(),
-                rescale_to_inertia_kg_m2: None,
-            },
-            reference: ReferenceInterpolation::default(),
-            integrator: arm.simulation().integrator,
-            substeps: arm.simulation().substeps,
-            start: Start::IdimLs,
-            convergence: ConvergenceLimits::default(),
+            regression: regression(Some(names.to_vec()), 200.0),
+            ..loop_options(&arm, 200.0, Start::IdimLs)
         };
         didim(robot, base, experiment, &options).unwrap().estimate
     };
     Method { name, identify: Box::new(identify), distorts: false, simulates: true, excused }
-}
-
-/// What both methods do with an equation.
-fn regression(names: &[String], cutoff_hz: f64) -> IdimLsOptions {
-    IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz },
-        decimation_filter: decimation_filter(),
-        parameters: Some(names.to_vec()),
-        robust: None,
-        limits: VerdictLimits::default(),
-    }
 }
 
 /// IDIM-LS with a position filter that cuts at this frequency \[Hz\].
@@ -102,7 +72,9 @@ pub(crate) fn least_squares(
     excused: fn(Cell) -> &'static [Limit],
 ) -> Method {
     let identify = move |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
-        idim_ls(robot, base, experiment, &regression(names, cutoff_hz)).unwrap().estimate
+        idim_ls(robot, base, experiment, &regression(Some(names.to_vec()), cutoff_hz))
+            .unwrap()
+            .estimate
     };
     let distorts = cutoff_hz < 100.0;
     Method { name, identify: Box::new(identify), distorts, simulates: false, excused }

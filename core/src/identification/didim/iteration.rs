@@ -79,6 +79,11 @@ impl<'a> Iteration<'a> {
         self.simulations
     }
 
+    /// The loop, for who goes on from here by other means.
+    pub(in crate::identification) fn into_simulator(self) -> Simulator<'a> {
+        self.simulator
+    }
+
     /// Linear least-squares steps taken.
     pub(in crate::identification) fn least_squares_steps(&self) -> u32 {
         u32::try_from(self.steps.len()).unwrap_or(u32::MAX)

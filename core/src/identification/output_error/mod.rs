@@ -99,14 +99,12 @@ fn identify(
     let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
     let timing = options.controller.timing();
     let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
-    let simulator = || {
-        Simulator::new(robot, &fit, experiment, options.loop_options())?
-            .with_gains_for(&fit.weighted.solution.parameters)
-    };
+    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?
+        .with_gains_for(&fit.weighted.solution.parameters)?;
     let start = start::parameters(options.start, robot, base, &fit)?;
     let equation = Equation::Simulated { torque: torque.clone() };
     let mut approach =
-        didim::Iteration::new(experiment, &fit, equation, simulator()?, options.convergence);
+        didim::Iteration::new(experiment, &fit, equation, simulator, options.convergence);
     let (start, before) = approach.steps_from(start, options.didim_steps)?;
     let rows = Rows::new(experiment, &fit.decimation);
     let measured = match output {
@@ -118,9 +116,9 @@ fn identify(
         fit: &fit,
         rows,
         measured,
-        simulator: simulator()?,
         method: options.sensitivities,
         simulations: approach.simulations(),
+        simulator: approach.into_simulator(),
     };
     let optimum = Iteration::new(&mut problem, options.optimiser, options.convergence)
         .run(start, before.as_ref())?;
