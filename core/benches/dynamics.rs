@@ -9,12 +9,17 @@
 //! would look slower for measuring longer.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
+use std::array::from_fn;
 use std::hint::black_box;
 
 use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main};
+use criterion::{
+    BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
+};
 use didim_core::dynamics::{Model, Workspace};
+use didim_core::lanes::Lanes;
 use didim_core::robot::{Robot, SignModel};
+use didim_core::scalar::Scalar;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -84,5 +89,58 @@ fn kernels(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernels);
+/// States side by side, as many as there are lanes.
+fn in_lanes<const L: usize>(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {
+    let side_by_side = |states: &[State]| {
+        from_fn(|what| from_fn(|joint| Lanes::from_fn(|lane| states[lane][what][joint])))
+    };
+    states.chunks_exact(L).map(side_by_side).collect()
+}
+
+/// Many evaluations at once, with the same parameters; times are of all lanes together.
+fn many<const L: usize>(criterion: &mut Criterion) {
+    let robot = Robot::from_toml(include_str!("../../config/robots/tx40-physical.toml")).unwrap();
+    let parameters = robot.nominal().unwrap().standard();
+    let parameters: Vec<_> = parameters.iter().map(|&value| Lanes::constant(value)).collect();
+    let model = Model::new(&robot).with_sign_model(SignModel::Sign);
+    let states = in_lanes::<L>(&states());
+    let mut ws = Workspace::new();
+    let mut next = 0;
+    let mut state = || {
+        next = (next + 1) % states.len();
+        black_box(&states[next])
+    };
+
+    let mut group = criterion.benchmark_group("dynamics");
+    group
+        .sampling_mode(SamplingMode::Flat)
+        .sample_size(10)
+        .throughput(Throughput::Elements(L as u64));
+    let mut out = [Lanes::constant(0.0); N];
+    group.bench_function(format!("inverse_dynamics_many/{L}"), |bencher| {
+        bencher.iter(|| {
+            let [q, dq, ddq, _] = state();
+            model.inverse_dynamics(&mut ws, &parameters, q, dq, ddq, &mut out);
+            black_box(&out);
+        });
+    });
+    group.bench_function(format!("direct_dynamics_many/{L}"), |bencher| {
+        bencher.iter(|| {
+            let [q, dq, _, tau] = state();
+            model.direct_dynamics(&mut ws, &parameters, q, dq, tau, &mut out).unwrap();
+            black_box(&out);
+        });
+    });
+    let mut regressor = vec![Lanes::constant(0.0); N * model.parameter_names().len()];
+    group.bench_function(format!("regressor_many/{L}"), |bencher| {
+        bencher.iter(|| {
+            let [q, dq, ddq, _] = state();
+            model.regressor(&mut ws, q, dq, ddq, &mut regressor);
+            black_box(&regressor);
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernels, many::<4>, many::<8>);
 criterion_main!(benches);

@@ -108,12 +108,8 @@ impl<const N: usize> Scalar for Dual<N> {
         (self.chain(sin, cos), self.chain(cos, -sin))
     }
     fn tanh(self) -> Self {
-        let [tanh] = Self::tanh_of([self]);
-        tanh
-    }
-    fn tanh_of<const L: usize>(values: [Self; L]) -> [Self; L] {
-        let tanh = f64::tanh_of(values.map(|x| x.value));
-        core::array::from_fn(|l| values[l].chain(tanh[l], 1.0 - tanh[l] * tanh[l]))
+        let tanh = Scalar::tanh(self.value);
+        self.chain(tanh, 1.0 - tanh * tanh)
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();

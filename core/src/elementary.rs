@@ -5,6 +5,10 @@
 //! of a system's library do not promise. Angles of more than 1e5 rad, which no joint has, are left to
 //! the library.
 
+use core::f64::consts::{FRAC_2_PI, LOG2_E};
+
+use crate::lanes::each;
+
 /// Beyond this angle \[rad\] of one lane, the library computes all: the reduction would lose digits.
 const LARGEST_ANGLE: f64 = 1e5;
 
@@ -55,57 +59,102 @@ const EXP: [f64; 12] = [
 ];
 
 /// c₀ + x (c₁ + x (c₂ + …))
-#[inline]
+#[inline(always)]
 fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |value, c| value * x + c)
 }
 
 /// Sines and cosines, each within 2.5e-16 of the true one.
-#[inline]
-pub(crate) fn sin_cos<const L: usize>(angles: [f64; L]) -> ([f64; L], [f64; L]) {
+#[inline(always)]
+pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L]) {
     // Neither does this hold for NaN.
     if !angles.iter().all(|x| x.abs() <= LARGEST_ANGLE) {
-        return (angles.map(f64::sin), angles.map(f64::cos));
+        return (each(|l| angles[l].sin()), each(|l| angles[l].cos()));
     }
-    let (mut sines, mut cosines) = ([0.0; L], [0.0; L]);
-    for ((x, sine), cosine) in angles.into_iter().zip(&mut sines).zip(&mut cosines) {
-        // x = k π/2 + r
-        let rounded = x * core::f64::consts::FRAC_2_PI + ROUNDING;
-        let (quarter, k) = (rounded.to_bits(), rounded - ROUNDING);
-        let r = ((x - k * HALF_PI[0]) - k * HALF_PI[1]) - k * HALF_PI[2];
-        let square = r * r;
-        let sin = r + r * square * polynomial(&SIN, square);
-        let cos = (1.0 - 0.5 * square) + square * square * polynomial(&COS, square);
-        // An odd quarter turn swaps them; the second bit is the sign.
-        let odd = 0_u64.wrapping_sub(quarter & 1);
-        let (sin, cos) = (sin.to_bits(), cos.to_bits());
-        let swapped = (sin ^ cos) & odd;
-        *sine = f64::from_bits((sin ^ swapped) ^ ((quarter & 2) << 62));
-        *cosine = f64::from_bits((cos ^ swapped) ^ ((quarter.wrapping_add(1) & 2) << 62));
-    }
+    // One step for all lanes after the other, which is how a compiler finds vector instructions.
+    // x = k π/2 + r
+    let rounded: [f64; L] = each(
+        #[inline(always)]
+        |l| angles[l] * FRAC_2_PI + ROUNDING,
+    );
+    let r: [f64; L] = each(
+        #[inline(always)]
+        |l| {
+            let k = rounded[l] - ROUNDING;
+            ((angles[l] - k * HALF_PI[0]) - k * HALF_PI[1]) - k * HALF_PI[2]
+        },
+    );
+    let square: [f64; L] = each(
+        #[inline(always)]
+        |l| r[l] * r[l],
+    );
+    let sin: [f64; L] = each(
+        #[inline(always)]
+        |l| r[l] + r[l] * square[l] * polynomial(&SIN, square[l]),
+    );
+    let cos: [f64; L] = each(
+        #[inline(always)]
+        |l| (1.0 - 0.5 * square[l]) + square[l] * square[l] * polynomial(&COS, square[l]),
+    );
+    let quarters = |l: usize| rounded[l].to_bits();
+    let sines = each(
+        #[inline(always)]
+        |l| turned(sin[l], cos[l], quarters(l), quarters(l)),
+    );
+    let cosines = each(
+        #[inline(always)]
+        |l| turned(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
+    );
     (sines, cosines)
+}
+
+/// One of sine and cosine after so many quarter turns: the other one where the number is odd, and
+/// negative where the second bit of `sign` is set.
+#[inline(always)]
+fn turned(own: f64, other: f64, quarters: u64, sign: u64) -> f64 {
+    let odd = 0_u64.wrapping_sub(quarters & 1);
+    let (own, other) = (own.to_bits(), other.to_bits());
+    f64::from_bits((own ^ ((own ^ other) & odd)) ^ ((sign & 2) << 62))
 }
 
 /// Beyond, the hyperbolic tangent is ±1 to the last bit.
 const SATURATED: f64 = 20.0;
 
 /// Hyperbolic tangents, each within 5e-16 of the true one relative to it.
-#[inline]
-pub(crate) fn tanh<const L: usize>(mut values: [f64; L]) -> [f64; L] {
-    for value in &mut values {
-        let x = *value;
-        let size = x.abs();
-        // Not `min`, which would lose a NaN.
-        let twice = 2.0 * if size > SATURATED { SATURATED } else { size };
-        // 2 |x| = k ln 2 + r, and e^(2|x|) − 1 = 2^k (e^r − 1) + 2^k − 1.
-        let rounded = twice * core::f64::consts::LOG2_E + ROUNDING;
-        let k = rounded - ROUNDING;
-        let r = (twice - k * LN_2[0]) - k * LN_2[1];
-        let power = f64::from_bits(rounded.to_bits().wrapping_add(1023) << 52);
-        let grown = power * (r + r * r * polynomial(&EXP, r)) + (power - 1.0);
-        *value = (grown / (grown + 2.0)).copysign(x);
-    }
-    values
+#[inline(always)]
+pub(crate) fn tanh<const L: usize>(values: &[f64; L]) -> [f64; L] {
+    let twice = each::<L>(
+        #[inline(always)]
+        |l| {
+            // Not `min`, which would lose a NaN.
+            let size = values[l].abs();
+            2.0 * if size > SATURATED { SATURATED } else { size }
+        },
+    );
+    // 2 |x| = k ln 2 + r, and e^(2|x|) − 1 = 2^k (e^r − 1) + 2^k − 1.
+    let rounded = each::<L>(
+        #[inline(always)]
+        |l| twice[l] * LOG2_E + ROUNDING,
+    );
+    let r = each::<L>(
+        #[inline(always)]
+        |l| {
+            let k = rounded[l] - ROUNDING;
+            (twice[l] - k * LN_2[0]) - k * LN_2[1]
+        },
+    );
+    let small = each::<L>(
+        #[inline(always)]
+        |l| r[l] + r[l] * r[l] * polynomial(&EXP, r[l]),
+    );
+    each(
+        #[inline(always)]
+        |l| {
+            let power = f64::from_bits(rounded[l].to_bits().wrapping_add(1023) << 52);
+            let grown = power * small[l] + (power - 1.0);
+            (grown / (grown + 2.0)).copysign(values[l])
+        },
+    )
 }
 
 #[cfg(test)]
@@ -124,7 +173,7 @@ mod tests {
     fn sines_and_cosines_are_within_their_bound() {
         for size in [1.0, 10.0, 1e3, 9e4] {
             for x in numbers(size) {
-                let ([_, sin], [_, cos]) = sin_cos([0.3, x]);
+                let ([_, sin], [_, cos]) = sin_cos(&[0.3, x]);
                 // The library's are within half a unit of the last place, 6e-17.
                 assert!((sin - x.sin()).abs() < 3e-16, "sin {x}");
                 assert!((cos - x.cos()).abs() < 3e-16, "cos {x}");
@@ -136,22 +185,22 @@ mod tests {
     #[allow(clippy::float_cmp, reason = "values that must be exact")]
     fn extremes_are_those_of_the_library() {
         for x in [1e6, -3e9, 1e300] {
-            assert_eq!(sin_cos([x]), ([x.sin()], [x.cos()]));
+            assert_eq!(sin_cos(&[x]), ([x.sin()], [x.cos()]));
         }
-        assert_eq!(sin_cos([0.0, -0.0]), ([0.0; 2], [1.0; 2]));
+        assert_eq!(sin_cos(&[0.0, -0.0]), ([0.0; 2], [1.0; 2]));
         for x in [f64::NAN, f64::INFINITY] {
-            let ([sin], [cos]) = sin_cos([x]);
+            let ([sin], [cos]) = sin_cos(&[x]);
             assert!(sin.is_nan() && cos.is_nan());
         }
-        assert!(tanh([f64::NAN])[0].is_nan());
-        assert_eq!(tanh([f64::INFINITY, -1e9, 20.5, -0.0]), [1.0, -1.0, 1.0, 0.0]);
+        assert!(tanh(&[f64::NAN])[0].is_nan());
+        assert_eq!(tanh(&[f64::INFINITY, -1e9, 20.5, -0.0]), [1.0, -1.0, 1.0, 0.0]);
     }
 
     #[test]
     fn hyperbolic_tangents_are_within_their_bound() {
         for size in [1e-3, 0.5, 3.0, 25.0] {
             for x in numbers(size) {
-                let [found, other] = tanh([x, -x]);
+                let [found, other] = tanh(&[x, -x]);
                 assert!((found - x.tanh()).abs() <= 7e-16 * x.tanh().abs(), "{x}");
                 assert!((found + other).abs() <= 0.0, "{x}");
             }

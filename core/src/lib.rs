@@ -10,10 +10,12 @@
 //! signal, regression} → robot`.
 
 pub mod control;
+mod dispatch;
 pub mod dual;
 pub mod dynamics;
 mod elementary;
 pub mod identification;
+pub mod lanes;
 pub mod regression;
 pub mod robot;
 pub mod sample;

@@ -32,14 +32,19 @@ pub trait Scalar:
     fn is_zero(self) -> bool {
         false
     }
-    /// Sines and cosines of several angles, which may be faster together.
-    fn sin_cos_of<const L: usize>(angles: [Self; L]) -> ([Self; L], [Self; L]) {
-        let both = angles.map(Self::sin_cos);
-        (both.map(|(sin, _)| sin), both.map(|(_, cos)| cos))
+    /// Sines and cosines of several angles, which may be faster together; as many of each as angles.
+    #[inline(always)]
+    fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
+        for ((angle, sin), cos) in angles.iter().zip(sines).zip(cosines) {
+            (*sin, *cos) = angle.sin_cos();
+        }
     }
-    /// Hyperbolic tangents of several values, which may be faster together.
-    fn tanh_of<const L: usize>(values: [Self; L]) -> [Self; L] {
-        values.map(Self::tanh)
+    /// Hyperbolic tangents of several values in place, which may be faster together.
+    #[inline(always)]
+    fn tanh_each(values: &mut [Self]) {
+        for value in values {
+            *value = value.tanh();
+        }
     }
     /// Square root; NaN for a negative value.
     fn sqrt(self) -> Self;
@@ -56,30 +61,58 @@ pub trait Scalar:
     }
 }
 
+/// Numbers that go through an elementary function at once: those of the widest vector register that
+/// is looked for.
+const TOGETHER: usize = 4;
+
+/// At most [`TOGETHER`] numbers, and zeros.
+#[inline(always)]
+fn filled(values: &[f64]) -> [f64; TOGETHER] {
+    let mut filled = [0.0; TOGETHER];
+    filled[..values.len()].copy_from_slice(values);
+    filled
+}
+
 impl Scalar for f64 {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         value
     }
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let ([sin], [cos]) = elementary::sin_cos([self]);
+        let ([sin], [cos]) = elementary::sin_cos(&[self]);
         (sin, cos)
     }
+    #[inline(always)]
     fn tanh(self) -> Self {
-        let [tanh] = elementary::tanh([self]);
+        let [tanh] = elementary::tanh(&[self]);
         tanh
     }
+    #[inline(always)]
     fn is_zero(self) -> bool {
         self == 0.0
     }
-    fn sin_cos_of<const L: usize>(angles: [Self; L]) -> ([Self; L], [Self; L]) {
-        elementary::sin_cos(angles)
+    #[inline(always)]
+    fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
+        let sides = sines.chunks_mut(TOGETHER).zip(cosines.chunks_mut(TOGETHER));
+        for (angles, (sines, cosines)) in angles.chunks(TOGETHER).zip(sides) {
+            let (sin, cos) = elementary::sin_cos(&filled(angles));
+            sines.copy_from_slice(&sin[..angles.len()]);
+            cosines.copy_from_slice(&cos[..angles.len()]);
+        }
     }
-    fn tanh_of<const L: usize>(values: [Self; L]) -> [Self; L] {
-        elementary::tanh(values)
+    #[inline(always)]
+    fn tanh_each(values: &mut [Self]) {
+        for values in values.chunks_mut(TOGETHER) {
+            let tanh = elementary::tanh(&filled(values));
+            values.copy_from_slice(&tanh[..values.len()]);
+        }
     }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
+    #[inline(always)]
     fn sign(self) -> Self {
         if self > 0.0 {
             1.0
@@ -89,9 +122,11 @@ impl Scalar for f64 {
             0.0
         }
     }
+    #[inline(always)]
     fn dead_band_sign(self, threshold: f64) -> Self {
         if self.abs() < threshold { 0.0 } else { Scalar::sign(self) }
     }
+    #[inline(always)]
     fn all_positive(self) -> bool {
         self > 0.0
     }

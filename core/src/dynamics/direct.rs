@@ -2,7 +2,11 @@
 
 use thiserror::Error;
 
+use super::inertia::Wrench;
+use super::mass_matrix::OuterLinks;
 use super::{Model, Workspace};
+use crate::MAX_JOINTS;
+use crate::dispatch::vectorised;
 use crate::scalar::Scalar;
 
 /// The parameters do not make an arm: its mass matrix is not positive definite at this posture.
@@ -12,13 +16,62 @@ use crate::scalar::Scalar;
      that joint {joint} moves, first of all its drive inertia"
 )]
 pub struct NotPositiveDefinite {
-    /// The first joint, counted from 1, whose pivot is not positive.
+    /// The last joint, counted from 1, that has no inertia while all joints after it are free.
     pub joint: usize,
 }
 
+/// Smallest share of a diagonal entry that a pivot may keep: below it, only rounding is left.
+const SMALLEST_PIVOT: f64 = 1e-13;
+
+/// The mass matrix as U D Uᵀ, with ones on the diagonal of the upper triangle U: from the tip to the
+/// base, so that each row can be factorised as soon as it is known.
+#[derive(Clone, Debug)]
+pub(super) struct Factor<T> {
+    /// M where row i is not factorised yet; then U D to the right of the diagonal.
+    rows: [[T; MAX_JOINTS]; MAX_JOINTS],
+    /// U to the right of the diagonal.
+    unit: [[T; MAX_JOINTS]; MAX_JOINTS],
+    /// D⁻¹: of each joint the reciprocal of its inertia while all joints after it are free.
+    inverse: [T; MAX_JOINTS],
+}
+
+impl<T: Scalar> Factor<T> {
+    pub(super) fn zero() -> Self {
+        let zero = [T::zero(); MAX_JOINTS];
+        Self { rows: [zero; MAX_JOINTS], unit: [zero; MAX_JOINTS], inverse: zero }
+    }
+
+    /// Row i of M becomes row i of the factor; the rows after it are done.
+    ///
+    /// ```text
+    /// U_ij D_j = M_ij − Σ_{k>j} U_ik D_k U_jk     D_i = M_ii − Σ_{k>i} U_ik D_k U_ik
+    /// ```
+    #[inline(always)]
+    fn factorise_row(&mut self, n: usize, i: usize) -> Result<(), NotPositiveDefinite> {
+        let Self { rows, unit, inverse } = self;
+        let row = &mut rows[i];
+        for j in (i + 1..n).rev() {
+            for k in j + 1..n {
+                row[j] -= row[k] * unit[j][k];
+            }
+        }
+        let diagonal = row[i];
+        let mut pivot = diagonal;
+        for j in i + 1..n {
+            unit[i][j] = row[j] * inverse[j];
+            pivot -= row[j] * unit[i][j];
+        }
+        if !(pivot - diagonal * T::constant(SMALLEST_PIVOT)).all_positive() {
+            return Err(NotPositiveDefinite { joint: i + 1 });
+        }
+        inverse[i] = T::constant(1.0) / pivot;
+        Ok(())
+    }
+}
+
 impl Model {
-    /// The joint accelerations q̈ = M⁻¹ (τ − h) \[rad/s² or m/s²\] by Cholesky factorisation of the
-    /// mass matrix, which needs no single link to be a physical body.
+    /// The joint accelerations q̈ = M⁻¹ (τ − h) \[rad/s² or m/s²\] by factorisation of the mass
+    /// matrix, which needs no single link to be a physical body.
     ///
     /// # Errors
     /// When the mass matrix is not positive definite; `ddq` is then undefined.
@@ -49,26 +102,83 @@ impl Model {
         tau: &[T],
         ddq: &mut [T],
     ) -> Result<(), NotPositiveDefinite> {
+        self.check_joints(q);
         self.check_joints(tau);
-        // The poses that the bias leaves in the workspace serve the mass matrix.
-        self.bias(ws, parameters, q, dq, ddq);
+        vectorised(
+            #[inline(always)]
+            || self.solve_inward(ws, parameters, less, q, dq, tau, ddq),
+        )
+    }
+
+    /// In one recursion from the tip to the base: the bias of link j, row j of the mass matrix, and
+    /// its share of the factorisation and of the solution. What waits for a division in one link has
+    /// the sums of the next to do.
+    #[inline(always)]
+    fn solve_inward<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        parameters: &[T],
+        less: &[T],
+        q: &[T],
+        dq: &[T],
+        tau: &[T],
+        ddq: &mut [T],
+    ) -> Result<(), NotPositiveDefinite> {
+        // A bound that the compiler sees.
+        let n = self.joints().min(MAX_JOINTS);
+        self.friction(parameters, dq, ddq);
         for (ddq, tau) in ddq.iter_mut().zip(tau) {
             *ddq = *tau - *ddq;
         }
-        self.composite(ws, parameters);
-        let n = self.joints();
-        for (j, (row, less)) in ws.mass[..n].iter_mut().zip(less).enumerate() {
-            row[j] -= *less;
+        self.place(ws, q);
+        let links = self.heavy_links(parameters);
+        self.propagate(ws, links, dq, None);
+
+        let Workspace { poses, motions, factor } = ws;
+        for row in &mut factor.rows[..n] {
+            *row = [T::zero(); MAX_JOINTS];
         }
-        factorise(&mut ws.mass[..n])?;
-        solve(&ws.mass[..n], ddq);
+        self.drives.for_each_mass(parameters, |row, column, value| {
+            factor.rows[row][column] += value;
+        });
+        for (j, less) in less.iter().enumerate() {
+            factor.rows[j][j] -= *less;
+        }
+        let mut outer = OuterLinks::none();
+        let mut carried = Wrench::zero();
+        for i in (0..n).rev() {
+            if i < links {
+                let kind = self.chain[i].kind;
+                let link = self.link(parameters, i);
+                outer.take(link, kind, poses, i);
+                for (j, wrench) in outer.unit_wrenches(i) {
+                    factor.rows[i][j] += wrench.along(kind);
+                }
+                let total = link.wrench(&motions[i]).join(carried);
+                ddq[i] -= total.along(kind);
+                carried = total.to_previous(&poses[i]);
+            }
+            factor.factorise_row(n, i)?;
+            // U y = τ − h
+            for j in i + 1..n {
+                ddq[i] -= factor.unit[i][j] * ddq[j];
+            }
+        }
+        // D Uᵀ q̈ = y
+        for i in 0..n {
+            ddq[i] *= factor.inverse[i];
+            for j in 0..i {
+                ddq[i] -= factor.unit[j][i] * ddq[j];
+            }
+        }
         Ok(())
     }
 
     /// Solves M X = B in place for B with `width` columns (n × width, row-major), with the mass
     /// matrix that [`direct_dynamics`](Self::direct_dynamics) has factorised in the workspace.
     pub(super) fn solve_mass(&self, ws: &Workspace<f64>, width: usize, b: &mut [f64]) {
-        let factor = &ws.mass[..self.joints()];
+        let Factor { unit, inverse, .. } = &ws.factor;
+        let n = self.joints();
         let subtract = |to: &mut [f64], share: f64, from: &[f64]| {
             // The last joints of many arms are coupled to few others.
             if share == 0.0 {
@@ -78,66 +188,20 @@ impl Model {
                 *to -= share * from;
             }
         };
-        for (j, row) in factor.iter().enumerate() {
-            let (done, rest) = b.split_at_mut(j * width);
-            for (l, done) in row.iter().zip(done.chunks_exact(width)) {
-                subtract(&mut rest[..width], *l, done);
+        for i in (0..n).rev() {
+            let (rest, done) = b.split_at_mut((i + 1) * width);
+            let y = &mut rest[i * width..];
+            for (share, done) in unit[i][i + 1..].iter().zip(done.chunks_exact(width)) {
+                subtract(y, *share, done);
             }
-            rest[..width].iter_mut().for_each(|x| *x *= row[j]);
         }
-        for j in (0..factor.len()).rev() {
-            let (rest, done) = b.split_at_mut((j + 1) * width);
-            let x = &mut rest[j * width..];
-            for (row, done) in factor[j + 1..].iter().zip(done.chunks_exact(width)) {
-                subtract(x, row[j], done);
+        for i in 0..n {
+            let (done, rest) = b.split_at_mut(i * width);
+            let x = &mut rest[..width];
+            x.iter_mut().for_each(|x| *x *= inverse[i]);
+            for (row, done) in unit.iter().zip(done.chunks_exact(width)) {
+                subtract(x, row[i], done);
             }
-            x.iter_mut().for_each(|x| *x *= factor[j][j]);
         }
-    }
-}
-
-/// Smallest share of a diagonal entry that a pivot may keep: below it, only rounding is left.
-const SMALLEST_PIVOT: f64 = 1e-13;
-
-/// M = L Lᵀ, L in place of the lower triangle; the diagonal holds the inverse of L's.
-fn factorise<T: Scalar, const N: usize>(mass: &mut [[T; N]]) -> Result<(), NotPositiveDefinite> {
-    for j in 0..mass.len() {
-        let (done, rest) = mass.split_at_mut(j);
-        let row = &mut rest[0];
-        for (k, previous) in done.iter().enumerate() {
-            let mut entry = row[k];
-            for i in 0..k {
-                entry -= row[i] * previous[i];
-            }
-            row[k] = entry * previous[k];
-        }
-        let diagonal = row[j];
-        let mut pivot = diagonal;
-        for entry in &row[..j] {
-            pivot -= *entry * *entry;
-        }
-        if !(pivot - diagonal * T::constant(SMALLEST_PIVOT)).all_positive() {
-            return Err(NotPositiveDefinite { joint: j + 1 });
-        }
-        row[j] = T::constant(1.0) / pivot.sqrt();
-    }
-    Ok(())
-}
-
-/// Solves L Lᵀ x = b in place.
-fn solve<T: Scalar, const N: usize>(factor: &[[T; N]], x: &mut [T]) {
-    for (j, row) in factor.iter().enumerate() {
-        let mut value = x[j];
-        for (l, x) in row[..j].iter().zip(x.iter()) {
-            value -= *l * *x;
-        }
-        x[j] = value * row[j];
-    }
-    for j in (0..factor.len()).rev() {
-        let mut value = x[j];
-        for i in j + 1..factor.len() {
-            value -= factor[i][j] * x[i];
-        }
-        x[j] = value * factor[j][j];
     }
 }

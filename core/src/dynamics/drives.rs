@@ -87,6 +87,7 @@ impl Drives {
 
     /// Calls `add(row, column, coefficient)` for every product φ\[column\] · coefficient in τ\[row\]
     /// that the drives' inertia causes.
+    #[inline(always)]
     pub(super) fn for_each_inertia<T: Scalar>(
         &self,
         ddq: &[T],
@@ -98,6 +99,7 @@ impl Drives {
     }
 
     /// The same for friction and offsets.
+    #[inline(always)]
     pub(super) fn for_each_friction<T: Scalar>(
         &self,
         dq: &[T],
@@ -107,14 +109,15 @@ impl Drives {
             add(row, column, T::constant(factor) * dq[input]);
         }
         for terms in self.coulomb.chunks(TOGETHER) {
-            let mut speeds = [T::zero(); TOGETHER];
-            for (speed, term) in speeds.iter_mut().zip(terms) {
+            let mut signs = [T::zero(); TOGETHER];
+            let signs = &mut signs[..terms.len()];
+            for (speed, term) in signs.iter_mut().zip(terms) {
                 for &(joint, s) in &term.direction {
                     *speed += T::constant(s) * dq[joint];
                 }
             }
-            let signs = self.sign_model.values(speeds);
-            for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
+            self.sign_model.replace(signs);
+            for (CoulombTerm { column, direction }, &mut sign) in terms.iter().zip(signs) {
                 for &(joint, s) in direction {
                     add(joint, *column, T::constant(s) * sign);
                 }
@@ -136,11 +139,12 @@ impl Drives {
             add(row, input, factor * parameters[column]);
         }
         for terms in self.coulomb.chunks(TOGETHER) {
-            let mut speeds = [Dual::<1>::variable(0.0, 0); TOGETHER];
-            for (speed, term) in speeds.iter_mut().zip(terms) {
+            let mut signs = [Dual::<1>::variable(0.0, 0); TOGETHER];
+            let signs = &mut signs[..terms.len()];
+            for (speed, term) in signs.iter_mut().zip(terms) {
                 speed.value = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
             }
-            let signs = self.sign_model.values(speeds);
+            self.sign_model.replace(signs);
             for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
                 // fc s sign(s · q̇) has the derivative fc s sign'(s · q̇) sᵀ.
                 let slope = parameters[*column] * sign.slope[0];
@@ -175,6 +179,7 @@ impl Drives {
     }
 
     /// Calls `add(row, column of the matrix, value)` for every entry of the drives' mass matrix.
+    #[inline(always)]
     pub(super) fn for_each_mass<T: Scalar>(
         &self,
         parameters: &[T],

@@ -2,6 +2,7 @@
 
 use super::kinematics::{Motion, Pose};
 use super::vector::Vector3;
+use crate::robot::JointKind;
 use crate::scalar::Scalar;
 
 /// Inertia about the frame's origin, first moments and mass. Nothing here divides by the mass or
@@ -43,6 +44,12 @@ impl<T: Scalar> Inertia<T> {
         ]
     }
 
+    /// J z.
+    #[inline(always)]
+    pub(super) fn about_z(&self) -> Vector3<T> {
+        Vector3::new(self.xz, self.yz, self.zz)
+    }
+
     /// J v.
     #[inline(always)]
     pub(super) fn rotate(&self, v: Vector3<T>) -> Vector3<T> {
@@ -66,17 +73,19 @@ impl<T: Scalar> Inertia<T> {
     }
 
     /// The same body seen from the previous link's frame.
+    #[inline(always)]
     pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
-        self.carried(|v| pose.to_previous(v), pose.origin)
+        let turned = self.turned(
+            #[inline(always)]
+            |v| pose.to_previous(v),
+        );
+        if pose.shifted { turned.moved(pose.origin) } else { turned }
     }
 
-    /// The same body in any other frame, by what turns vectors into it and the place of this frame's
-    /// origin there.
-    ///
-    /// Turned by A, then moved by p: J' = A J Aᵀ + (2 p·c + m p·p) I − p cᵀ − c pᵀ − m p pᵀ with
-    /// c = A ms, and ms' = c + m p.
-    #[inline]
-    pub(super) fn carried(self, turn: impl Fn(Vector3<T>) -> Vector3<T>, p: Vector3<T>) -> Self {
+    /// The same body in a frame with the same origin and other axes: A J Aᵀ and A ms, by what turns
+    /// a vector.
+    #[inline(always)]
+    pub(super) fn turned(self, turn: impl Fn(Vector3<T>) -> Vector3<T>) -> Self {
         // The columns of A J, then those of A (A J)ᵀ = A J Aᵀ.
         let a = turn(Vector3::new(self.xx, self.xy, self.xz));
         let b = turn(Vector3::new(self.xy, self.yy, self.yz));
@@ -84,25 +93,40 @@ impl<T: Scalar> Inertia<T> {
         let x = turn(Vector3::new(a.x, b.x, c.x));
         let y = turn(Vector3::new(a.y, b.y, c.y));
         let z = turn(Vector3::new(a.z, b.z, c.z));
+        Self {
+            xx: x.x,
+            xy: x.y,
+            xz: x.z,
+            yy: y.y,
+            yz: y.z,
+            zz: z.z,
+            first_moment: turn(self.first_moment),
+            mass: self.mass,
+        }
+    }
 
-        let turned = turn(self.first_moment);
-        // With h = c + m p / 2, the shift is 2 p·h I − p hᵀ − h pᵀ.
-        let half = turned + p.scale(self.mass * T::constant(0.5));
+    /// The same body in a frame with the same axes, where this frame's origin is at p:
+    /// J + (2 p·ms + m p·p) I − p msᵀ − ms pᵀ − m p pᵀ and ms + m p.
+    #[inline(always)]
+    pub(super) fn moved(self, p: Vector3<T>) -> Self {
+        // With h = ms + m p / 2, the shift is 2 p·h I − p hᵀ − h pᵀ.
+        let half = self.first_moment + p.scale(self.mass * T::constant(0.5));
         let (px, py, pz) = (p.x * half.x, p.y * half.y, p.z * half.z);
         let two = T::constant(2.0);
         Self {
-            xx: x.x + two * (py + pz),
-            xy: x.y - p.x * half.y - p.y * half.x,
-            xz: x.z - p.x * half.z - p.z * half.x,
-            yy: y.y + two * (px + pz),
-            yz: y.z - p.y * half.z - p.z * half.y,
-            zz: z.z + two * (px + py),
-            first_moment: turned + p.scale(self.mass),
+            xx: self.xx + two * (py + pz),
+            xy: self.xy - p.x * half.y - p.y * half.x,
+            xz: self.xz - p.x * half.z - p.z * half.x,
+            yy: self.yy + two * (px + pz),
+            yz: self.yz - p.y * half.z - p.z * half.y,
+            zz: self.zz + two * (px + py),
+            first_moment: self.first_moment + p.scale(self.mass),
             mass: self.mass,
         }
     }
 
     /// Both bodies as one.
+    #[inline(always)]
     pub(super) fn join(self, other: Self) -> Self {
         Self {
             xx: self.xx + other.xx,
@@ -118,18 +142,33 @@ impl<T: Scalar> Inertia<T> {
 }
 
 impl<T: Scalar> Wrench<T> {
+    #[inline(always)]
     pub(super) fn zero() -> Self {
         Self { force: Vector3::zero(), moment: Vector3::zero() }
+    }
+
+    /// What a joint feels of it: the moment about its axis or the force along it.
+    #[inline(always)]
+    pub(super) fn along(&self, joint: JointKind) -> T {
+        match joint {
+            JointKind::Revolute => self.moment.z,
+            JointKind::Prismatic => self.force.z,
+        }
     }
 
     /// The same wrench at the previous link's origin: (A f, A n + p × A f).
     #[inline(always)]
     pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
         let force = pose.to_previous(self.force);
-        let moment = pose.to_previous(self.moment) + pose.origin.cross(force);
-        Self { force, moment }
+        let moment = pose.to_previous(self.moment);
+        if pose.shifted {
+            Self { force, moment: moment + pose.origin.cross(force) }
+        } else {
+            Self { force, moment }
+        }
     }
 
+    #[inline(always)]
     pub(super) fn join(self, other: Self) -> Self {
         Self { force: self.force + other.force, moment: self.moment + other.moment }
     }

@@ -1,8 +1,8 @@
 //! The inverse dynamic model: the torques that a motion takes.
 
-use super::inertia::{Inertia, Wrench};
+use super::inertia::Wrench;
 use super::{Model, Workspace};
-use crate::robot::JointKind;
+use crate::dispatch::vectorised;
 use crate::scalar::Scalar;
 
 impl Model {
@@ -20,9 +20,16 @@ impl Model {
         ddq: &[T],
         tau: &mut [T],
     ) {
+        self.check_joints(q);
         self.check_joints(ddq);
-        self.newton_euler(ws, parameters, q, dq, Some(ddq), tau);
-        self.drives.for_each_inertia(ddq, |row, column, c| tau[row] += parameters[column] * c);
+        vectorised(
+            #[inline(always)]
+            || {
+                self.newton_euler(ws, parameters, q, dq, Some(ddq), tau);
+                let drives = &self.drives;
+                drives.for_each_inertia(ddq, |row, column, c| tau[row] += parameters[column] * c);
+            },
+        );
     }
 
     /// Joint torques at zero acceleration, h(φ, q, q̇) \[N·m or N\]: centrifugal and Coriolis
@@ -38,7 +45,11 @@ impl Model {
         dq: &[T],
         tau: &mut [T],
     ) {
-        self.newton_euler(ws, parameters, q, dq, None, tau);
+        self.check_joints(q);
+        vectorised(
+            #[inline(always)]
+            || self.newton_euler(ws, parameters, q, dq, None, tau),
+        );
     }
 
     /// Friction torques and offsets alone \[N·m or N\], as the inverse dynamic model counts them:
@@ -46,6 +57,7 @@ impl Model {
     ///
     /// # Panics
     /// As [`inverse_dynamics`](Self::inverse_dynamics).
+    #[inline(always)]
     pub fn friction<T: Scalar>(&self, parameters: &[T], dq: &[T], tau: &mut [T]) {
         self.check_parameters(parameters);
         self.check_joints(dq);
@@ -54,7 +66,8 @@ impl Model {
         self.drives.for_each_friction(dq, |row, column, c| tau[row] += parameters[column] * c);
     }
 
-    /// Links, friction and offsets; leaves the poses of the links in the workspace.
+    /// Links, friction and offsets.
+    #[inline(always)]
     fn newton_euler<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
@@ -64,7 +77,6 @@ impl Model {
         ddq: Option<&[T]>,
         tau: &mut [T],
     ) {
-        self.check_joints(q);
         self.friction(parameters, dq, tau);
         self.place(ws, q);
         let links = self.heavy_links(parameters);
@@ -72,12 +84,8 @@ impl Model {
         // Inward: what link j takes, and all that hangs on it.
         let mut carried = Wrench::zero();
         for (j, joint) in self.chain[..links].iter().enumerate().rev() {
-            let link: Inertia<T> = self.link(parameters, j);
-            let total = link.wrench(&ws.motions[j]).join(carried);
-            tau[j] += match joint.kind {
-                JointKind::Revolute => total.moment.z,
-                JointKind::Prismatic => total.force.z,
-            };
+            let total = self.link(parameters, j).wrench(&ws.motions[j]).join(carried);
+            tau[j] += total.along(joint.kind);
             carried = total.to_previous(&ws.poses[j]);
         }
     }

@@ -14,6 +14,9 @@ pub(super) struct Pose<T> {
     sin_theta: T,
     /// The origin, (d, −r sin α, r cos α).
     pub(super) origin: Vector3<T>,
+    /// Whether the origin can be elsewhere than that of the previous link: on most arms with a
+    /// spherical wrist, half of them are not.
+    pub(super) shifted: bool,
 }
 
 impl<T: Scalar> Pose<T> {
@@ -23,10 +26,12 @@ impl<T: Scalar> Pose<T> {
             cos_theta: T::constant(1.0),
             sin_theta: T::zero(),
             origin: Vector3::zero(),
+            shifted: false,
         }
     }
 
     /// From the joint's position and the sine and cosine of it.
+    #[inline(always)]
     fn new(joint: &Joint, q: T, (sin, cos): (T, T)) -> Self {
         let Joint { kind, alpha, theta, d_m, r_m, .. } = *joint;
         let (cos0, sin0) = (T::constant(theta.cos), T::constant(theta.sin));
@@ -39,10 +44,12 @@ impl<T: Scalar> Pose<T> {
         };
         let origin =
             Vector3::new(T::constant(d_m), r * T::constant(-alpha.sin), r * T::constant(alpha.cos));
-        Self { alpha, cos_theta, sin_theta, origin }
+        let shifted = kind == JointKind::Prismatic || d_m != 0.0 || r_m != 0.0;
+        Self { alpha, cos_theta, sin_theta, origin, shifted }
     }
 
     /// A vector of the link, in the frame of the previous link.
+    #[inline(always)]
     pub(super) fn to_previous(self, v: Vector3<T>) -> Vector3<T> {
         let x = self.cos_theta * v.x - self.sin_theta * v.y;
         let y = self.sin_theta * v.x + self.cos_theta * v.y;
@@ -51,6 +58,7 @@ impl<T: Scalar> Pose<T> {
     }
 
     /// A vector of the previous link, in the frame of the link.
+    #[inline(always)]
     pub(super) fn to_link(self, v: Vector3<T>) -> Vector3<T> {
         let (y, z) = turn(self.alpha.reversed(), v.y, v.z);
         Vector3::new(
@@ -62,6 +70,7 @@ impl<T: Scalar> Pose<T> {
 }
 
 /// Turns (y, z) about x. Most arms have quarter turns only, which take no products.
+#[inline(always)]
 fn turn<T: Scalar>(angle: Angle, y: T, z: T) -> (T, T) {
     let Angle { cos, sin } = angle;
     if sin == 0.0 {
@@ -84,6 +93,7 @@ pub(super) struct Motion<T> {
 }
 
 impl<T: Scalar> Motion<T> {
+    #[inline(always)]
     pub(super) fn zero() -> Self {
         Self {
             angular_velocity: Vector3::zero(),
@@ -91,10 +101,20 @@ impl<T: Scalar> Motion<T> {
             acceleration: Vector3::zero(),
         }
     }
+
+    /// What the link's joint accelerates.
+    #[inline(always)]
+    fn accelerated_by(&mut self, joint: JointKind) -> &mut Vector3<T> {
+        match joint {
+            JointKind::Revolute => &mut self.angular_acceleration,
+            JointKind::Prismatic => &mut self.acceleration,
+        }
+    }
 }
 
 impl Model {
     /// Fills the poses of all links.
+    #[inline(always)]
     pub(super) fn place<T: Scalar>(&self, ws: &mut Workspace<T>, q: &[T]) {
         let mut angles = [T::zero(); MAX_JOINTS];
         for ((angle, joint), q) in angles.iter_mut().zip(&self.chain).zip(q) {
@@ -102,19 +122,22 @@ impl Model {
                 *angle = *q;
             }
         }
-        let (sines, cosines) = T::sin_cos_of(angles);
+        let (mut sines, mut cosines) = ([T::zero(); MAX_JOINTS], [T::zero(); MAX_JOINTS]);
+        let n = self.joints().min(MAX_JOINTS);
+        T::sin_cos_each(&angles[..n], &mut sines[..n], &mut cosines[..n]);
         let both = sines.into_iter().zip(cosines);
         for (((pose, joint), q), both) in ws.poses.iter_mut().zip(&self.chain).zip(q).zip(both) {
             *pose = Pose::new(joint, *q, both);
         }
     }
 
-    /// Fills the motions of the first `links` links from their poses: the outward recursion of Luh, Walker and
-    /// Paul in Khalil's form (Khalil and Dombre, ch. 9.5). With A the rotation to the link's
-    /// frame, p the origin's place, ω, ω̇ and a those of the previous link:
+    /// Fills the motions of the first `links` links from their poses: the outward recursion of Luh,
+    /// Walker and Paul in Khalil's form (Khalil and Dombre, ch. 9.5). With A the rotation to the
+    /// link's frame, p the origin's place, ω, ω̇ and a those of the previous link:
     ///
     /// revolute  ω_j = A ω + q̇ z,  ω̇_j = A ω̇ + q̈ z + A ω × q̇ z,  a_j = A (a + ω̇ × p + ω × (ω × p))
     /// prismatic ω_j = A ω,  ω̇_j = A ω̇,  a_j = A (…) + q̈ z + 2 A ω × q̇ z
+    #[inline(always)]
     pub(super) fn propagate<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
@@ -127,26 +150,33 @@ impl Model {
         for (j, joint) in self.chain.iter().enumerate().take(links) {
             let pose = ws.poses[j];
             let Motion { angular_velocity, angular_acceleration, acceleration } = previous;
-            let centripetal = angular_velocity.cross(angular_velocity.cross(pose.origin));
-            let tangential = angular_acceleration.cross(pose.origin);
-            let carried_velocity = pose.to_link(angular_velocity);
-            let mut motion = Motion {
-                angular_velocity: carried_velocity,
-                angular_acceleration: pose.to_link(angular_acceleration),
-                acceleration: pose.to_link(acceleration + tangential + centripetal),
-            };
-            let own = ddq.map_or_else(T::zero, |ddq| ddq[j]);
-            let gyroscopic = carried_velocity.cross_along_z(dq[j]);
-            match joint.kind {
-                JointKind::Revolute => {
-                    motion.angular_velocity = carried_velocity.plus_along_z(dq[j]);
-                    motion.angular_acceleration =
-                        (motion.angular_acceleration + gyroscopic).plus_along_z(own);
+            let mut motion = Motion::zero();
+            // The base neither turns nor starts to.
+            if j == 0 {
+                motion.acceleration = pose.to_link(acceleration);
+            } else {
+                let carried = if pose.shifted {
+                    let tangential = angular_acceleration.cross(pose.origin);
+                    let centripetal = angular_velocity.cross(angular_velocity.cross(pose.origin));
+                    acceleration + tangential + centripetal
+                } else {
+                    acceleration
+                };
+                motion.angular_velocity = pose.to_link(angular_velocity);
+                motion.angular_acceleration = pose.to_link(angular_acceleration);
+                motion.acceleration = pose.to_link(carried);
+                let across = motion.angular_velocity.cross_along_z(dq[j]);
+                let accelerated = motion.accelerated_by(joint.kind);
+                *accelerated = *accelerated + across;
+                if joint.kind == JointKind::Prismatic {
+                    *accelerated = *accelerated + across;
                 }
-                JointKind::Prismatic => {
-                    motion.acceleration =
-                        (motion.acceleration + gyroscopic + gyroscopic).plus_along_z(own);
-                }
+            }
+            if joint.kind == JointKind::Revolute {
+                motion.angular_velocity.z += dq[j];
+            }
+            if let Some(ddq) = ddq {
+                motion.accelerated_by(joint.kind).z += ddq[j];
             }
             ws.motions[j] = motion;
             previous = motion;

@@ -1,9 +1,11 @@
 //! The joint-space mass matrix.
 
 use super::inertia::{Inertia, Wrench};
+use super::kinematics::Pose;
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
+use crate::dispatch::vectorised;
 use crate::robot::JointKind;
 use crate::scalar::Scalar;
 
@@ -24,52 +26,89 @@ impl Model {
         self.check_joints(q);
         let n = self.joints();
         assert_eq!(out.len(), n * n, "one row and one column per joint");
-        self.place(ws, q);
-        self.composite(ws, parameters);
-        for (row, from) in out.chunks_exact_mut(n).zip(&ws.mass) {
-            row.copy_from_slice(&from[..n]);
-        }
+        vectorised(
+            #[inline(always)]
+            || {
+                self.place(ws, q);
+                out.fill(T::zero());
+                self.drives.for_each_mass(parameters, |row, column, value| {
+                    out[row * n + column] += value;
+                });
+                let mut outer = OuterLinks::none();
+                for j in (0..self.heavy_links(parameters)).rev() {
+                    outer.take(self.link(parameters, j), self.chain[j].kind, &ws.poses, j);
+                    for (k, wrench) in outer.unit_wrenches(j) {
+                        let felt = wrench.along(self.chain[j].kind);
+                        out[j * n + k] += felt;
+                        if k != j {
+                            out[k * n + j] += felt;
+                        }
+                    }
+                }
+            },
+        );
+    }
+}
+
+/// The links from the tip to link j: as one body, and what a unit acceleration of each of their
+/// joints alone takes, in the frame of link j.
+pub(super) struct OuterLinks<T> {
+    body: Option<Inertia<T>>,
+    unit_wrenches: [Wrench<T>; MAX_JOINTS],
+    /// How many there are from the base.
+    end: usize,
+}
+
+impl<T: Scalar> OuterLinks<T> {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self { body: None, unit_wrenches: [Wrench::zero(); MAX_JOINTS], end: 0 }
     }
 
-    /// Fills the workspace's mass matrix from its poses.
-    pub(super) fn composite<T: Scalar>(&self, ws: &mut Workspace<T>, parameters: &[T]) {
-        let links = self.heavy_links(parameters);
-        for row in &mut ws.mass {
-            *row = [T::zero(); MAX_JOINTS];
-        }
-        let mut body: Option<Inertia<T>> = None;
-        for (j, joint) in self.chain[..links].iter().enumerate().rev() {
-            // Link j and all that hangs on it, as one body in the frame of link j.
-            let own = self.link(parameters, j);
-            let whole = body.map_or(own, |outer| own.join(outer.to_previous(&ws.poses[j + 1])));
-            // What a unit acceleration of joint j takes, felt by joint j and all before it.
-            let mut wrench = unit_wrench(&whole, joint.kind);
-            for i in (0..=j).rev() {
-                let felt = match self.chain[i].kind {
-                    JointKind::Revolute => wrench.moment.z,
-                    JointKind::Prismatic => wrench.force.z,
-                };
-                ws.mass[i][j] = felt;
-                ws.mass[j][i] = felt;
-                if i > 0 {
-                    wrench = wrench.to_previous(&ws.poses[i]);
-                }
+    /// Takes in link j, the one before those that are here.
+    #[inline(always)]
+    pub(super) fn take(
+        &mut self,
+        link: Inertia<T>,
+        joint: JointKind,
+        poses: &[Pose<T>; MAX_JOINTS],
+        j: usize,
+    ) {
+        let whole = match self.body {
+            None => {
+                self.end = j + 1;
+                link
             }
-            body = Some(whole);
-        }
-        self.drives.for_each_mass(parameters, |row, column, value| ws.mass[row][column] += value);
+            Some(body) => {
+                let pose = &poses[j + 1];
+                for wrench in &mut self.unit_wrenches[j + 1..self.end] {
+                    *wrench = wrench.to_previous(pose);
+                }
+                link.join(body.to_previous(pose))
+            }
+        };
+        self.unit_wrenches[j] = unit_wrench(&whole, joint);
+        self.body = Some(whole);
+    }
+
+    /// The joints from j on, each with its wrench.
+    #[inline(always)]
+    pub(super) fn unit_wrenches(&self, j: usize) -> impl Iterator<Item = (usize, &Wrench<T>)> {
+        self.unit_wrenches[..self.end].iter().enumerate().skip(j)
     }
 }
 
 /// The wrench for a unit acceleration along or about z of a body at rest:
 /// revolute F = z × ms, N = J z; prismatic F = m z, N = ms × z.
+#[inline(always)]
 fn unit_wrench<T: Scalar>(body: &Inertia<T>, kind: JointKind) -> Wrench<T> {
-    let one = T::constant(1.0);
-    let across = body.first_moment.cross_along_z(one);
+    let Vector3 { x, y, .. } = body.first_moment;
     match kind {
         JointKind::Revolute => {
-            Wrench { force: Vector3::zero() - across, moment: body.rotate(Vector3::along_z(one)) }
+            Wrench { force: Vector3::new(-y, x, T::zero()), moment: body.about_z() }
         }
-        JointKind::Prismatic => Wrench { force: Vector3::along_z(body.mass), moment: across },
+        JointKind::Prismatic => {
+            Wrench { force: Vector3::along_z(body.mass), moment: Vector3::new(y, -x, T::zero()) }
+        }
     }
 }

@@ -21,6 +21,7 @@ pub use direct::NotPositiveDefinite;
 pub use regressor::RegressorColumns;
 pub(crate) use variation::{Variation, VariationWorkspace};
 
+use direct::Factor;
 use drives::Drives;
 use inertia::Inertia;
 use kinematics::{Motion, Pose};
@@ -91,6 +92,7 @@ impl Model {
         self
     }
 
+    #[inline(always)]
     fn link<T: Scalar>(&self, parameters: &[T], link: usize) -> Inertia<T> {
         let first = self.first_columns[link];
         let mut ten = [T::zero(); 10];
@@ -119,7 +121,8 @@ impl Model {
 pub struct Workspace<T> {
     poses: [Pose<T>; MAX_JOINTS],
     motions: [Motion<T>; MAX_JOINTS],
-    mass: [[T; MAX_JOINTS]; MAX_JOINTS],
+    /// The mass matrix of the last direct dynamics.
+    factor: Factor<T>,
 }
 
 impl<T: Scalar> Workspace<T> {
@@ -128,7 +131,7 @@ impl<T: Scalar> Workspace<T> {
         Self {
             poses: [Pose::identity(); MAX_JOINTS],
             motions: [Motion::zero(); MAX_JOINTS],
-            mass: [[T::zero(); MAX_JOINTS]; MAX_JOINTS],
+            factor: Factor::zero(),
         }
     }
 }

@@ -265,7 +265,7 @@ impl Model {
                     frame[0].scale(v.x) + frame[1].scale(v.y) + frame[2].scale(v.z)
                 };
                 Moving::new(
-                    self.link(parameters, j).carried(turned, origin),
+                    self.link(parameters, j).turned(turned).moved(origin),
                     velocity,
                     acceleration,
                 )

@@ -6,6 +6,7 @@ use super::kinematics::Motion;
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
+use crate::dispatch::vectorised;
 use crate::robot::{JointKind, SignModel};
 use crate::scalar::Scalar;
 
@@ -87,8 +88,13 @@ impl Model {
         out: &mut [T],
     ) {
         self.check_joints(q);
-        self.place(ws, q);
-        self.regressor_of_poses(ws, columns, dq, ddq, out);
+        vectorised(
+            #[inline(always)]
+            || {
+                self.place(ws, q);
+                self.regressor_of_poses(ws, columns, dq, ddq, out);
+            },
+        );
     }
 
     /// The same with the poses in the workspace.
@@ -96,6 +102,7 @@ impl Model {
     /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns
     /// the link with c, both in the link's frame, and τ_i is the sum over the links of
     /// c · N_l + b · F_l.
+    #[inline(always)]
     pub(super) fn regressor_of_poses<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
@@ -116,7 +123,8 @@ impl Model {
         for (l, wanted) in columns.links.iter().enumerate() {
             let pose = &ws.poses[l];
             for (turn, shift) in &mut axes[..l] {
-                *shift = pose.to_link(*shift + turn.cross(pose.origin));
+                let moved = if pose.shifted { *shift + turn.cross(pose.origin) } else { *shift };
+                *shift = pose.to_link(moved);
                 *turn = pose.to_link(*turn);
             }
             axes[l] = match self.chain[l].kind {
@@ -162,6 +170,7 @@ const INERTIA_COMPONENTS: usize = 6;
 
 /// N of a link whose only parameter is this component of J, 1: J ω̇ + ω × J ω
 /// (see [`Inertia::wrench`](super::inertia::Inertia::wrench)).
+#[inline(always)]
 fn unit_inertia_moment<T: Scalar>(component: usize, motion: &Motion<T>) -> Vector3<T> {
     let Motion { angular_velocity: w, angular_acceleration: dw, .. } = *motion;
     match component {
@@ -176,6 +185,7 @@ fn unit_inertia_moment<T: Scalar>(component: usize, motion: &Motion<T>) -> Vecto
 
 /// N and F of a link whose only parameter is mx, my, mz or m, 1:
 /// N = ms × a, F = m a + ω̇ × ms + ω × (ω × ms).
+#[inline(always)]
 fn unit_mass_wrench<T: Scalar>(component: usize, motion: &Motion<T>) -> Wrench<T> {
     let Motion { angular_velocity: w, angular_acceleration: dw, acceleration: a } = *motion;
     let zero = T::zero();

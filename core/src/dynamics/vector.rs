@@ -15,41 +15,44 @@ pub(super) struct Vector3<T> {
 }
 
 impl<T: Scalar> Vector3<T> {
+    #[inline(always)]
     pub(super) fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
 
+    #[inline(always)]
     pub(super) fn zero() -> Self {
         Self::new(T::zero(), T::zero(), T::zero())
     }
 
+    #[inline(always)]
     pub(super) fn constant(value: [f64; 3]) -> Self {
         let [x, y, z] = value.map(T::constant);
         Self { x, y, z }
     }
 
+    #[inline(always)]
     pub(super) fn along_z(z: T) -> Self {
         Self::new(T::zero(), T::zero(), z)
     }
 
-    /// v + (0, 0, z).
-    pub(super) fn plus_along_z(self, z: T) -> Self {
-        Self { z: self.z + z, ..self }
-    }
-
+    #[inline(always)]
     pub(super) fn scale(self, factor: T) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
 
+    #[inline(always)]
     pub(super) fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     /// v × (0, 0, z), without the products that are 0.
+    #[inline(always)]
     pub(super) fn cross_along_z(self, z: T) -> Self {
         Self::new(self.y * z, -(self.x * z), T::zero())
     }
 
+    #[inline(always)]
     pub(super) fn cross(self, other: Self) -> Self {
         Self::new(
             self.y * other.z - self.z * other.y,
@@ -62,6 +65,7 @@ impl<T: Scalar> Vector3<T> {
 impl<T: Scalar> Add for Vector3<T> {
     type Output = Self;
 
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
@@ -70,6 +74,7 @@ impl<T: Scalar> Add for Vector3<T> {
 impl<T: Scalar> Sub for Vector3<T> {
     type Output = Self;
 
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }

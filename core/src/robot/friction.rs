@@ -27,6 +27,7 @@ pub enum SignModel {
 
 impl SignModel {
     /// The model's value at a speed.
+    #[inline(always)]
     pub fn value<T: Scalar>(self, speed: T) -> T {
         match self {
             Self::Sign => speed.sign(),
@@ -35,17 +36,22 @@ impl SignModel {
         }
     }
 
-    /// The model's values at several speeds.
-    pub(crate) fn values<T: Scalar, const L: usize>(self, mut speeds: [T; L]) -> [T; L] {
+    /// The model's values in place of several speeds.
+    #[inline(always)]
+    pub(crate) fn replace<T: Scalar>(self, speeds: &mut [T]) {
         match self {
             Self::Tanh { width_rad_s } => {
                 let width = T::constant(width_rad_s);
-                for speed in &mut speeds {
+                for speed in &mut *speeds {
                     *speed = *speed / width;
                 }
-                T::tanh_of(speeds)
+                T::tanh_each(speeds);
             }
-            Self::Sign | Self::DeadBand { .. } => speeds.map(|speed| self.value(speed)),
+            Self::Sign | Self::DeadBand { .. } => {
+                for speed in speeds {
+                    *speed = self.value(*speed);
+                }
+            }
         }
     }
 }

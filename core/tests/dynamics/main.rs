@@ -11,5 +11,6 @@ mod golden;
 mod identities;
 mod kernels;
 mod metamorphic;
+mod plain;
 mod robot_file;
 mod tx40;

@@ -50,7 +50,8 @@ impl<'a> Columns<'a> {
         let laws =
             self.subject.decimation.decimate(speed.len(), BENDS.len(), counted, |k, laws| {
                 let u = speed[k];
-                let bent = f64::tanh_of(BENDS.map(|bend| u / (bend * highest)));
+                let mut bent = BENDS.map(|bend| u / (bend * highest));
+                f64::tanh_each(&mut bent);
                 let model = sign.value(u);
                 for (law, bent) in laws.iter_mut().zip(bent) {
                     *law = bent - model;
