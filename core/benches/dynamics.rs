@@ -27,6 +27,9 @@ use rand_distr::{Distribution, Uniform};
 const STATES: usize = 1024;
 const N: usize = 6;
 
+/// States side by side.
+const L: usize = 4;
+
 /// Position \[rad\], velocity \[rad/s\], acceleration \[rad/s²\], torque \[N·m\].
 type State = [[f64; N]; 4];
 
@@ -90,7 +93,7 @@ fn kernels(criterion: &mut Criterion) {
 }
 
 /// States side by side, as many as there are lanes.
-fn in_lanes<const L: usize>(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {
+fn in_lanes(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {
     let side_by_side = |states: &[State]| {
         from_fn(|what| from_fn(|joint| Lanes::from_fn(|lane| states[lane][what][joint])))
     };
@@ -98,12 +101,12 @@ fn in_lanes<const L: usize>(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {
 }
 
 /// Many evaluations at once, with the same parameters; times are of all lanes together.
-fn many<const L: usize>(criterion: &mut Criterion) {
+fn many(criterion: &mut Criterion) {
     let robot = Robot::from_toml(include_str!("../../config/robots/tx40-physical.toml")).unwrap();
     let parameters = robot.nominal().unwrap().standard();
     let parameters: Vec<_> = parameters.iter().map(|&value| Lanes::constant(value)).collect();
     let model = Model::new(&robot).with_sign_model(SignModel::Sign);
-    let states = in_lanes::<L>(&states());
+    let states = in_lanes(&states());
     let mut ws = Workspace::new();
     let mut next = 0;
     let mut state = || {
@@ -117,14 +120,14 @@ fn many<const L: usize>(criterion: &mut Criterion) {
         .sample_size(10)
         .throughput(Throughput::Elements(L as u64));
     let mut out = [Lanes::constant(0.0); N];
-    group.bench_function(format!("inverse_dynamics_many/{L}"), |bencher| {
+    group.bench_function("inverse_dynamics_many", |bencher| {
         bencher.iter(|| {
             let [q, dq, ddq, _] = state();
             model.inverse_dynamics(&mut ws, &parameters, q, dq, ddq, &mut out);
             black_box(&out);
         });
     });
-    group.bench_function(format!("direct_dynamics_many/{L}"), |bencher| {
+    group.bench_function("direct_dynamics_many", |bencher| {
         bencher.iter(|| {
             let [q, dq, _, tau] = state();
             model.direct_dynamics(&mut ws, &parameters, q, dq, tau, &mut out).unwrap();
@@ -132,7 +135,7 @@ fn many<const L: usize>(criterion: &mut Criterion) {
         });
     });
     let mut regressor = vec![Lanes::constant(0.0); N * model.parameter_names().len()];
-    group.bench_function(format!("regressor_many/{L}"), |bencher| {
+    group.bench_function("regressor_many", |bencher| {
         bencher.iter(|| {
             let [q, dq, ddq, _] = state();
             model.regressor(&mut ws, q, dq, ddq, &mut regressor);
@@ -142,5 +145,5 @@ fn many<const L: usize>(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernels, many::<4>, many::<8>);
+criterion_group!(benches, kernels, many);
 criterion_main!(benches);

@@ -65,12 +65,26 @@ pub trait Scalar:
 /// is looked for.
 const TOGETHER: usize = 4;
 
-/// At most [`TOGETHER`] numbers, and zeros.
+/// [`TOGETHER`] of the numbers from `start` on; zeros beyond the end.
 #[inline(always)]
-fn filled(values: &[f64]) -> [f64; TOGETHER] {
-    let mut filled = [0.0; TOGETHER];
-    filled[..values.len()].copy_from_slice(values);
-    filled
+fn window(values: &[f64], start: usize) -> [f64; TOGETHER] {
+    let values = &values[start..];
+    if let Some(window) = values.first_chunk() {
+        return *window;
+    }
+    let mut window = [0.0; TOGETHER];
+    window[..values.len()].copy_from_slice(values);
+    window
+}
+
+/// The reverse, without what is beyond the end.
+#[inline(always)]
+fn set_window(values: &mut [f64], start: usize, window: &[f64; TOGETHER]) {
+    let values = &mut values[start..];
+    match values.first_chunk_mut() {
+        Some(values) => *values = *window,
+        None => values.copy_from_slice(&window[..values.len()]),
+    }
 }
 
 impl Scalar for f64 {
@@ -94,19 +108,24 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
-        let sides = sines.chunks_mut(TOGETHER).zip(cosines.chunks_mut(TOGETHER));
-        for (angles, (sines, cosines)) in angles.chunks(TOGETHER).zip(sides) {
-            let (sin, cos) = elementary::sin_cos(&filled(angles));
-            sines.copy_from_slice(&sin[..angles.len()]);
-            cosines.copy_from_slice(&cos[..angles.len()]);
+        // The last window overlaps the one before rather than being filled up.
+        let last = angles.len().saturating_sub(TOGETHER);
+        for start in (0..last).step_by(TOGETHER).chain([last]) {
+            let (sin, cos) = elementary::sin_cos(&window(angles, start));
+            set_window(sines, start, &sin);
+            set_window(cosines, start, &cos);
         }
     }
     #[inline(always)]
     fn tanh_each(values: &mut [Self]) {
-        for values in values.chunks_mut(TOGETHER) {
-            let tanh = elementary::tanh(&filled(values));
-            values.copy_from_slice(&tanh[..values.len()]);
+        // The last window overlaps: it is read before the others are replaced.
+        let last = values.len().saturating_sub(TOGETHER);
+        let of_last = elementary::tanh(&window(values, last));
+        for start in (0..last).step_by(TOGETHER) {
+            let tanh = elementary::tanh(&window(values, start));
+            set_window(values, start, &tanh);
         }
+        set_window(values, last, &of_last);
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -114,13 +133,9 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sign(self) -> Self {
-        if self > 0.0 {
-            1.0
-        } else if self < 0.0 {
-            -1.0
-        } else {
-            0.0
-        }
+        // Without a branch, which nobody could predict.
+        let [above, below] = [self > 0.0, self < 0.0].map(|is| if is { 1.0 } else { 0.0 });
+        above - below
     }
     #[inline(always)]
     fn dead_band_sign(self, threshold: f64) -> Self {

@@ -27,8 +27,6 @@ const SMALLEST_PIVOT: f64 = 1e-13;
 /// base, so that each row can be factorised as soon as it is known.
 #[derive(Clone, Debug)]
 pub(super) struct Factor<T> {
-    /// M where row i is not factorised yet; then U D to the right of the diagonal.
-    rows: [[T; MAX_JOINTS]; MAX_JOINTS],
     /// U to the right of the diagonal.
     unit: [[T; MAX_JOINTS]; MAX_JOINTS],
     /// D⁻¹: of each joint the reciprocal of its inertia while all joints after it are free.
@@ -38,18 +36,23 @@ pub(super) struct Factor<T> {
 impl<T: Scalar> Factor<T> {
     pub(super) fn zero() -> Self {
         let zero = [T::zero(); MAX_JOINTS];
-        Self { rows: [zero; MAX_JOINTS], unit: [zero; MAX_JOINTS], inverse: zero }
+        Self { unit: [zero; MAX_JOINTS], inverse: zero }
     }
 
-    /// Row i of M becomes row i of the factor; the rows after it are done.
+    /// Row i of M, from its diagonal on, becomes row i of the factor; the rows after it are done.
     ///
     /// ```text
     /// U_ij D_j = M_ij − Σ_{k>j} U_ik D_k U_jk     D_i = M_ii − Σ_{k>i} U_ik D_k U_ik
     /// ```
     #[inline(always)]
-    fn factorise_row(&mut self, n: usize, i: usize) -> Result<(), NotPositiveDefinite> {
-        let Self { rows, unit, inverse } = self;
-        let row = &mut rows[i];
+    fn factorise_row(
+        &mut self,
+        n: usize,
+        i: usize,
+        row: &mut [T; MAX_JOINTS],
+    ) -> Result<(), NotPositiveDefinite> {
+        let Self { unit, inverse } = self;
+        // U D before it is divided by D.
         for j in (i + 1..n).rev() {
             for k in j + 1..n {
                 row[j] -= row[k] * unit[j][k];
@@ -102,8 +105,11 @@ impl Model {
         tau: &[T],
         ddq: &mut [T],
     ) -> Result<(), NotPositiveDefinite> {
+        self.check_parameters(parameters);
         self.check_joints(q);
+        self.check_joints(dq);
         self.check_joints(tau);
+        self.check_joints(ddq);
         vectorised(
             #[inline(always)]
             || self.solve_inward(ws, parameters, less, q, dq, tau, ddq),
@@ -126,68 +132,56 @@ impl Model {
     ) -> Result<(), NotPositiveDefinite> {
         // A bound that the compiler sees.
         let n = self.joints().min(MAX_JOINTS);
-        self.friction(parameters, dq, ddq);
-        for (ddq, tau) in ddq.iter_mut().zip(tau) {
-            *ddq = *tau - *ddq;
-        }
+        let friction = self.friction_torques(parameters, dq);
         self.place(ws, q);
         let links = self.heavy_links(parameters);
         self.propagate(ws, links, dq, None);
 
         let Workspace { poses, motions, factor } = ws;
-        for row in &mut factor.rows[..n] {
-            *row = [T::zero(); MAX_JOINTS];
-        }
-        self.drives.for_each_mass(parameters, |row, column, value| {
-            factor.rows[row][column] += value;
-        });
-        for (j, less) in less.iter().enumerate() {
-            factor.rows[j][j] -= *less;
-        }
         let mut outer = OuterLinks::none();
         let mut carried = Wrench::zero();
         for i in (0..n).rev() {
+            let mut row = [T::zero(); MAX_JOINTS];
+            self.drives.for_each_mass_in_row(i, parameters, |column, value| row[column] += value);
+            if let Some(less) = less.get(i) {
+                row[i] -= *less;
+            }
+            let mut rest = tau[i] - friction[i];
             if i < links {
                 let kind = self.chain[i].kind;
                 let link = self.link(parameters, i);
                 outer.take(link, kind, poses, i);
                 for (j, wrench) in outer.unit_wrenches(i) {
-                    factor.rows[i][j] += wrench.along(kind);
+                    row[j] += wrench.along(kind);
                 }
                 let total = link.wrench(&motions[i]).join(carried);
-                ddq[i] -= total.along(kind);
+                rest -= total.along(kind);
                 carried = total.to_previous(&poses[i]);
             }
-            factor.factorise_row(n, i)?;
+            factor.factorise_row(n, i, &mut row)?;
             // U y = τ − h
-            for j in i + 1..n {
-                ddq[i] -= factor.unit[i][j] * ddq[j];
+            for (share, known) in factor.unit[i][i + 1..n].iter().zip(&ddq[i + 1..n]) {
+                rest -= *share * *known;
             }
+            ddq[i] = rest;
         }
         // D Uᵀ q̈ = y
         for i in 0..n {
-            ddq[i] *= factor.inverse[i];
-            for j in 0..i {
-                ddq[i] -= factor.unit[j][i] * ddq[j];
+            let mut acceleration = ddq[i] * factor.inverse[i];
+            for (row, known) in factor.unit.iter().zip(&ddq[..i]) {
+                acceleration -= row[i] * *known;
             }
+            ddq[i] = acceleration;
         }
         Ok(())
     }
 
     /// Solves M X = B in place for B with `width` columns (n × width, row-major), with the mass
     /// matrix that [`direct_dynamics`](Self::direct_dynamics) has factorised in the workspace.
+    #[inline(always)]
     pub(super) fn solve_mass(&self, ws: &Workspace<f64>, width: usize, b: &mut [f64]) {
         let Factor { unit, inverse, .. } = &ws.factor;
         let n = self.joints();
-        let subtract = |to: &mut [f64], share: f64, from: &[f64]| {
-            // The last joints of many arms are coupled to few others.
-            if share == 0.0 {
-                return;
-            }
-            for (to, from) in to.iter_mut().zip(from) {
-                *to -= share * from;
-            }
-        };
         for i in (0..n).rev() {
             let (rest, done) = b.split_at_mut((i + 1) * width);
             let y = &mut rest[i * width..];
@@ -203,5 +197,17 @@ impl Model {
                 subtract(x, row[i], done);
             }
         }
+    }
+}
+
+/// to −= share · from
+#[inline(always)]
+fn subtract(to: &mut [f64], share: f64, from: &[f64]) {
+    // The last joints of many arms are coupled to few others.
+    if share == 0.0 {
+        return;
+    }
+    for (to, from) in to.iter_mut().zip(from) {
+        *to -= share * from;
     }
 }

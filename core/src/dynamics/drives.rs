@@ -34,7 +34,8 @@ const TOGETHER: usize = MAX_JOINTS;
 /// The terms of all drives, each with the column of its parameter.
 #[derive(Clone, Debug)]
 pub(super) struct Drives {
-    inertia: Vec<Term>,
+    /// By row.
+    inertia: Vec<Vec<Term>>,
     viscous: Vec<Term>,
     coulomb: Vec<CoulombTerm>,
     /// Column and row.
@@ -47,7 +48,7 @@ impl Drives {
         let (n, table) = (robot.joints(), robot.parameters());
         let transmission = robot.transmission();
         let mut drives = Self {
-            inertia: Vec::new(),
+            inertia: vec![Vec::new(); n],
             viscous: Vec::new(),
             coulomb: Vec::new(),
             offset: Vec::new(),
@@ -59,7 +60,9 @@ impl Drives {
                 let kept = |i: usize| {
                     i == j || transmission.is_coupled(i) || table.column(Ia, i).is_none()
                 };
-                drives.inertia.extend(outer(n, &direction, column, kept));
+                for term in outer(n, &direction, column, kept) {
+                    drives.inertia[term.row].push(term);
+                }
             }
             if let Some(column) = table.column(Fv, j) {
                 drives.viscous.push(Term { column, row: j, input: j, factor: 1.0 });
@@ -93,7 +96,7 @@ impl Drives {
         ddq: &[T],
         mut add: impl FnMut(usize, usize, T),
     ) {
-        for &Term { column, row, input, factor } in &self.inertia {
+        for &Term { column, row, input, factor } in self.inertia.iter().flatten() {
             add(row, column, T::constant(factor) * ddq[input]);
         }
     }
@@ -129,6 +132,7 @@ impl Drives {
     }
 
     /// Calls `add(row, joint, value)` for every entry of ∂τ/∂q̇ that friction causes.
+    #[inline(always)]
     pub(super) fn for_each_friction_partial(
         &self,
         parameters: &[f64],
@@ -170,7 +174,7 @@ impl Drives {
         });
         let offset = self.offset.iter().filter_map(|&(column, row)| Some((places[column]?, row)));
         Self {
-            inertia: terms(&self.inertia),
+            inertia: self.inertia.iter().map(|row| terms(row)).collect(),
             viscous: terms(&self.viscous),
             coulomb: coulomb.collect(),
             offset: offset.collect(),
@@ -185,8 +189,21 @@ impl Drives {
         parameters: &[T],
         mut add: impl FnMut(usize, usize, T),
     ) {
-        for &Term { column, row, input, factor } in &self.inertia {
+        for &Term { column, row, input, factor } in self.inertia.iter().flatten() {
             add(row, input, T::constant(factor) * parameters[column]);
+        }
+    }
+
+    /// Calls `add(column of the matrix, value)` for those in one row.
+    #[inline(always)]
+    pub(super) fn for_each_mass_in_row<T: Scalar>(
+        &self,
+        row: usize,
+        parameters: &[T],
+        mut add: impl FnMut(usize, T),
+    ) {
+        for &Term { column, input, factor, .. } in &self.inertia[row] {
+            add(input, T::constant(factor) * parameters[column]);
         }
     }
 }

@@ -35,6 +35,7 @@ impl<T: Scalar> Inertia<T> {
     }
 
     /// The columns of ½ tr(J) 1 − J.
+    #[inline(always)]
     pub(super) fn pseudo_inertia(&self) -> [Vector3<T>; 3] {
         let half = (self.xx + self.yy + self.zz) * T::constant(0.5);
         [

@@ -2,6 +2,7 @@
 
 use super::inertia::Wrench;
 use super::{Model, Workspace};
+use crate::MAX_JOINTS;
 use crate::dispatch::vectorised;
 use crate::scalar::Scalar;
 
@@ -20,16 +21,8 @@ impl Model {
         ddq: &[T],
         tau: &mut [T],
     ) {
-        self.check_joints(q);
         self.check_joints(ddq);
-        vectorised(
-            #[inline(always)]
-            || {
-                self.newton_euler(ws, parameters, q, dq, Some(ddq), tau);
-                let drives = &self.drives;
-                drives.for_each_inertia(ddq, |row, column, c| tau[row] += parameters[column] * c);
-            },
-        );
+        self.newton_euler(ws, parameters, q, dq, Some(ddq), tau);
     }
 
     /// Joint torques at zero acceleration, h(φ, q, q̇) \[N·m or N\]: centrifugal and Coriolis
@@ -45,11 +38,7 @@ impl Model {
         dq: &[T],
         tau: &mut [T],
     ) {
-        self.check_joints(q);
-        vectorised(
-            #[inline(always)]
-            || self.newton_euler(ws, parameters, q, dq, None, tau),
-        );
+        self.newton_euler(ws, parameters, q, dq, None, tau);
     }
 
     /// Friction torques and offsets alone \[N·m or N\], as the inverse dynamic model counts them:
@@ -57,17 +46,27 @@ impl Model {
     ///
     /// # Panics
     /// As [`inverse_dynamics`](Self::inverse_dynamics).
-    #[inline(always)]
     pub fn friction<T: Scalar>(&self, parameters: &[T], dq: &[T], tau: &mut [T]) {
         self.check_parameters(parameters);
         self.check_joints(dq);
         self.check_joints(tau);
-        tau.fill(T::zero());
-        self.drives.for_each_friction(dq, |row, column, c| tau[row] += parameters[column] * c);
+        let torques = self.friction_torques(parameters, dq);
+        tau.copy_from_slice(&torques[..tau.len()]);
     }
 
-    /// Links, friction and offsets.
+    /// The same, zeros for joints that the arm does not have.
     #[inline(always)]
+    pub(super) fn friction_torques<T: Scalar>(
+        &self,
+        parameters: &[T],
+        dq: &[T],
+    ) -> [T; MAX_JOINTS] {
+        let mut torques = [T::zero(); MAX_JOINTS];
+        self.drives.for_each_friction(dq, |row, column, c| torques[row] += parameters[column] * c);
+        torques
+    }
+
+    /// Links, friction and offsets, and drive inertias where there is an acceleration.
     fn newton_euler<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
@@ -77,16 +76,33 @@ impl Model {
         ddq: Option<&[T]>,
         tau: &mut [T],
     ) {
-        self.friction(parameters, dq, tau);
-        self.place(ws, q);
-        let links = self.heavy_links(parameters);
-        self.propagate(ws, links, dq, ddq);
-        // Inward: what link j takes, and all that hangs on it.
-        let mut carried = Wrench::zero();
-        for (j, joint) in self.chain[..links].iter().enumerate().rev() {
-            let total = self.link(parameters, j).wrench(&ws.motions[j]).join(carried);
-            tau[j] += total.along(joint.kind);
-            carried = total.to_previous(&ws.poses[j]);
-        }
+        self.check_parameters(parameters);
+        self.check_joints(q);
+        self.check_joints(dq);
+        self.check_joints(tau);
+        vectorised(
+            #[inline(always)]
+            || {
+                let mut torques = self.friction_torques(parameters, dq);
+                self.place(ws, q);
+                let links = self.heavy_links(parameters);
+                self.propagate(ws, links, dq, ddq);
+                // Inward: what link j takes, and all that hangs on it.
+                let mut carried = Wrench::zero();
+                for (j, joint) in self.chain[..links].iter().enumerate().rev() {
+                    let total = self.link(parameters, j).wrench(&ws.motions[j]).join(carried);
+                    torques[j] += total.along(joint.kind);
+                    carried = total.to_previous(&ws.poses[j]);
+                }
+                if let Some(ddq) = ddq {
+                    self.drives.for_each_inertia(ddq, |row, column, c| {
+                        torques[row] += parameters[column] * c;
+                    });
+                }
+                for (tau, torque) in tau.iter_mut().zip(torques) {
+                    *tau = torque;
+                }
+            },
+        );
     }
 }

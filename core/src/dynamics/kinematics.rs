@@ -145,10 +145,11 @@ impl Model {
         dq: &[T],
         ddq: Option<&[T]>,
     ) {
+        let Workspace { poses, motions, .. } = ws;
         let mut previous = Motion::zero();
         previous.acceleration = Vector3::constant(self.gravity_m_s2.map(|g| -g));
         for (j, joint) in self.chain.iter().enumerate().take(links) {
-            let pose = ws.poses[j];
+            let pose = &poses[j];
             let Motion { angular_velocity, angular_acceleration, acceleration } = previous;
             let mut motion = Motion::zero();
             // The base neither turns nor starts to.
@@ -178,7 +179,7 @@ impl Model {
             if let Some(ddq) = ddq {
                 motion.accelerated_by(joint.kind).z += ddq[j];
             }
-            ws.motions[j] = motion;
+            motions[j] = motion;
             previous = motion;
         }
     }

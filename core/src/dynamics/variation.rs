@@ -1,6 +1,7 @@
 //! How the acceleration changes with parameters, motion and torques.
 
 use super::{Model, RegressorColumns, Workspace};
+use crate::dispatch::vectorised;
 
 /// Scratch memory for the variations of one model.
 #[derive(Clone, Debug)]
@@ -45,6 +46,22 @@ impl Model {
     /// `solved` is where [`direct_dynamics`](Self::direct_dynamics) found this q̈ with these
     /// `parameters`: the poses of the links are there, and the factorised mass matrix.
     pub(crate) fn acceleration_variation(
+        &self,
+        ws: &mut VariationWorkspace,
+        solved: &mut Workspace<f64>,
+        parameters: &[f64],
+        [dq, ddq]: [&[f64]; 2],
+        variation: Variation<'_>,
+        out: &mut [f64],
+    ) {
+        vectorised(
+            #[inline(always)]
+            || self.vary(ws, solved, parameters, [dq, ddq], variation, out),
+        );
+    }
+
+    #[inline(always)]
+    fn vary(
         &self,
         ws: &mut VariationWorkspace,
         solved: &mut Workspace<f64>,
