@@ -9,28 +9,17 @@
 //! would look slower for measuring longer.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
+mod states;
+
 use std::hint::black_box;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main};
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::{Robot, SignModel};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, Uniform};
+use states::{N, State, states};
 
 const STATES: usize = 1024;
-const N: usize = 6;
-
-/// Position \[rad\], velocity \[rad/s\], acceleration \[rad/s²\], torque \[N·m\].
-type State = [[f64; N]; 4];
-
-fn states() -> Vec<State> {
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let unit = Uniform::new(-1.0, 1.0).unwrap();
-    let mut vector = |size: f64| [(); N].map(|()| size * unit.sample(&mut random));
-    (0..STATES).map(|_| [vector(3.0), vector(5.0), vector(20.0), vector(20.0)]).collect()
-}
 
 /// Times `kernel` on one state after the other.
 fn over_states(
@@ -53,7 +42,7 @@ fn kernels(criterion: &mut Criterion) {
     let parameters = robot.nominal().unwrap().standard();
     let tanh = Model::new(&robot);
     let sign = tanh.clone().with_sign_model(SignModel::Sign);
-    let states = states();
+    let states = states(STATES);
     let mut ws = Workspace::new();
 
     let mut group = criterion.benchmark_group("dynamics");
