@@ -1,5 +1,5 @@
-//! IDIM-LS on 45,000 samples of six joints and DIDIM on 34,500, 28 parameters: the paper's arm,
-//! simulated.
+//! IDIM-LS on 45,000 samples of six joints, DIDIM, CLIE and CLOE on 34,500, 28 parameters: the paper's
+//! arm, simulated.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -9,15 +9,19 @@
 
 use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdimLsOptions, PositionFilter,
-    SignalTiming, Signals, Start, VerdictLimits, didim, idim_ls,
+    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, Identification,
+    IdentificationError, IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter,
+    SensitivityMethod, SignalTiming, Signals, Start, VerdictLimits, clie, cloe, didim, idim_ls,
 };
+use didim_core::robot::Robot;
 use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{PlaybackConfig, Scenario};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 const SAMPLES: usize = 45_000;
 
@@ -73,13 +77,9 @@ fn identification(criterion: &mut Criterion) {
 }
 
 /// The paper's case: 34,500 samples, fixed gains, from every drive inertia 1 and everything else 0.
-fn simulated(criterion: &mut Criterion) {
-    let scenario = didim_sim::tx40_paper().unwrap();
-    let robot = scenario.robot();
-    let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    let experiment = experiment_of(&scenario, scenario.samples(), 0);
-    let options = DidimOptions {
-        regression: regression(&scenario, 200.0, 125),
+fn paper_options(scenario: &Scenario) -> DidimOptions {
+    DidimOptions {
+        regression: regression(scenario, 200.0, 125),
         decimated: true,
         controller: SimulatedController::Cabinet {
             timing: scenario.controller().timing,
@@ -91,7 +91,15 @@ fn simulated(criterion: &mut Criterion) {
         substeps: scenario.simulation().substeps,
         start: Start::UnitDriveInertias,
         convergence: ConvergenceLimits::default(),
-    };
+    }
+}
+
+fn simulated(criterion: &mut Criterion) {
+    let scenario = didim_sim::tx40_paper().unwrap();
+    let robot = scenario.robot();
+    let base = BaseParameters::compute(&Model::new(robot)).unwrap();
+    let experiment = experiment_of(&scenario, scenario.samples(), 0);
+    let options = paper_options(&scenario);
     let found = didim(robot, &base, &experiment, &options).unwrap().estimate;
     assert_eq!((found.samples, found.parameters.len()), (34_500, 28));
     println!("didim_34500x6: {} simulations", found.simulations);
@@ -104,5 +112,46 @@ fn simulated(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, identification, simulated);
+/// CLIE and CLOE on the same samples from parameters that are each 15 % larger or smaller than the
+/// true ones, with exact sensitivities.
+fn output_error(criterion: &mut Criterion) {
+    let scenario = didim_sim::tx40_paper().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let factor = move |_: &str| if random.next_u32() & 1 == 1 { 1.15 } else { 0.85 };
+    let robot = scenario.robot().clone().with_scaled_nominal(factor);
+    let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
+    let experiment = experiment_of(&scenario, scenario.samples(), 0);
+    let options = OutputErrorOptions::of_loop(
+        DidimOptions { start: Start::Nominal, ..paper_options(&scenario) },
+        SensitivityMethod::Exact,
+        Optimiser::LevenbergMarquardt,
+    );
+
+    let mut group = criterion.benchmark_group("output_error_34500x6");
+    group
+        .sample_size(10)
+        .sampling_mode(SamplingMode::Flat)
+        .warm_up_time(Duration::from_millis(500));
+    for (name, method) in [("clie", clie as Method), ("cloe", cloe)] {
+        let mut simulations = 0;
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let found = method(&robot, &base, &experiment, &options).unwrap().estimate;
+                assert!(found.verdict.failure.is_none(), "{:?}", found.verdict.reasons);
+                simulations = found.simulations;
+            });
+        });
+        println!("output_error_34500x6/{name}: {simulations} simulations");
+    }
+    group.finish();
+}
+
+type Method = fn(
+    &Robot,
+    &BaseParameters,
+    &Experiment,
+    &OutputErrorOptions,
+) -> Result<Identification, IdentificationError>;
+
+criterion_group!(benches, identification, simulated, output_error);
 criterion_main!(benches);

@@ -9,7 +9,8 @@
 //! would look slower for measuring longer.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
-use std::array::from_fn;
+mod states;
+
 use std::hint::black_box;
 
 use criterion::measurement::WallTime;
@@ -20,25 +21,9 @@ use didim_core::dynamics::{Model, Workspace};
 use didim_core::lanes::Lanes;
 use didim_core::robot::{Robot, SignModel};
 use didim_core::scalar::Scalar;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, Uniform};
+use states::{L, N, State, in_lanes, states};
 
 const STATES: usize = 1024;
-const N: usize = 6;
-
-/// States side by side.
-const L: usize = 4;
-
-/// Position \[rad\], velocity \[rad/s\], acceleration \[rad/s²\], torque \[N·m\].
-type State = [[f64; N]; 4];
-
-fn states() -> Vec<State> {
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let unit = Uniform::new(-1.0, 1.0).unwrap();
-    let mut vector = |size: f64| [(); N].map(|()| size * unit.sample(&mut random));
-    (0..STATES).map(|_| [vector(3.0), vector(5.0), vector(20.0), vector(20.0)]).collect()
-}
 
 /// Times `kernel` on one state after the other.
 fn over_states(
@@ -61,7 +46,7 @@ fn kernels(criterion: &mut Criterion) {
     let parameters = robot.nominal().unwrap().standard();
     let tanh = Model::new(&robot);
     let sign = tanh.clone().with_sign_model(SignModel::Sign);
-    let states = states();
+    let states = states(STATES);
     let mut ws = Workspace::new();
 
     let mut group = criterion.benchmark_group("dynamics");
@@ -92,21 +77,13 @@ fn kernels(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// States side by side, as many as there are lanes.
-fn in_lanes(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {
-    let side_by_side = |states: &[State]| {
-        from_fn(|what| from_fn(|joint| Lanes::from_fn(|lane| states[lane][what][joint])))
-    };
-    states.chunks_exact(L).map(side_by_side).collect()
-}
-
 /// Many evaluations at once, with the same parameters; times are of all lanes together.
 fn many(criterion: &mut Criterion) {
     let robot = Robot::from_toml(include_str!("../../config/robots/tx40-physical.toml")).unwrap();
     let parameters = robot.nominal().unwrap().standard();
     let parameters: Vec<_> = parameters.iter().map(|&value| Lanes::constant(value)).collect();
     let model = Model::new(&robot).with_sign_model(SignModel::Sign);
-    let states = in_lanes(&states());
+    let states = in_lanes(&states(STATES));
     let mut ws = Workspace::new();
     let mut next = 0;
     let mut state = || {
