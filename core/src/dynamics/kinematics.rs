@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 /// The frame of a link in that of the previous one: RotX(α) · TransX(d) · RotZ(θ) · TransZ(r).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose<T> {
-    alpha: Angle,
+    alpha: Twist<T>,
     cos_theta: T,
     sin_theta: T,
     /// The origin, (d, −r sin α, r cos α).
@@ -22,7 +22,7 @@ pub(super) struct Pose<T> {
 impl<T: Scalar> Pose<T> {
     pub(super) fn identity() -> Self {
         Self {
-            alpha: Angle { cos: 1.0, sin: 0.0 },
+            alpha: Twist::None,
             cos_theta: T::constant(1.0),
             sin_theta: T::zero(),
             origin: Vector3::zero(),
@@ -45,7 +45,7 @@ impl<T: Scalar> Pose<T> {
         let origin =
             Vector3::new(T::constant(d_m), r * T::constant(-alpha.sin), r * T::constant(alpha.cos));
         let shifted = kind == JointKind::Prismatic || d_m != 0.0 || r_m != 0.0;
-        Self { alpha, cos_theta, sin_theta, origin, shifted }
+        Self { alpha: Twist::new(alpha), cos_theta, sin_theta, origin, shifted }
     }
 
     /// A vector of the link, in the frame of the previous link.
@@ -53,14 +53,14 @@ impl<T: Scalar> Pose<T> {
     pub(super) fn to_previous(self, v: Vector3<T>) -> Vector3<T> {
         let x = self.cos_theta * v.x - self.sin_theta * v.y;
         let y = self.sin_theta * v.x + self.cos_theta * v.y;
-        let (y, z) = turn(self.alpha, y, v.z);
+        let (y, z) = self.alpha.turn(y, v.z);
         Vector3::new(x, y, z)
     }
 
     /// A vector of the previous link, in the frame of the link.
     #[inline(always)]
     pub(super) fn to_link(self, v: Vector3<T>) -> Vector3<T> {
-        let (y, z) = turn(self.alpha.reversed(), v.y, v.z);
+        let (y, z) = self.alpha.turn_back(v.y, v.z);
         Vector3::new(
             self.cos_theta * v.x + self.sin_theta * y,
             self.cos_theta * y - self.sin_theta * v.x,
@@ -69,17 +69,50 @@ impl<T: Scalar> Pose<T> {
     }
 }
 
-/// Turns (y, z) about x. Most arms have quarter turns only, which take no products.
-#[inline(always)]
-fn turn<T: Scalar>(angle: Angle, y: T, z: T) -> (T, T) {
-    let Angle { cos, sin } = angle;
-    if sin == 0.0 {
-        if cos > 0.0 { (y, z) } else { (-y, -z) }
-    } else if cos == 0.0 {
-        if sin > 0.0 { (-z, y) } else { (z, -y) }
-    } else {
-        let (cos, sin) = (T::constant(cos), T::constant(sin));
-        (cos * y - sin * z, sin * y + cos * z)
+/// A constant turn about x. Most arms have quarter turns only, which take no products.
+#[derive(Clone, Copy, Debug)]
+enum Twist<T> {
+    None,
+    Quarter,
+    Half,
+    ThreeQuarters,
+    Any { cos: T, sin: T },
+}
+
+impl<T: Scalar> Twist<T> {
+    #[inline(always)]
+    fn new(Angle { cos, sin }: Angle) -> Self {
+        if sin == 0.0 {
+            if cos > 0.0 { Self::None } else { Self::Half }
+        } else if cos == 0.0 {
+            if sin > 0.0 { Self::Quarter } else { Self::ThreeQuarters }
+        } else {
+            Self::Any { cos: T::constant(cos), sin: T::constant(sin) }
+        }
+    }
+
+    /// (y, z) after the turn.
+    #[inline(always)]
+    fn turn(self, y: T, z: T) -> (T, T) {
+        match self {
+            Self::None => (y, z),
+            Self::Quarter => (-z, y),
+            Self::Half => (-y, -z),
+            Self::ThreeQuarters => (z, -y),
+            Self::Any { cos, sin } => (cos * y - sin * z, sin * y + cos * z),
+        }
+    }
+
+    /// (y, z) before the turn.
+    #[inline(always)]
+    fn turn_back(self, y: T, z: T) -> (T, T) {
+        match self {
+            Self::None => (y, z),
+            Self::Quarter => (z, -y),
+            Self::Half => (-y, -z),
+            Self::ThreeQuarters => (-z, y),
+            Self::Any { cos, sin } => (cos * y + sin * z, cos * z - sin * y),
+        }
     }
 }
 

@@ -30,12 +30,6 @@ impl Angle {
             Self { cos, sin }
         }
     }
-
-    /// The same angle the other way round.
-    #[must_use]
-    pub fn reversed(self) -> Self {
-        Self { cos: self.cos, sin: -self.sin }
-    }
 }
 
 #[cfg(test)]
