@@ -2,9 +2,10 @@
 //! about its dynamic parameters.
 //!
 //! Contract: pure functions of their arguments. No I/O, no clock, no threads, no async, and nothing
-//! unsafe but the call of a function with vector instructions, after asking the processor; the same input gives the same output, bit for bit, on one instruction set. SI units throughout
-//! (rad or m, N·m or N, s); names carry a unit wherever a type does not. Nothing here panics on
-//! data: what can be wrong is an error with a remedy.
+//! unsafe but the call of a function with vector instructions, after asking the processor. The same
+//! input gives the same output, bit for bit, on one instruction set. SI units throughout (rad or m,
+//! N·m or N, s); names carry a unit wherever a type does not. Nothing here panics on data: what can
+//! be wrong is an error with a remedy.
 //!
 //! Dependencies point one way: `identification → simulation → {dynamics, control, trajectory,
 //! signal, regression} → robot`.
