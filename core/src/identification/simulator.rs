@@ -8,12 +8,11 @@ use super::estimate::ReferenceSource;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::prefilter::Motion;
-use crate::MAX_JOINTS;
 use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
 use crate::robot::Robot;
 use crate::simulation::{
     ClosedLoop, InitialState, Integrator, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
-    SimulationError, StepOutput,
+    SimulationError, StepOutput, set_row,
 };
 use crate::trajectory::{ReferenceInterpolation, SampledReference};
 
@@ -170,8 +169,8 @@ impl<'a> Simulator<'a> {
                     closed_loop.step()?;
                 }
             }
-            let sample = *closed_loop.step()?;
-            each(k, &sample, closed_loop.sensitivities());
+            closed_loop.step()?;
+            each(k, closed_loop.output(), closed_loop.sensitivities());
         }
         Ok(())
     }
@@ -208,9 +207,7 @@ impl<'a> Simulator<'a> {
         let mut closed_loop = self.closed_loop_with(parameters, &config)?;
         let mut torque = DMatrix::zeros(self.motion.position.nrows(), self.robot.joints());
         let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| {
-            for (entry, value) in torque.row_mut(k).iter_mut().zip(&sample.true_torque_nm) {
-                *entry = *value;
-            }
+            set_row(&mut torque, k, &sample.true_torque_nm);
         });
         Ok(recorded.map(|()| torque))
     }
@@ -224,14 +221,9 @@ impl<'a> Simulator<'a> {
 impl Motion {
     /// Takes the true motion of a simulated sample.
     pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
-        let set = |signal: &mut DMatrix<f64>, values: &[f64; MAX_JOINTS]| {
-            for (entry, value) in signal.row_mut(k).iter_mut().zip(values) {
-                *entry = *value;
-            }
-        };
-        set(&mut self.position, &sample.true_position_rad);
-        set(&mut self.velocity, &sample.true_velocity_rad_s);
-        set(&mut self.acceleration, &sample.true_acceleration_rad_s2);
+        set_row(&mut self.position, k, &sample.true_position_rad);
+        set_row(&mut self.velocity, k, &sample.true_velocity_rad_s);
+        set_row(&mut self.acceleration, k, &sample.true_acceleration_rad_s2);
     }
 }
 

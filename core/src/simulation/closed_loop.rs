@@ -33,13 +33,10 @@ pub struct ClosedLoop<R> {
     pub(super) controller: ControllerConfig,
     pub(super) config: SimulationConfig,
     initial: InitialState,
+    /// With the rate of the state just after the sample of `output`.
     pub(super) stages: Stages,
-    /// The rate of the state just after the sample of `output`.
-    pub(super) rate: Vec<f64>,
     /// The state at the sample of `output`.
     pub(super) state: Vec<f64>,
-    /// Where a step is tried before it is believed.
-    pub(super) trial: Vec<f64>,
     output: StepOutput,
     started: bool,
     /// What ended the simulation.
@@ -127,9 +124,7 @@ impl<R: Reference> ClosedLoop<R> {
             config: config.clone(),
             initial,
             stages: Stages::new(states),
-            rate: vec![0.0; states],
             state: vec![0.0; states],
-            trial: vec![0.0; states],
             output: StepOutput::default(),
             started: false,
             failed: None,
@@ -249,14 +244,20 @@ impl<R: Reference> ClosedLoop<R> {
         }
     }
 
+    /// The sample of the last [`step`](Self::step); zeros before the first.
+    pub fn output(&self) -> &StepOutput {
+        &self.output
+    }
+
     fn try_step(&mut self) -> Result<(), SimulationError> {
         let index = if self.started { self.output.index + 1 } else { 0 };
+        let time_s = self.time_s(index);
+        let reference = ReferencePoint::at(&self.plant.reference, time_s);
         if self.started {
             self.advance()?;
-        } else {
-            self.plant.check_bounds(0.0, &self.state)?;
         }
-        self.sample(index)?;
+        self.plant.check_bounds(time_s, &reference, &self.state)?;
+        self.sample(index, time_s, &reference)?;
         self.started = true;
         Ok(())
     }
@@ -276,8 +277,6 @@ impl<R: Reference> ClosedLoop<R> {
     /// Integrates from the sample of `output` to the next one, into `state`.
     fn advance(&mut self) -> Result<(), SimulationError> {
         let start_s = self.output.time_s;
-        let end_s = self.time_s(self.output.index + 1);
-        self.trial.copy_from_slice(&self.state);
         match &self.sampled {
             None => self.integrate(start_s, self.period_s, true)?,
             Some((_, hold)) => {
@@ -293,13 +292,11 @@ impl<R: Reference> ClosedLoop<R> {
                 self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)?;
             }
         }
-        self.plant.check_bounds(end_s, &self.trial)?;
-        core::mem::swap(&mut self.state, &mut self.trial);
         Ok(())
     }
 
-    /// Integrates `trial` over an interval in which the held torque is constant. Where it begins
-    /// at the sample, the rate there is known already.
+    /// Integrates over an interval in which the held torque is constant. Where it begins at the
+    /// sample, the rate there is known already.
     fn integrate(
         &mut self,
         start_s: f64,
@@ -308,12 +305,10 @@ impl<R: Reference> ClosedLoop<R> {
     ) -> Result<(), SimulationError> {
         let (integrator, substeps) = (self.config.integrator, self.config.substeps);
         let h = length_s / f64::from(substeps);
-        let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.trial);
+        let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.state);
         for k in 0..substeps {
             let t = start_s + f64::from(k) * h;
-            if k == 0 && at_sample {
-                stages.first_rate_mut().copy_from_slice(&self.rate);
-            } else {
+            if k > 0 || !at_sample {
                 plant.rate(t, y, stages.first_rate_mut())?;
             }
             stages.advance(integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
@@ -322,10 +317,13 @@ impl<R: Reference> ClosedLoop<R> {
     }
 
     /// Measures, commands and reports at the state that was reached.
-    fn sample(&mut self, index: u64) -> Result<(), SimulationError> {
+    fn sample(
+        &mut self,
+        index: u64,
+        time_s: f64,
+        reference: &ReferencePoint,
+    ) -> Result<(), SimulationError> {
         let n = self.plant.joints;
-        let time_s = self.time_s(index);
-        let reference = ReferencePoint::at(&self.plant.reference, time_s);
         let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
@@ -342,7 +340,8 @@ impl<R: Reference> ClosedLoop<R> {
         }
         self.apply_variation(CommandHold::at_sample);
         self.plant.disturbance = self.disturbance.next(n);
-        self.plant.rate(time_s, &self.state, &mut self.rate)?;
+        let rate = self.stages.first_rate_mut();
+        self.plant.rate_along(reference, time_s, &self.state, rate)?;
         if self.sampled.is_none() {
             command = self.plant.command;
         }
@@ -367,7 +366,7 @@ impl<R: Reference> ClosedLoop<R> {
         let (q, dq) = self.state.split_at(n);
         output.true_position_rad[..n].copy_from_slice(q);
         output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
-        output.true_acceleration_rad_s2[..n].copy_from_slice(&self.rate[n..2 * n]);
+        output.true_acceleration_rad_s2[..n].copy_from_slice(&self.stages.first_rate()[n..2 * n]);
         output.true_torque_nm[..n].copy_from_slice(&self.plant.torque[..n]);
         Ok(())
     }

@@ -32,6 +32,7 @@ pub use error::{SetupError, SimulationError, StateQuantity};
 pub use flexible::FlexibleMode;
 pub use integrator::Integrator;
 pub use noise::NoiseConfig;
+pub(crate) use output::set_row;
 pub use output::{Record, StepOutput};
 pub use sensitivity::Sensitivities;
 pub use unmodelled::{Cogging, Stribeck, Unmodelled};

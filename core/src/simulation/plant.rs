@@ -104,6 +104,22 @@ impl<R: Reference> Plant<R> {
         y: &[f64],
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
+        // Between its samples, a sampled controller does not look at its reference.
+        let reference = match self.continuous {
+            Some(_) => ReferencePoint::at(&self.reference, time_s),
+            None => ReferencePoint::default(),
+        };
+        self.rate_along(&reference, time_s, y, rate)
+    }
+
+    /// The same where the reference at this time is known.
+    pub(super) fn rate_along(
+        &mut self,
+        reference: &ReferencePoint,
+        time_s: f64,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> Result<(), SimulationError> {
         let n = self.joints;
         let (y, derivatives) = y.split_at(self.states());
         let (rate, derivative_rates) = rate.split_at_mut(self.states());
@@ -115,9 +131,8 @@ impl<R: Reference> Plant<R> {
         let (ddq, rest) = rest.split_at_mut(n);
         let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
         if let Some(controller) = &self.continuous {
-            let point = ReferencePoint::at(&self.reference, time_s);
             let command = &mut self.command[..n];
-            controller.evaluate(point.setpoint(n), q, dq, integral, command, integral_rate);
+            controller.evaluate(reference.setpoint(n), q, dq, integral, command, integral_rate);
         }
         for ((torque, command), disturbance) in
             self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
@@ -142,11 +157,7 @@ impl<R: Reference> Plant<R> {
             )
             .map_err(|error| SimulationError::NotPositiveDefinite { joint: error.joint, time_s })?;
         if let Some(variation) = &mut self.variation {
-            let mut error = [0.0; MAX_JOINTS];
-            if self.continuous.is_some() {
-                let point = ReferencePoint::at(&self.reference, time_s);
-                error = point.error(q);
-            }
+            let error = reference.error(q);
             variation.rate(
                 &self.model,
                 &mut self.workspace,
@@ -190,10 +201,14 @@ impl<R: Reference> Plant<R> {
     }
 
     /// Whether the state at the end of a step is one of a stable loop.
-    pub(super) fn check_bounds(&self, time_s: f64, y: &[f64]) -> Result<(), SimulationError> {
+    pub(super) fn check_bounds(
+        &self,
+        time_s: f64,
+        reference: &ReferencePoint,
+        y: &[f64],
+    ) -> Result<(), SimulationError> {
         let (q, rest) = y.split_at(self.joints);
-        let point = ReferencePoint::at(&self.reference, time_s);
-        for (j, ((q, dq), q_r)) in q.iter().zip(rest).zip(&point.position).enumerate() {
+        for (j, ((q, dq), q_r)) in q.iter().zip(rest).zip(&reference.position).enumerate() {
             let error = q_r - q;
             let limits = &self.divergence;
             for (quantity, value, limit) in [

@@ -10,7 +10,7 @@ use crate::identification::method::Method;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
 use crate::regression::{Observations, RegressionError};
-use crate::simulation::SimulationError;
+use crate::simulation::{SimulationError, set_row};
 
 /// A difference moves a parameter by this much of its size. Rounding makes an error of some 1e-11
 /// over it, relative to the derivative, and curvature one of its own size.
@@ -107,9 +107,7 @@ impl Problem<'_> {
         let output = self.output;
         let done = self.simulator.for_each_sample(&mut closed_loop, |k, sample, sensitivities| {
             motion.set(k, sample);
-            for (entry, value) in torque.row_mut(k).iter_mut().zip(&sample.true_torque_nm) {
-                *entry = *value;
-            }
+            set_row(&mut torque, k, &sample.true_torque_nm);
             if let (Some(signals), Some(found)) = (&mut signals, sensitivities) {
                 signals.set(
                     k,
