@@ -48,6 +48,8 @@ pub(super) struct Simulator<'a> {
     /// Controller periods per sample of the record.
     periods: usize,
     motion: Motion,
+    /// Memory for the next one.
+    spare: Option<Motion>,
 }
 
 impl<'a> Simulator<'a> {
@@ -92,6 +94,7 @@ impl<'a> Simulator<'a> {
             postures: fit.motion.position.select_rows(&kept),
             periods,
             motion: fit.motion.clone(),
+            spare: None,
         })
     }
 
@@ -184,12 +187,13 @@ impl<'a> Simulator<'a> {
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<(), SimulationError>, IdentificationError> {
+        let mut motion = self.spare.take().unwrap_or_else(|| self.motion.clone());
         let mut closed_loop = self.closed_loop(parameters)?;
-        let mut motion = self.motion.clone();
         let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| motion.set(k, sample));
         if recorded.is_ok() {
-            self.motion = motion;
+            core::mem::swap(&mut self.motion, &mut motion);
         }
+        self.spare = Some(motion);
         Ok(recorded)
     }
 

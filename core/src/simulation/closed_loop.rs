@@ -367,7 +367,7 @@ impl<R: Reference> ClosedLoop<R> {
         output.true_position_rad[..n].copy_from_slice(q);
         output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
         output.true_acceleration_rad_s2[..n].copy_from_slice(&self.stages.first_rate()[n..2 * n]);
-        output.true_torque_nm[..n].copy_from_slice(&self.plant.torque[..n]);
+        output.true_torque_nm = self.plant.torque;
         Ok(())
     }
 
