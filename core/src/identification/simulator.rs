@@ -11,8 +11,8 @@ use super::prefilter::Motion;
 use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
 use crate::robot::Robot;
 use crate::simulation::{
-    ClosedLoop, InitialState, Integrator, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
-    SimulationError, StepOutput, set_row,
+    ClosedLoop, InitialState, Integrator, Lockstep, NoiseConfig, Sensitivities, SetupError,
+    SimulationConfig, SimulationError, StepOutput, set_row,
 };
 use crate::trajectory::{ReferenceInterpolation, SampledReference};
 
@@ -198,22 +198,62 @@ impl<'a> Simulator<'a> {
     }
 
     /// The torque that acts just after every sample, samples × joints \[N·m\], in a simulation with
-    /// this noise.
+    /// each of these noises.
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub(super) fn torque_with_noise(
+    pub(super) fn torques_with_noise<const L: usize>(
         &self,
         parameters: &DVector<f64>,
-        noise: NoiseConfig,
-    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
-        let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
-        let mut closed_loop = self.closed_loop_with(parameters, &config)?;
-        let mut torque = DMatrix::zeros(self.motion.position.nrows(), self.robot.joints());
-        let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| {
-            set_row(&mut torque, k, &sample.true_torque_nm);
+        noises: [NoiseConfig; L],
+    ) -> Result<Result<[DMatrix<f64>; L], SimulationError>, IdentificationError> {
+        let mut loops = Vec::with_capacity(L);
+        for noise in noises {
+            let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
+            loops.push(self.closed_loop_with(parameters, &config)?);
+        }
+        let (samples, joints) = (self.motion.position.nrows(), self.robot.joints());
+        let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
+        let done = self.for_each_sample_of::<L>(loops, |one, k, sample| {
+            set_row(&mut torques[one], k, &sample.true_torque_nm);
         });
-        Ok(recorded.map(|()| torque))
+        Ok(done.map(|()| torques))
+    }
+
+    /// Calls `each` with the number of each of these loops, no more than `L` at a time, and every sample
+    /// of the record's grid.
+    pub(super) fn for_each_sample_of<const L: usize>(
+        &self,
+        loops: Vec<ClosedLoop<&SampledReference>>,
+        mut each: impl FnMut(usize, usize, &StepOutput),
+    ) -> Result<(), SimulationError> {
+        let mut first = 0;
+        let mut rest = loops.into_iter();
+        loop {
+            let some: Vec<_> = rest.by_ref().take(L).collect();
+            let count = some.len();
+            if count == 0 {
+                return Ok(());
+            }
+            match <[_; L]>::try_from(some) {
+                Ok(some) => {
+                    let mut lockstep = Lockstep::new(some);
+                    for k in 0..self.motion.position.nrows() {
+                        let periods = if k > 0 { self.periods } else { 1 };
+                        (0..periods).try_for_each(|_| lockstep.step())?;
+                        for (l, sample) in lockstep.outputs().into_iter().enumerate() {
+                            each(first + l, k, sample);
+                        }
+                    }
+                }
+                Err(few) => {
+                    for (l, mut one) in few.into_iter().enumerate() {
+                        self.for_each_sample(&mut one, |k, sample, _| each(first + l, k, sample))?;
+                    }
+                }
+            }
+            first += count;
+        }
     }
 
     /// The motion of the last simulation that [`run`](Self::run) completed.

@@ -104,12 +104,16 @@ impl<R: Reference> Plant<R> {
         y: &[f64],
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
-        // Between its samples, a sampled controller does not look at its reference.
-        let reference = match self.continuous {
+        let reference = self.reference_between(time_s);
+        self.rate_along(&reference, time_s, y, rate)
+    }
+
+    /// What the controller sees of the reference between two samples: where it is sampled, nothing.
+    pub(super) fn reference_between(&self, time_s: f64) -> ReferencePoint {
+        match self.continuous {
             Some(_) => ReferencePoint::at(&self.reference, time_s),
             None => ReferencePoint::default(),
-        };
-        self.rate_along(&reference, time_s, y, rate)
+        }
     }
 
     /// The same where the reference at this time is known.
@@ -123,28 +127,8 @@ impl<R: Reference> Plant<R> {
         let n = self.joints;
         let (y, derivatives) = y.split_at(self.states());
         let (rate, derivative_rates) = rate.split_at_mut(self.states());
-        let (q, rest) = y.split_at(n);
-        let (dq, rest) = rest.split_at(n);
-        let (integral, flexible) = rest.split_at(self.integrals());
-        self.check_finite(time_s, q, dq)?;
-        let (dq_rate, rest) = rate.split_at_mut(n);
-        let (ddq, rest) = rest.split_at_mut(n);
-        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
-        if let Some(controller) = &self.continuous {
-            let command = &mut self.command[..n];
-            controller.evaluate(reference.setpoint(n), q, dq, integral, command, integral_rate);
-        }
-        for ((torque, command), disturbance) in
-            self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
-        {
-            *torque = command + disturbance;
-        }
-        for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
-            *torque -= stribeck.torque(*velocity);
-        }
-        self.add_cogging(q);
-        self.add_flexible(q, dq, flexible, flexible_rate);
-        dq_rate.copy_from_slice(dq);
+        self.drive(reference, time_s, y, rate)?;
+        let (q, dq, ddq) = (&y[..n], &y[n..2 * n], &mut rate[n..2 * n]);
         self.model
             .direct_dynamics_without(
                 &mut self.workspace,
@@ -168,6 +152,40 @@ impl<R: Reference> Plant<R> {
                 derivative_rates,
             );
         }
+        Ok(())
+    }
+
+    /// The torque that is left for the model, and all rates but q̈, which follows from it.
+    pub(super) fn drive(
+        &mut self,
+        reference: &ReferencePoint,
+        time_s: f64,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> Result<(), SimulationError> {
+        let n = self.joints;
+        let (q, rest) = y.split_at(n);
+        let (dq, rest) = rest.split_at(n);
+        let (integral, flexible) = rest.split_at(self.integrals());
+        self.check_finite(time_s, q, dq)?;
+        let (dq_rate, rest) = rate.split_at_mut(n);
+        let (_, rest) = rest.split_at_mut(n);
+        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
+        if let Some(controller) = &self.continuous {
+            let command = &mut self.command[..n];
+            controller.evaluate(reference.setpoint(n), q, dq, integral, command, integral_rate);
+        }
+        for ((torque, command), disturbance) in
+            self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
+        {
+            *torque = command + disturbance;
+        }
+        for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
+            *torque -= stribeck.torque(*velocity);
+        }
+        self.add_cogging(q);
+        self.add_flexible(q, dq, flexible, flexible_rate);
+        dq_rate.copy_from_slice(dq);
         Ok(())
     }
 
