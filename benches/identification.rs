@@ -109,6 +109,16 @@ fn simulated(criterion: &mut Criterion) {
     group.bench_function("28_parameters", |bencher| {
         bencher.iter(|| didim(robot, &base, &experiment, &options).unwrap());
     });
+    // The same answer from the start that is the default.
+    let near = DidimOptions { start: Start::IdimLs, ..options };
+    let same = didim(robot, &base, &experiment, &near).unwrap().estimate;
+    for (a, b) in found.parameters.iter().zip(&same.parameters) {
+        assert!((a.value - b.value).abs() < 0.1 * a.standard_deviation, "{}", a.name);
+    }
+    println!("didim_34500x6 from idim-ls: {} simulations", same.simulations);
+    group.bench_function("28_parameters_from_idim_ls", |bencher| {
+        bencher.iter(|| didim(robot, &base, &experiment, &near).unwrap());
+    });
     group.finish();
 }
 

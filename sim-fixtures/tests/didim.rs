@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::experiment::loop_options;
+use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
@@ -148,6 +148,31 @@ fn every_start_leads_to_one_result_with_fixed_gains_and_with_gains_that_follow()
                 estimate.simulations
             );
             assert!(difference < 0.1, "{start:?} {rescale}: {difference}");
+        }
+    }
+}
+
+/// Behind a position filter that leaves the reversals of friction, IDIM-LS is within two standard
+/// deviations of DIDIM: the first simulation leads to its answer, and the second confirms it.
+#[test]
+fn from_idim_ls_two_simulations_give_the_answer_of_every_other_start() {
+    for motion in MOTIONS {
+        let scenario = on_motion(motion);
+        let experiment = experiment(&scenario);
+        let from = |robot: &Robot, start| {
+            identify(robot, &experiment, &loop_options(&scenario, 200.0, start)).unwrap()
+        };
+        let near = from(scenario.robot(), Start::IdimLs);
+        assert_eq!(near.simulations, 2, "{motion:?}");
+        for other in [
+            from(scenario.robot(), Start::UnitDriveInertias),
+            from(&beside(&scenario, 0x9e37_79b9_7f4a_7c15), Start::Nominal),
+            from(&beside(&scenario, 0x6a09_e667_f3bc_c908), Start::Nominal),
+        ] {
+            let difference = difference(&other, &near);
+            println!("{motion:?}: {difference:.3} from {} simulations", other.simulations);
+            assert!(difference < 0.1, "{motion:?}: {difference}");
+            assert_eq!(near.verdict, other.verdict, "{motion:?}");
         }
     }
 }

@@ -123,9 +123,21 @@ fn with_noise_the_truth_is_within_the_standard_deviations() {
     let experiment = record(&scenario, scenario.simulation());
     let robot = beside(&scenario, PATTERN);
     for (name, method) in METHODS {
+        let near = OutputErrorOptions { didim_steps: 2, ..options(&scenario) };
+        let begin = Instant::now();
+        let same = identify(method, &robot, &experiment, &near);
+        let with_didim = begin.elapsed();
         let begin = Instant::now();
         let estimate = identify(method, &robot, &experiment, &options(&scenario));
         let elapsed = begin.elapsed();
+        for (a, b) in estimate.parameters.iter().zip(&same.parameters) {
+            let deviation = (a.value - b.value).abs() / a.standard_deviation;
+            assert!(deviation < 0.1, "{name}, {}: {deviation}", a.name);
+        }
+        println!(
+            "{name} after 2 steps of DIDIM: {with_didim:.2?}, {} simulations",
+            same.simulations
+        );
         let (rms, largest) = deviations(&scenario, &estimate);
         println!(
             "{name}: {elapsed:.2?}, {} simulations, rms {rms:.2}, largest {largest:.1}, condition \

@@ -5,7 +5,7 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::experiment::{beside, experiment, loop_options};
+use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use common::parallel::in_parallel;
 use common::table::{Column, Table};
 use didim_core::dynamics::{BaseParameters, Model};
@@ -13,8 +13,7 @@ use didim_core::identification::{
     Experiment, IdentificationError, Optimiser, OutputErrorOptions, SensitivityMethod, Start, clie,
     cloe,
 };
-use didim_core::trajectory::RandomMoves;
-use didim_sim::{Scenario, tx40_paper};
+use didim_sim::Scenario;
 
 /// Where an identification begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,25 +35,6 @@ impl From {
             Self::Paper(steps) => format!("the paper's, {steps} steps of DIDIM"),
         }
     }
-}
-
-/// The shipped motion, or random moves of these seeds, none of them chosen.
-const MOTIONS: [Option<u64>; 3] = [None, Some(9), Some(21)];
-
-fn scenario(motion: Option<u64>) -> Scenario {
-    let scenario = tx40_paper().unwrap();
-    let Some(seed) = motion else { return scenario };
-    let moves = RandomMoves {
-        seed,
-        moves: 14,
-        range_fraction: 0.8,
-        reach_rad: vec![1.2, 0.9, 1.2, 1.5, 1.2, 2.4],
-        velocity_fraction: 1.0,
-        acceleration_fraction: 1.0,
-        dwell_s: 0.035,
-    };
-    let moves = moves.draw(scenario.limits()).unwrap();
-    scenario.with_moves(&moves).unwrap()
 }
 
 /// What came of a start.
@@ -120,7 +100,7 @@ const LONGEST_FAILURE: Duration = Duration::from_secs(60);
 /// find the truth.
 #[test]
 fn usual_starts_lead_to_the_truth() {
-    let scenario = scenario(None);
+    let scenario = on_motion(None);
     let experiment = experiment(&scenario);
     let starts = [From::Beside(1), From::Beside(2), From::IdimLs, From::Paper(2)];
     let runs: Vec<_> =
@@ -150,7 +130,7 @@ fn every_start_on_every_motion() {
     ]);
     let starts: Vec<_> = starts.collect();
     let experiments = MOTIONS.map(|motion| {
-        let scenario = scenario(motion);
+        let scenario = on_motion(motion);
         let experiment = experiment(&scenario);
         (scenario, experiment)
     });

@@ -8,12 +8,11 @@ use super::estimate::ReferenceSource;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::prefilter::Motion;
-use crate::MAX_JOINTS;
 use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
 use crate::robot::Robot;
 use crate::simulation::{
-    ClosedLoop, InitialState, Integrator, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
-    SimulationError, StepOutput,
+    ClosedLoop, InitialState, Integrator, Lockstep, NoiseConfig, Sensitivities, SetupError,
+    SimulationConfig, SimulationError, StepOutput, set_row,
 };
 use crate::trajectory::{ReferenceInterpolation, SampledReference};
 
@@ -49,6 +48,8 @@ pub(super) struct Simulator<'a> {
     /// Controller periods per sample of the record.
     periods: usize,
     motion: Motion,
+    /// Memory for the next one.
+    spare: Option<Motion>,
 }
 
 impl<'a> Simulator<'a> {
@@ -93,6 +94,7 @@ impl<'a> Simulator<'a> {
             postures: fit.motion.position.select_rows(&kept),
             periods,
             motion: fit.motion.clone(),
+            spare: None,
         })
     }
 
@@ -170,8 +172,8 @@ impl<'a> Simulator<'a> {
                     closed_loop.step()?;
                 }
             }
-            let sample = *closed_loop.step()?;
-            each(k, &sample, closed_loop.sensitivities());
+            closed_loop.step()?;
+            each(k, closed_loop.output(), closed_loop.sensitivities());
         }
         Ok(())
     }
@@ -185,34 +187,73 @@ impl<'a> Simulator<'a> {
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<(), SimulationError>, IdentificationError> {
+        let mut motion = self.spare.take().unwrap_or_else(|| self.motion.clone());
         let mut closed_loop = self.closed_loop(parameters)?;
-        let mut motion = self.motion.clone();
         let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| motion.set(k, sample));
         if recorded.is_ok() {
-            self.motion = motion;
+            core::mem::swap(&mut self.motion, &mut motion);
         }
+        self.spare = Some(motion);
         Ok(recorded)
     }
 
     /// The torque that acts just after every sample, samples × joints \[N·m\], in a simulation with
-    /// this noise.
+    /// each of these noises.
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub(super) fn torque_with_noise(
+    pub(super) fn torques_with_noise<const L: usize>(
         &self,
         parameters: &DVector<f64>,
-        noise: NoiseConfig,
-    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
-        let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
-        let mut closed_loop = self.closed_loop_with(parameters, &config)?;
-        let mut torque = DMatrix::zeros(self.motion.position.nrows(), self.robot.joints());
-        let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| {
-            for (entry, value) in torque.row_mut(k).iter_mut().zip(&sample.true_torque_nm) {
-                *entry = *value;
-            }
+        noises: [NoiseConfig; L],
+    ) -> Result<Result<[DMatrix<f64>; L], SimulationError>, IdentificationError> {
+        let mut loops = Vec::with_capacity(L);
+        for noise in noises {
+            let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
+            loops.push(self.closed_loop_with(parameters, &config)?);
+        }
+        let (samples, joints) = (self.motion.position.nrows(), self.robot.joints());
+        let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
+        let done = self.for_each_sample_of::<L>(loops, |one, k, sample| {
+            set_row(&mut torques[one], k, &sample.true_torque_nm);
         });
-        Ok(recorded.map(|()| torque))
+        Ok(done.map(|()| torques))
+    }
+
+    /// Calls `each` with the number of each of these loops, no more than `L` at a time, and every sample
+    /// of the record's grid.
+    pub(super) fn for_each_sample_of<const L: usize>(
+        &self,
+        loops: Vec<ClosedLoop<&SampledReference>>,
+        mut each: impl FnMut(usize, usize, &StepOutput),
+    ) -> Result<(), SimulationError> {
+        let mut first = 0;
+        let mut rest = loops.into_iter();
+        loop {
+            let some: Vec<_> = rest.by_ref().take(L).collect();
+            let count = some.len();
+            if count == 0 {
+                return Ok(());
+            }
+            match <[_; L]>::try_from(some) {
+                Ok(some) => {
+                    let mut lockstep = Lockstep::new(some);
+                    for k in 0..self.motion.position.nrows() {
+                        let periods = if k > 0 { self.periods } else { 1 };
+                        (0..periods).try_for_each(|_| lockstep.step())?;
+                        for (l, sample) in lockstep.outputs().into_iter().enumerate() {
+                            each(first + l, k, sample);
+                        }
+                    }
+                }
+                Err(few) => {
+                    for (l, mut one) in few.into_iter().enumerate() {
+                        self.for_each_sample(&mut one, |k, sample, _| each(first + l, k, sample))?;
+                    }
+                }
+            }
+            first += count;
+        }
     }
 
     /// The motion of the last simulation that [`run`](Self::run) completed.
@@ -224,14 +265,9 @@ impl<'a> Simulator<'a> {
 impl Motion {
     /// Takes the true motion of a simulated sample.
     pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
-        let set = |signal: &mut DMatrix<f64>, values: &[f64; MAX_JOINTS]| {
-            for (entry, value) in signal.row_mut(k).iter_mut().zip(values) {
-                *entry = *value;
-            }
-        };
-        set(&mut self.position, &sample.true_position_rad);
-        set(&mut self.velocity, &sample.true_velocity_rad_s);
-        set(&mut self.acceleration, &sample.true_acceleration_rad_s2);
+        set_row(&mut self.position, k, &sample.true_position_rad);
+        set_row(&mut self.velocity, k, &sample.true_velocity_rad_s);
+        set_row(&mut self.acceleration, k, &sample.true_acceleration_rad_s2);
     }
 }
 

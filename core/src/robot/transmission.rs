@@ -54,8 +54,15 @@ pub enum TransmissionError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transmission {
     joints: usize,
-    ratio: Matrix,
-    inverse: Matrix,
+    ratio: Pair,
+    inverse: Pair,
+}
+
+/// A matrix and its transpose.
+#[derive(Clone, Debug, PartialEq)]
+struct Pair {
+    matrix: Matrix,
+    transposed: Matrix,
 }
 
 impl Transmission {
@@ -80,7 +87,7 @@ impl Transmission {
             ratio[i][..joints].copy_from_slice(row);
         }
         let inverse = invert(joints, &ratio).ok_or(TransmissionError::Singular)?;
-        Ok(Self { joints, ratio, inverse })
+        Ok(Self { joints, ratio: Pair::of(ratio), inverse: Pair::of(inverse) })
     }
 
     /// Joint positions, velocities or accelerations from those of the motors: R⁻¹ q_motor.
@@ -88,27 +95,27 @@ impl Transmission {
     /// # Panics
     /// When a slice does not have one entry per joint; so do the other three.
     pub fn joint_position(&self, motor: &[f64], joint: &mut [f64]) {
-        self.multiply(&self.inverse, motor, joint);
+        self.multiply(&self.inverse.transposed, motor, joint);
     }
 
     /// Motor positions, velocities or accelerations from those of the joints: R q_joint.
     pub fn motor_position(&self, joint: &[f64], motor: &mut [f64]) {
-        self.multiply(&self.ratio, joint, motor);
+        self.multiply(&self.ratio.transposed, joint, motor);
     }
 
     /// Joint torques from motor torques: Rᵀ τ_motor.
     pub fn joint_torque(&self, motor: &[f64], joint: &mut [f64]) {
-        self.multiply_transposed(&self.ratio, motor, joint);
+        self.multiply(&self.ratio.matrix, motor, joint);
     }
 
     /// Motor torques from joint torques: R⁻ᵀ τ_joint.
     pub fn motor_torque(&self, joint: &[f64], motor: &mut [f64]) {
-        self.multiply_transposed(&self.inverse, joint, motor);
+        self.multiply(&self.inverse.matrix, joint, motor);
     }
 
     /// Row `motor` of R (counted from 0): how far that motor turns per unit of each joint.
     pub fn row(&self, motor: usize) -> &[f64] {
-        &self.ratio[motor][..self.joints]
+        &self.ratio.matrix[motor][..self.joints]
     }
 
     /// Whether the motor (counted from 0) is geared to more than its own joint.
@@ -119,25 +126,33 @@ impl Transmission {
     /// s = row `motor` of R divided by its diagonal entry: the motor's motion seen at its joint,
     /// s · q, which is q of that joint when nothing is coupled.
     pub fn direction(&self, motor: usize) -> [f64; MAX_JOINTS] {
-        self.ratio[motor].map(|ratio| ratio / self.ratio[motor][motor])
+        let ratio = &self.ratio.matrix[motor];
+        ratio.map(|entry| entry / ratio[motor])
     }
 
-    fn multiply(&self, matrix: &Matrix, from: &[f64], to: &mut [f64]) {
+    /// Σ_j of row j of `transposed` times entry j: all entries of the product at once.
+    fn multiply(&self, transposed: &Matrix, from: &[f64], to: &mut [f64]) {
         self.check(from, to);
-        for (to, row) in to.iter_mut().zip(matrix) {
-            *to = row.iter().zip(from).map(|(m, x)| m * x).sum();
+        let mut product = [0.0; MAX_JOINTS];
+        for (row, x) in transposed.iter().zip(from) {
+            for (sum, m) in product.iter_mut().zip(row) {
+                *sum += m * x;
+            }
         }
-    }
-
-    fn multiply_transposed(&self, matrix: &Matrix, from: &[f64], to: &mut [f64]) {
-        self.check(from, to);
-        for (i, to) in to.iter_mut().enumerate() {
-            *to = matrix.iter().zip(from).map(|(row, x)| row[i] * x).sum();
+        for (to, product) in to.iter_mut().zip(product) {
+            *to = product;
         }
     }
 
     fn check(&self, from: &[f64], to: &[f64]) {
         assert!(from.len() == self.joints && to.len() == self.joints, "one entry per joint");
+    }
+}
+
+impl Pair {
+    fn of(matrix: Matrix) -> Self {
+        let transposed = core::array::from_fn(|i| core::array::from_fn(|j| matrix[j][i]));
+        Self { matrix, transposed }
     }
 }
 

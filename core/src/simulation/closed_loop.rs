@@ -33,13 +33,10 @@ pub struct ClosedLoop<R> {
     pub(super) controller: ControllerConfig,
     pub(super) config: SimulationConfig,
     initial: InitialState,
+    /// With the rate of the state just after the sample of `output`.
     pub(super) stages: Stages,
-    /// The rate of the state just after the sample of `output`.
-    pub(super) rate: Vec<f64>,
     /// The state at the sample of `output`.
     pub(super) state: Vec<f64>,
-    /// Where a step is tried before it is believed.
-    pub(super) trial: Vec<f64>,
     output: StepOutput,
     started: bool,
     /// What ended the simulation.
@@ -127,9 +124,7 @@ impl<R: Reference> ClosedLoop<R> {
             config: config.clone(),
             initial,
             stages: Stages::new(states),
-            rate: vec![0.0; states],
             state: vec![0.0; states],
-            trial: vec![0.0; states],
             output: StepOutput::default(),
             started: false,
             failed: None,
@@ -249,14 +244,23 @@ impl<R: Reference> ClosedLoop<R> {
         }
     }
 
+    /// The sample of the last [`step`](Self::step); zeros before the first.
+    pub fn output(&self) -> &StepOutput {
+        &self.output
+    }
+
     fn try_step(&mut self) -> Result<(), SimulationError> {
         let index = if self.started { self.output.index + 1 } else { 0 };
+        let time_s = self.time_s(index);
+        let reference = ReferencePoint::at(&self.plant.reference, time_s);
         if self.started {
             self.advance()?;
-        } else {
-            self.plant.check_bounds(0.0, &self.state)?;
         }
-        self.sample(index)?;
+        self.plant.check_bounds(time_s, &reference, &self.state)?;
+        self.command(index, time_s, &reference);
+        let rate = self.stages.first_rate_mut();
+        self.plant.rate_along(&reference, time_s, &self.state, rate)?;
+        self.report();
         self.started = true;
         Ok(())
     }
@@ -275,31 +279,34 @@ impl<R: Reference> ClosedLoop<R> {
 
     /// Integrates from the sample of `output` to the next one, into `state`.
     fn advance(&mut self) -> Result<(), SimulationError> {
-        let start_s = self.output.time_s;
-        let end_s = self.time_s(self.output.index + 1);
-        self.trial.copy_from_slice(&self.state);
-        match &self.sampled {
-            None => self.integrate(start_s, self.period_s, true)?,
-            Some((_, hold)) => {
-                let rest_s = hold.rest_s();
-                let (before, after) = (*hold.before_rest(), *hold.after_rest());
-                if rest_s > 0.0 {
-                    self.plant.command = before;
-                    self.apply_variation(CommandHold::before_rest);
-                    self.integrate(start_s, rest_s, true)?;
-                }
-                self.plant.command = after;
-                self.apply_variation(CommandHold::after_rest);
-                self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)?;
-            }
+        let (start_s, rest_s) = (self.output.time_s, self.rest_s());
+        if rest_s > 0.0 {
+            self.act(CommandHold::before_rest, CommandHold::before_rest);
+            self.integrate(start_s, rest_s, true)?;
         }
-        self.plant.check_bounds(end_s, &self.trial)?;
-        core::mem::swap(&mut self.state, &mut self.trial);
-        Ok(())
+        self.act(CommandHold::after_rest, CommandHold::after_rest);
+        self.integrate(start_s + rest_s, self.period_s - rest_s, rest_s <= 0.0)
     }
 
-    /// Integrates `trial` over an interval in which the held torque is constant. Where it begins
-    /// at the sample, the rate there is known already.
+    /// For how long after a sample the command before still acts \[s\].
+    pub(super) fn rest_s(&self) -> f64 {
+        self.sampled.as_ref().map_or(0.0, |(_, hold)| hold.rest_s())
+    }
+
+    /// Lets a held command act, and its derivatives.
+    pub(super) fn act(
+        &mut self,
+        held: impl Fn(&CommandHold<[f64; MAX_JOINTS]>) -> &[f64; MAX_JOINTS],
+        derivatives: impl Fn(&CommandHold<Vec<f64>>) -> &Vec<f64>,
+    ) {
+        if let Some((_, hold)) = &self.sampled {
+            self.plant.command = *held(hold);
+        }
+        self.apply_variation(derivatives);
+    }
+
+    /// Integrates over an interval in which the held torque is constant. Where it begins at the
+    /// sample, the rate there is known already.
     fn integrate(
         &mut self,
         start_s: f64,
@@ -308,12 +315,10 @@ impl<R: Reference> ClosedLoop<R> {
     ) -> Result<(), SimulationError> {
         let (integrator, substeps) = (self.config.integrator, self.config.substeps);
         let h = length_s / f64::from(substeps);
-        let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.trial);
+        let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.state);
         for k in 0..substeps {
             let t = start_s + f64::from(k) * h;
-            if k == 0 && at_sample {
-                stages.first_rate_mut().copy_from_slice(&self.rate);
-            } else {
+            if k > 0 || !at_sample {
                 plant.rate(t, y, stages.first_rate_mut())?;
             }
             stages.advance(integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
@@ -321,17 +326,14 @@ impl<R: Reference> ClosedLoop<R> {
         Ok(())
     }
 
-    /// Measures, commands and reports at the state that was reached.
-    fn sample(&mut self, index: u64) -> Result<(), SimulationError> {
+    /// Measures at the state that was reached, and commands.
+    pub(super) fn command(&mut self, index: u64, time_s: f64, reference: &ReferencePoint) {
         let n = self.plant.joints;
-        let time_s = self.time_s(index);
-        let reference = ReferencePoint::at(&self.plant.reference, time_s);
         let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {
             controller.update(reference.setpoint(n), &joint_position_rad[..n], &mut command[..n]);
             hold.push(&command);
-            self.plant.command = *hold.at_sample();
         }
         if let Some((controller, hold)) = &mut self.varied {
             let error = reference.error(&joint_position_rad[..n]);
@@ -340,18 +342,26 @@ impl<R: Reference> ClosedLoop<R> {
             controller.update(&error[..n], position, &mut self.computed);
             hold.push(&self.computed);
         }
-        self.apply_variation(CommandHold::at_sample);
+        self.act(CommandHold::at_sample, CommandHold::at_sample);
         self.plant.disturbance = self.disturbance.next(n);
-        self.plant.rate(time_s, &self.state, &mut self.rate)?;
-        if self.sampled.is_none() {
-            command = self.plant.command;
-        }
         let output = &mut self.output;
         output.index = index;
         output.time_s = time_s;
         output.motor_position_rad = motor_position_rad;
         output.joint_position_rad = joint_position_rad;
         output.joint_torque_nm = command;
+        output.joint_reference_rad = reference.position;
+        let transmission = self.encoders.transmission();
+        transmission.motor_position(&reference.position[..n], &mut output.motor_reference_rad[..n]);
+    }
+
+    /// Reports what follows from the rate of the state.
+    pub(super) fn report(&mut self) {
+        let n = self.plant.joints;
+        let output = &mut self.output;
+        if self.sampled.is_none() {
+            output.joint_torque_nm = self.plant.command;
+        }
         self.torque_measurement.add_to(&mut output.joint_torque_nm[..n]);
         let transmission = self.encoders.transmission();
         transmission.motor_torque(&output.joint_torque_nm[..n], &mut output.motor_torque_nm[..n]);
@@ -362,18 +372,15 @@ impl<R: Reference> ClosedLoop<R> {
             let motor = &output.motor_torque_nm[..n];
             transmission.joint_torque(motor, &mut output.joint_torque_nm[..n]);
         }
-        output.joint_reference_rad = reference.position;
-        transmission.motor_position(&reference.position[..n], &mut output.motor_reference_rad[..n]);
         let (q, dq) = self.state.split_at(n);
         output.true_position_rad[..n].copy_from_slice(q);
         output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
-        output.true_acceleration_rad_s2[..n].copy_from_slice(&self.rate[n..2 * n]);
-        output.true_torque_nm[..n].copy_from_slice(&self.plant.torque[..n]);
-        Ok(())
+        output.true_acceleration_rad_s2[..n].copy_from_slice(&self.stages.first_rate()[n..2 * n]);
+        output.true_torque_nm = self.plant.torque;
     }
 
     /// Time of a sample \[s\]; a product, so that it does not drift.
-    fn time_s(&self, index: u64) -> f64 {
+    pub(super) fn time_s(&self, index: u64) -> f64 {
         #[allow(clippy::cast_precision_loss, reason = "exact up to 2^53 samples, 57 000 years")]
         let index = index as f64;
         index * self.period_s

@@ -25,6 +25,9 @@ impl DisturbanceTorque {
     /// d_k of the next sample \[N·m\]; one entry per joint, 0 beyond them.
     pub(super) fn next(&mut self, joints: usize) -> [f64; MAX_JOINTS] {
         let mut torque = [0.0; MAX_JOINTS];
+        if self.white.is_none() {
+            return torque;
+        }
         self.white.add_to(&mut torque[..joints]);
         // The first sample is drawn from the stationary distribution: d_0 = w_0.
         if let Some(previous) = self.previous {

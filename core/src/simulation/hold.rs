@@ -28,7 +28,10 @@ impl<C: Clone> CommandHold<C> {
             self.commands.iter_mut().for_each(|held| held.clone_from(command));
             self.started = true;
         }
-        self.commands.rotate_right(1);
+        // The oldest comes first, where it is overwritten; a rotation would move memory by calls.
+        for k in (1..self.commands.len()).rev() {
+            self.commands.swap(k - 1, k);
+        }
         if let Some(newest) = self.commands.first_mut() {
             newest.clone_from(command);
         }

@@ -26,7 +26,12 @@ impl Stages {
         Self { rates: core::array::from_fn(|_| vec![0.0; states]), stage: vec![0.0; states] }
     }
 
-    /// The rate at the start of the step, for the caller to fill when it is known already.
+    /// The rate at the start of the step.
+    pub(super) fn first_rate(&self) -> &[f64] {
+        &self.rates[0]
+    }
+
+    /// The same, for the caller to fill before the step.
     pub(super) fn first_rate_mut(&mut self) -> &mut [f64] {
         &mut self.rates[0]
     }

@@ -118,6 +118,11 @@ impl WhiteNoise {
         self.random.clone_from(&self.first);
     }
 
+    /// Whether it adds nothing.
+    pub(super) fn is_none(&self) -> bool {
+        self.standard_deviation.is_empty()
+    }
+
     /// Adds the next sample's noise to `values`.
     pub(super) fn add_to(&mut self, values: &mut [f64]) {
         for (value, sd) in values.iter_mut().zip(&self.standard_deviation) {

@@ -104,32 +104,31 @@ impl<R: Reference> Plant<R> {
         y: &[f64],
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
+        let reference = self.reference_between(time_s);
+        self.rate_along(&reference, time_s, y, rate)
+    }
+
+    /// What the controller sees of the reference between two samples: where it is sampled, nothing.
+    pub(super) fn reference_between(&self, time_s: f64) -> ReferencePoint {
+        match self.continuous {
+            Some(_) => ReferencePoint::at(&self.reference, time_s),
+            None => ReferencePoint::default(),
+        }
+    }
+
+    /// The same where the reference at this time is known.
+    pub(super) fn rate_along(
+        &mut self,
+        reference: &ReferencePoint,
+        time_s: f64,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> Result<(), SimulationError> {
         let n = self.joints;
         let (y, derivatives) = y.split_at(self.states());
         let (rate, derivative_rates) = rate.split_at_mut(self.states());
-        let (q, rest) = y.split_at(n);
-        let (dq, rest) = rest.split_at(n);
-        let (integral, flexible) = rest.split_at(self.integrals());
-        self.check_finite(time_s, q, dq)?;
-        let (dq_rate, rest) = rate.split_at_mut(n);
-        let (ddq, rest) = rest.split_at_mut(n);
-        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
-        if let Some(controller) = &self.continuous {
-            let point = ReferencePoint::at(&self.reference, time_s);
-            let command = &mut self.command[..n];
-            controller.evaluate(point.setpoint(n), q, dq, integral, command, integral_rate);
-        }
-        for ((torque, command), disturbance) in
-            self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
-        {
-            *torque = command + disturbance;
-        }
-        for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
-            *torque -= stribeck.torque(*velocity);
-        }
-        self.add_cogging(q);
-        self.add_flexible(q, dq, flexible, flexible_rate);
-        dq_rate.copy_from_slice(dq);
+        self.drive(reference, time_s, y, rate)?;
+        let (q, dq, ddq) = (&y[..n], &y[n..2 * n], &mut rate[n..2 * n]);
         self.model
             .direct_dynamics_without(
                 &mut self.workspace,
@@ -142,11 +141,7 @@ impl<R: Reference> Plant<R> {
             )
             .map_err(|error| SimulationError::NotPositiveDefinite { joint: error.joint, time_s })?;
         if let Some(variation) = &mut self.variation {
-            let mut error = [0.0; MAX_JOINTS];
-            if self.continuous.is_some() {
-                let point = ReferencePoint::at(&self.reference, time_s);
-                error = point.error(q);
-            }
+            let error = reference.error(q);
             variation.rate(
                 &self.model,
                 &mut self.workspace,
@@ -157,6 +152,40 @@ impl<R: Reference> Plant<R> {
                 derivative_rates,
             );
         }
+        Ok(())
+    }
+
+    /// The torque that is left for the model, and all rates but q̈, which follows from it.
+    pub(super) fn drive(
+        &mut self,
+        reference: &ReferencePoint,
+        time_s: f64,
+        y: &[f64],
+        rate: &mut [f64],
+    ) -> Result<(), SimulationError> {
+        let n = self.joints;
+        let (q, rest) = y.split_at(n);
+        let (dq, rest) = rest.split_at(n);
+        let (integral, flexible) = rest.split_at(self.integrals());
+        self.check_finite(time_s, q, dq)?;
+        let (dq_rate, rest) = rate.split_at_mut(n);
+        let (_, rest) = rest.split_at_mut(n);
+        let (integral_rate, flexible_rate) = rest.split_at_mut(self.integrals());
+        if let Some(controller) = &self.continuous {
+            let command = &mut self.command[..n];
+            controller.evaluate(reference.setpoint(n), q, dq, integral, command, integral_rate);
+        }
+        for ((torque, command), disturbance) in
+            self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
+        {
+            *torque = command + disturbance;
+        }
+        for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
+            *torque -= stribeck.torque(*velocity);
+        }
+        self.add_cogging(q);
+        self.add_flexible(q, dq, flexible, flexible_rate);
+        dq_rate.copy_from_slice(dq);
         Ok(())
     }
 
@@ -190,10 +219,14 @@ impl<R: Reference> Plant<R> {
     }
 
     /// Whether the state at the end of a step is one of a stable loop.
-    pub(super) fn check_bounds(&self, time_s: f64, y: &[f64]) -> Result<(), SimulationError> {
+    pub(super) fn check_bounds(
+        &self,
+        time_s: f64,
+        reference: &ReferencePoint,
+        y: &[f64],
+    ) -> Result<(), SimulationError> {
         let (q, rest) = y.split_at(self.joints);
-        let point = ReferencePoint::at(&self.reference, time_s);
-        for (j, ((q, dq), q_r)) in q.iter().zip(rest).zip(&point.position).enumerate() {
+        for (j, ((q, dq), q_r)) in q.iter().zip(rest).zip(&reference.position).enumerate() {
             let error = q_r - q;
             let limits = &self.divergence;
             for (quantity, value, limit) in [

@@ -133,9 +133,7 @@ impl<R: Reference> ClosedLoop<R> {
         self.computed = vec![0.0; joints * width];
         let size = states * (1 + width);
         self.stages = Stages::new(size);
-        for state in [&mut self.rate, &mut self.state, &mut self.trial] {
-            state.resize(size, 0.0);
-        }
+        self.state.resize(size, 0.0);
         self.restart(&parameters)?;
         Ok(self)
     }

@@ -30,7 +30,8 @@ pub struct SampledReference {
     delay_s: f64,
     /// One column per sample, so that a sample is one slice.
     position: DMatrix<f64>,
-    velocity: DMatrix<f64>,
+    /// The same of the velocities, per sample instead of per second.
+    slope: DMatrix<f64>,
 }
 
 /// A time this close to a sample, in samples, is that of the sample: the product of time and rate
@@ -57,13 +58,13 @@ impl SampledReference {
         }
         let position = position_rad.transpose();
         let last = position.ncols() - 1;
-        let velocity = DMatrix::from_fn(position.nrows(), position.ncols(), |j, k| {
+        let slope = DMatrix::from_fn(position.nrows(), position.ncols(), |j, k| {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
             let steps = if after - before == 2 { 2.0 } else { 1.0 };
-            (position[(j, after)] - position[(j, before)]) * sample_rate_hz / steps
+            (position[(j, after)] - position[(j, before)]) / steps
         });
         let interpolation = ReferenceInterpolation::Cubic;
-        Ok(Self { sample_rate_hz, interpolation, delay_s: 0.0, position, velocity })
+        Ok(Self { sample_rate_hz, interpolation, delay_s: 0.0, position, slope })
     }
 
     /// The same samples with another interpolation.
@@ -122,17 +123,16 @@ impl Reference for SampledReference {
         let k = at_samples as usize;
         let s = at_samples.fract();
         let rate = self.sample_rate_hz;
-        let (q0, q1) = (self.position.column(k), self.position.column(k + 1));
-        let (v0, v1) = (self.velocity.column(k), self.velocity.column(k + 1));
-        let before = self.position.column(k.saturating_sub(1));
-        let ends = q0.iter().zip(q1.iter()).zip(v0.iter().zip(v1.iter())).zip(before.iter());
+        let (q0, q1) = (sample(&self.position, k), sample(&self.position, k + 1));
+        let (m0, m1) = (sample(&self.slope, k), sample(&self.slope, k + 1));
+        let before = sample(&self.position, k.saturating_sub(1));
+        let ends = q0.iter().zip(q1).zip(m0.iter().zip(m1)).zip(before);
         let out = position.iter_mut().zip(velocity).zip(acceleration);
-        for (((q, dq), ddq), (((q0, q1), (v0, v1)), before)) in out.zip(ends) {
+        for (((q, dq), ddq), (((q0, q1), (m0, m1)), before)) in out.zip(ends) {
             let d = q1 - q0;
             (*q, *dq, *ddq) = match self.interpolation {
                 ReferenceInterpolation::Cubic => {
-                    // q(s) = q0 + s (m0 + s (c2 + s c3)) with m = v / rate.
-                    let (m0, m1) = (v0 / rate, v1 / rate);
+                    // q(s) = q0 + s (m0 + s (c2 + s c3))
                     let (c2, c3) = (3.0 * d - 2.0 * m0 - m1, m0 + m1 - 2.0 * d);
                     (
                         q0 + s * (m0 + s * (c2 + s * c3)),
@@ -145,6 +145,12 @@ impl Reference for SampledReference {
             };
         }
     }
+}
+
+/// Column `k`.
+fn sample(signals: &DMatrix<f64>, k: usize) -> &[f64] {
+    let joints = signals.nrows();
+    &signals.as_slice()[k * joints..(k + 1) * joints]
 }
 
 #[cfg(test)]

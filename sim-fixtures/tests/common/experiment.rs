@@ -8,8 +8,28 @@ use didim_core::identification::{
     SignalTiming, Signals, Start, VerdictLimits,
 };
 use didim_core::robot::Robot;
-use didim_core::trajectory::ReferenceInterpolation;
-use didim_sim::Scenario;
+use didim_core::trajectory::{RandomMoves, ReferenceInterpolation};
+use didim_sim::{Scenario, tx40_paper};
+
+/// The shipped motion, or random moves of these seeds, none of them chosen.
+pub(crate) const MOTIONS: [Option<u64>; 3] = [None, Some(9), Some(21)];
+
+/// The paper's arm on one of these motions.
+pub(crate) fn on_motion(motion: Option<u64>) -> Scenario {
+    let scenario = tx40_paper().unwrap();
+    let Some(seed) = motion else { return scenario };
+    let moves = RandomMoves {
+        seed,
+        moves: 14,
+        range_fraction: 0.8,
+        reach_rad: vec![1.2, 0.9, 1.2, 1.5, 1.2, 2.4],
+        velocity_fraction: 1.0,
+        acceleration_fraction: 1.0,
+        dwell_s: 0.035,
+    };
+    let moves = moves.draw(scenario.limits()).unwrap();
+    scenario.with_moves(&moves).unwrap()
+}
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
 const REST: usize = 1250;

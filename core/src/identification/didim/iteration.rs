@@ -109,13 +109,13 @@ impl<'a> Iteration<'a> {
         self.simulator.timing()
     }
 
-    /// See [`Simulator::torque_with_noise`].
-    pub(super) fn torque_with_noise(
+    /// See [`Simulator::torques_with_noise`].
+    pub(super) fn torques_with_noise<const L: usize>(
         &self,
         parameters: &DVector<f64>,
-        noise: NoiseConfig,
-    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
-        self.simulator.torque_with_noise(parameters, noise)
+        noises: [NoiseConfig; L],
+    ) -> Result<Result<[DMatrix<f64>; L], SimulationError>, IdentificationError> {
+        self.simulator.torques_with_noise(parameters, noises)
     }
 
     /// The motion of the last simulation.

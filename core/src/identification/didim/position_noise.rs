@@ -39,18 +39,11 @@ pub(super) fn noisy_torques(
         return Ok(None);
     }
     let level = motor_noise(robot, experiment, filter, spoiled)?;
-    let mut torques = Vec::with_capacity(2);
-    for share in [0.5, 1.0] {
-        let noise = NoiseConfig {
-            motor_position_rad: Some(level.iter().map(|level| share * level).collect()),
-            ..NoiseConfig::with_seed(SEED)
-        };
-        match iteration.torque_with_noise(parameters, noise)? {
-            Ok(torque) => torques.push(torque),
-            Err(_) => return Ok(None),
-        }
-    }
-    Ok(<[DMatrix<f64>; 2]>::try_from(torques).ok())
+    let noises = [0.5, 1.0].map(|share| NoiseConfig {
+        motor_position_rad: Some(level.iter().map(|level| share * level).collect()),
+        ..NoiseConfig::with_seed(SEED)
+    });
+    Ok(iteration.torques_with_noise(parameters, noises)?.ok())
 }
 
 /// Standard deviation of the white noise of each motor's measured angle \[rad\]: what lies in the

@@ -10,11 +10,14 @@ use crate::identification::method::Method;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
 use crate::regression::{Observations, RegressionError};
-use crate::simulation::SimulationError;
+use crate::simulation::{SimulationError, set_row};
 
 /// A difference moves a parameter by this much of its size. Rounding makes an error of some 1e-11
 /// over it, relative to the derivative, and curvature one of its own size.
 const DIFFERENCE: f64 = 1e-6;
+
+/// Simulations for differences that run side by side.
+const LANES: usize = 4;
 
 /// The signal whose error is minimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +29,14 @@ pub(super) enum Output {
 }
 
 impl Output {
+    /// What its simulated signal is called.
+    fn signal(self) -> &'static str {
+        match self {
+            Self::Torque => "simulated torque",
+            Self::Position => "simulated position",
+        }
+    }
+
     /// The method that minimises its error.
     pub(super) fn method(self) -> Method {
         match self {
@@ -107,9 +118,7 @@ impl Problem<'_> {
         let output = self.output;
         let done = self.simulator.for_each_sample(&mut closed_loop, |k, sample, sensitivities| {
             motion.set(k, sample);
-            for (entry, value) in torque.row_mut(k).iter_mut().zip(&sample.true_torque_nm) {
-                *entry = *value;
-            }
+            set_row(&mut torque, k, &sample.true_torque_nm);
             if let (Some(signals), Some(found)) = (&mut signals, sensitivities) {
                 signals.set(
                     k,
@@ -163,16 +172,37 @@ impl Problem<'_> {
         let base = point.simulated(self.output).clone();
         let deviations = self.fit.weighted.solution.standard_deviations();
         let mut jacobian = DMatrix::zeros(base.len(), point.parameters.len());
-        for k in 0..point.parameters.len() {
-            let mut moved = point.parameters.clone();
-            // A parameter that is 0 has the size of its uncertainty.
-            moved[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
-            let h = moved[k] - point.parameters[k];
-            let other = match self.run(&moved, false)? {
-                Ok(other) => other,
-                Err(error) => return Ok(Err(error)),
-            };
-            jacobian.set_column(k, &((other.simulated(self.output) - &base) / h));
+        let (samples, joints) = point.motion.position.shape();
+        let output = self.output;
+        let columns: Vec<usize> = (0..point.parameters.len()).collect();
+        // So many at a time that their signals take little memory.
+        for columns in columns.chunks(LANES) {
+            let mut steps = [0.0; LANES];
+            let mut loops = Vec::with_capacity(LANES);
+            for (h, &k) in steps.iter_mut().zip(columns) {
+                let mut moved = point.parameters.clone();
+                // A parameter that is 0 has the size of its uncertainty.
+                moved[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
+                *h = moved[k] - point.parameters[k];
+                loops.push(self.simulator.closed_loop(&moved)?);
+            }
+            self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
+            let mut signals: [_; LANES] =
+                core::array::from_fn(|_| DMatrix::<f64>::zeros(samples, joints));
+            let done = self.simulator.for_each_sample_of::<LANES>(loops, |one, k, sample| {
+                let values = match output {
+                    Output::Torque => &sample.true_torque_nm,
+                    Output::Position => &sample.true_position_rad,
+                };
+                set_row(&mut signals[one], k, values);
+            });
+            if let Err(error) = done {
+                return Ok(Err(error));
+            }
+            for ((signals, h), &k) in signals.iter().zip(steps).zip(columns) {
+                let other = self.rows.of_signals(signals, output.signal())?;
+                jacobian.set_column(k, &((other - &base) / h));
+            }
         }
         Ok(Ok(jacobian))
     }
