@@ -113,7 +113,8 @@ fn position_filter_agrees_with_filtfilt_on_the_transfer_function() {
 #[test]
 fn central_difference_agrees_with_numpy() {
     let golden = golden();
-    let derivative = central_difference(&rough(SAMPLES), 250.0).unwrap();
+    let mut derivative = vec![0.0; SAMPLES];
+    central_difference(&rough(SAMPLES), 250.0, &mut derivative).unwrap();
     let difference =
         relative_difference(&picked(&golden, &derivative), &floats(&golden, "gradient"));
     assert!(difference < 1e-12, "{difference}");
@@ -185,16 +186,17 @@ fn what_cannot_be_filtered_is_refused() {
     signal[42] = f64::NAN;
     let refused = filter.filter_zero_phase(&mut signal, padding);
     assert_eq!(refused, Err(SignalError::NotFinite { index: 42 }));
-    assert_eq!(central_difference(&signal, 1.0), Err(SignalError::NotFinite { index: 42 }));
+    let refused = central_difference(&signal, 1.0, &mut [0.0; 100]);
+    assert_eq!(refused, Err(SignalError::NotFinite { index: 42 }));
     assert_eq!(delay_linear(&signal, 0.5), Err(SignalError::NotFinite { index: 42 }));
     assert!(delay_linear(&[1.0], f64::NAN).is_err());
 
     assert_eq!(
-        central_difference(&[1.0], 1.0),
+        central_difference(&[1.0], 1.0, &mut [0.0]),
         Err(SignalError::TooShort { samples: 1, needed: 2 })
     );
     for sample_rate_hz in [0.0, -1.0, f64::INFINITY] {
-        let refused = central_difference(&[1.0, 2.0], sample_rate_hz);
+        let refused = central_difference(&[1.0, 2.0], sample_rate_hz, &mut [0.0; 2]);
         assert_eq!(refused, Err(SignalError::SampleRate { sample_rate_hz }));
     }
 }

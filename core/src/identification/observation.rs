@@ -5,9 +5,11 @@ use core::ops::Range;
 use nalgebra::DMatrix;
 
 use super::error::IdentificationError;
-use super::prefilter::Motion;
+use super::prefilter::{GROUP, Motion, MotionGroup};
 use super::selection::Selection;
 use crate::dynamics::{Model, Workspace};
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
 use crate::signal::{ParallelDecimation, SignalError};
 
 /// The filtered, decimated observation matrix X of a motion: the rows of each joint together, one
@@ -38,16 +40,16 @@ pub fn observation_matrix(
     let places: Vec<usize> =
         entries.iter().map(|&(joint, parameter)| joint * columns.width() + parameter).collect();
 
-    let mut workspace = Workspace::new();
-    let mut regressor = vec![0.0; joints * columns.width()];
-    let signals = decimation.decimate(samples, places.len(), counted, |k, values| {
-        let [q, dq, ddq] = motion.at(k);
-        let (q, dq, ddq) = (&q[..joints], &dq[..joints], &ddq[..joints]);
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(joints));
+    let mut regressor = vec![Lanes::zero(); joints * columns.width()];
+    let read = |first, signals: &mut [[f64; GROUP]]| {
+        let [q, dq, ddq] = group.read(motion, first);
         model.selected_regressor(&mut workspace, &columns, q, dq, ddq, &mut regressor);
-        for (value, &place) in values.iter_mut().zip(&places) {
-            *value = regressor[place];
+        for (signal, &place) in signals.iter_mut().zip(&places) {
+            *signal = regressor[place].0;
         }
-    });
+    };
+    let signals = decimation.decimate_groups(samples, places.len(), counted, read);
     let signals = signals.map_err(|cause| match cause {
         SignalError::NotFinite { index } => IdentificationError::Regressor { sample: index },
         cause => IdentificationError::RegressorFilter(cause),

@@ -6,6 +6,7 @@ use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
+use crate::lanes::Lanes;
 use crate::regression::RowFilter;
 use crate::signal::{ParallelDecimation, central_difference, delay_linear};
 
@@ -21,20 +22,41 @@ pub struct Motion {
     pub acceleration: DMatrix<f64>,
 }
 
-impl Motion {
-    /// q, q̇ and q̈ of sample `k`, 0 beyond the joints.
-    pub(super) fn at(&self, k: usize) -> [[f64; MAX_JOINTS]; 3] {
-        [&self.position, &self.velocity, &self.acceleration].map(|signals| sample(signals, k))
+/// Samples of a motion that go through the dynamics at once.
+pub(super) const GROUP: usize = 4;
+
+/// q, q̇ and q̈ of every joint at so many consecutive samples.
+pub(super) struct MotionGroup {
+    joints: usize,
+    quantities: [[Lanes<GROUP>; MAX_JOINTS]; 3],
+}
+
+impl MotionGroup {
+    pub(super) fn of_joints(joints: usize) -> Self {
+        Self { joints, quantities: [[Lanes([0.0; GROUP]); MAX_JOINTS]; 3] }
+    }
+
+    /// From sample `first` of a motion on; beyond the last sample they are those of the last.
+    pub(super) fn read(&mut self, motion: &Motion, first: usize) -> [&[Lanes<GROUP>]; 3] {
+        let signals = [&motion.position, &motion.velocity, &motion.acceleration];
+        for (quantity, signals) in self.quantities.iter_mut().zip(signals) {
+            let samples = signals.nrows();
+            for (lanes, signal) in quantity.iter_mut().zip(signals.as_slice().chunks(samples)) {
+                *lanes = group_of(signal, first);
+            }
+        }
+        let [q, dq, ddq] = &self.quantities;
+        [&q[..self.joints], &dq[..self.joints], &ddq[..self.joints]]
     }
 }
 
-/// Row `k`, 0 beyond the joints.
-fn sample(signals: &DMatrix<f64>, k: usize) -> [f64; MAX_JOINTS] {
-    let mut values = [0.0; MAX_JOINTS];
-    for (joint, value) in values.iter_mut().enumerate().take(signals.ncols()) {
-        *value = signals[(k, joint)];
+/// The samples of a signal from `first` on; beyond the last sample, the last.
+#[inline(always)]
+pub(super) fn group_of(signal: &[f64], first: usize) -> Lanes<GROUP> {
+    match signal[first..].first_chunk() {
+        Some(samples) => Lanes(*samples),
+        None => Lanes::from_fn(|l| signal[(first + l).min(signal.len() - 1)]),
     }
-    values
 }
 
 /// The motion of an experiment: positions filtered without phase over the whole record, then
@@ -49,22 +71,61 @@ pub fn filtered_motion(
     let rate = experiment.sample_rate_hz();
     let sections = filter.design(rate).map_err(IdentificationError::PositionFilter)?;
     let recorded = experiment.position_rad();
-    let (samples, joints) = recorded.shape();
-    let mut lanes: Vec<_> = (0..samples).map(|k| sample(recorded, k)).collect();
+    let joints = recorded.ncols();
+    let mut lanes = side_by_side(recorded);
     let failed =
         |joint| move |cause| IdentificationError::Signal { signal: "position", joint, cause };
     sections.filter_zero_phase_lanes(&mut lanes, sections.default_padding()).map_err(failed(1))?;
-    let position = DMatrix::from_fn(samples, joints, |k, joint| lanes[k][joint]);
-    let mut velocity = DMatrix::zeros(samples, joints);
-    let mut acceleration = velocity.clone();
-    for joint in 0..joints {
-        let q = position.column(joint);
-        let dq = central_difference(q.as_slice(), rate).map_err(failed(joint + 1))?;
-        let ddq = central_difference(&dq, rate).map_err(failed(joint + 1))?;
-        velocity.column_mut(joint).copy_from_slice(&dq);
-        acceleration.column_mut(joint).copy_from_slice(&ddq);
-    }
+    let position = one_after_the_other(&lanes, joints);
+    let velocity = derivatives(&position, rate, "position")?;
+    let acceleration = derivatives(&velocity, rate, "position")?;
     Ok(Motion { position, velocity, acceleration })
+}
+
+/// Samples that are turned from joint after joint to side by side while they are in the nearest cache.
+const CACHED: usize = 64;
+
+/// The joints' signals sample by sample, 0 beyond the joints.
+fn side_by_side(signals: &DMatrix<f64>) -> Vec<[f64; MAX_JOINTS]> {
+    let mut lanes = vec![[0.0; MAX_JOINTS]; signals.nrows()];
+    for (block, lanes) in lanes.chunks_mut(CACHED).enumerate() {
+        for (joint, signal) in signals.column_iter().enumerate() {
+            for (lanes, value) in lanes.iter_mut().zip(&signal.as_slice()[block * CACHED..]) {
+                lanes[joint] = *value;
+            }
+        }
+    }
+    lanes
+}
+
+/// The signals of so many joints, samples × joints.
+fn one_after_the_other(lanes: &[[f64; MAX_JOINTS]], joints: usize) -> DMatrix<f64> {
+    let mut signals = DMatrix::zeros(lanes.len(), joints);
+    for (block, lanes) in lanes.chunks(CACHED).enumerate() {
+        for (joint, mut signal) in signals.column_iter_mut().enumerate() {
+            let signal = &mut signal.as_mut_slice()[block * CACHED..];
+            for (value, lanes) in signal.iter_mut().zip(lanes) {
+                *value = lanes[joint];
+            }
+        }
+    }
+    signals
+}
+
+/// The [`central_difference`] of every joint's signal.
+pub(super) fn derivatives(
+    signals: &DMatrix<f64>,
+    rate_hz: f64,
+    signal: &'static str,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let mut derivatives = DMatrix::zeros(signals.nrows(), signals.ncols());
+    for (joint, (from, mut to)) in
+        signals.column_iter().zip(derivatives.column_iter_mut()).enumerate()
+    {
+        central_difference(from.as_slice(), rate_hz, to.as_mut_slice())
+            .map_err(|cause| IdentificationError::Signal { signal, joint: joint + 1, cause })?;
+    }
+    Ok(derivatives)
 }
 
 /// The measurements y of equation 7: torques moved to the instants of the positions, filtered, and
@@ -94,12 +155,14 @@ pub(super) fn delayed_torque(
     decimation: &ParallelDecimation,
 ) -> Result<DVector<f64>, IdentificationError> {
     check_inside(experiment, delay)?;
-    let mut torque = experiment.torque_nm().clone();
-    for (joint, mut logged) in (1..).zip(torque.column_iter_mut()) {
+    let logged = experiment.torque_nm();
+    let mut torque = Vec::with_capacity(logged.len());
+    for (joint, logged) in (1..).zip(logged.column_iter()) {
         let delayed = delay_linear(logged.as_slice(), delay)
             .map_err(|cause| IdentificationError::Signal { signal: "torque", joint, cause })?;
-        logged.copy_from_slice(&delayed);
+        torque.extend(delayed);
     }
+    let torque = DMatrix::from_vec(logged.nrows(), logged.ncols(), torque);
     let rows = decimation
         .decimate_columns(&torque, experiment.counted())
         .map_err(|cause| IdentificationError::Signal { signal: "torque", joint: 1, cause })?;

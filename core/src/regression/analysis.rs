@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::observations::Observations;
+use super::products::product;
 use super::solution::Solution;
-use super::spectrum::{ResidualSpectrum, RowFilter};
+use super::spectrum::{ResidualSpectrum, RowFilter, Transforms};
 
 /// A weighted solution with the spectrum of its errors.
 ///
@@ -17,6 +18,7 @@ pub struct ResidualAnalysis<'a> {
     pub(super) filter: &'a RowFilter,
     /// Q (r × b), the columns of `Ω^{-1/2} X` as combinations of orthonormal ones.
     pub(super) basis: DMatrix<f64>,
+    basis_transforms: Transforms,
     pub(super) leverage: Vec<Vec<f64>>,
     spectrum: ResidualSpectrum,
 }
@@ -26,11 +28,12 @@ impl<'a> ResidualAnalysis<'a> {
     pub fn new(system: &'a Observations, solution: &'a Solution, filter: &'a RowFilter) -> Self {
         let mut weighted = system.matrix().clone();
         divide_by_levels(system, &mut weighted, &solution.noise_levels);
-        let basis = weighted * &solution.r_inverse;
+        let basis = product(&weighted, &solution.r_inverse);
+        let basis_transforms = filter.transforms(&basis, system.joints());
         let mut leverage = filter.no_leverage(system.joints());
-        filter.add_leverage(&basis, &mut leverage);
+        filter.add_leverage(&basis_transforms, system.rows_per_joint(), &mut leverage);
         let spectrum = ResidualSpectrum::fit(system, &leverage, &solution.residuals, filter);
-        Self { system, solution, filter, basis, leverage, spectrum }
+        Self { system, solution, filter, basis, basis_transforms, leverage, spectrum }
     }
 
     /// The spectrum of the errors of the rows.
@@ -40,24 +43,35 @@ impl<'a> ResidualAnalysis<'a> {
 
     /// `Z = Ω⁻¹X (XᵀΩ⁻¹X)⁻¹` (r × b): the estimate is Zᵀy, and a change of y by d moves it by Zᵀd.
     pub fn influence(&self) -> DMatrix<f64> {
-        let mut z = self.system.matrix() * &self.solution.covariance;
-        for _ in 0..2 {
-            divide_by_levels(self.system, &mut z, &self.solution.noise_levels);
-        }
+        // Ω^{-1/2} Q R⁻ᵀ
+        let mut z = product(&self.basis, &self.solution.r_inverse.transpose());
+        divide_by_levels(self.system, &mut z, &self.solution.noise_levels);
         z
+    }
+
+    /// How far the estimate moves with a change of y by these (r): Zᵀ times them, Z the
+    /// [`influence`](Self::influence).
+    pub fn moved_by(&self, change: &DVector<f64>) -> DVector<f64> {
+        let weighted = self.weighted(change);
+        &self.solution.r_inverse * self.basis.tr_mul(&weighted)
     }
 
     /// Covariance `ZᵀVZ` of the parameters (b × b), V the covariance of the errors: right also
     /// where the residuals are not white, where equation 10 is not.
     pub fn covariance(&self) -> DMatrix<f64> {
-        self.spectrum.covariance_of(&self.influence())
+        // Z = Ω^{-1/2} Q R⁻ᵀ, so that the transforms of Q do.
+        let r_inverse = &self.solution.r_inverse;
+        let levels = &self.solution.noise_levels;
+        let of_basis = self.spectrum.covariance_of(&self.basis_transforms, levels);
+        let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
+        (&covariance + covariance.transpose()) * 0.5
     }
 
-    /// The residuals, each joint's divided by its noise level.
-    pub(super) fn weighted_residuals(&self) -> DVector<f64> {
-        let mut residuals = DMatrix::from_columns(core::slice::from_ref(&self.solution.residuals));
-        divide_by_levels(self.system, &mut residuals, &self.solution.noise_levels);
-        residuals.column(0).into_owned()
+    /// The rows (r) of each joint divided by its noise level.
+    pub(super) fn weighted(&self, rows: &DVector<f64>) -> DVector<f64> {
+        let mut weighted = DMatrix::from_columns(core::slice::from_ref(rows));
+        divide_by_levels(self.system, &mut weighted, &self.solution.noise_levels);
+        weighted.column(0).into_owned()
     }
 }
 

@@ -36,8 +36,13 @@ impl RowFilter {
         rows: usize,
         lags: usize,
     ) -> Vec<NoiseAutocorrelation> {
-        // From lag 0 to as many as there are rows, which is as good as infinite.
-        let rho = self.transform.of_even(&self.power);
+        // The transform of the two-sided spectrum, which is even: from lag 0 to as many as there are
+        // rows, which is as good as infinite.
+        let length = self.fourier.length();
+        let both: Vec<f64> = (0..length).map(|k| self.power[k.min(length - k)]).collect();
+        let transform = self.fourier.of(&[&both]);
+        let rho: Vec<f64> =
+            transform.iter().map(|lag| lag.re.0[0] / transform[0].re.0[0]).collect();
         let lags = lags.min(rows.saturating_sub(1));
         let variance = |lag: usize| {
             let terms = (1..rho.len().saturating_sub(lag))

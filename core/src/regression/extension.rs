@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::analysis::{ResidualAnalysis, divide_by_levels};
 use super::error::RegressionError;
+use super::products::{add_product, subtract_share, transposed_product};
 use super::spectrum::ResidualSpectrum;
 
 /// A column of which less than this share lies outside of the others adds nothing that could be
@@ -50,28 +51,27 @@ impl ResidualAnalysis<'_> {
             return Ok(None);
         }
         // Of the residuals, which are orthogonal to X, the part along the new directions.
-        let residuals = self.weighted_residuals();
+        let residuals = self.weighted(&self.solution.residuals);
         let along = outside.tr_mul(&residuals);
         let mut remaining = residuals - &outside * &along;
         for (joint, level) in levels.iter().enumerate() {
             remaining.rows_range_mut(self.system.joint_rows(joint)).scale_mut(*level);
         }
         let mut leverage = self.leverage.clone();
-        self.filter.add_leverage(&outside, &mut leverage);
+        let transforms = self.filter.transforms(&outside, self.system.joints());
+        self.filter.add_leverage(&transforms, self.system.rows_per_joint(), &mut leverage);
         let spectrum = ResidualSpectrum::fit(self.system, &leverage, &remaining, self.filter);
-        let mut influence = outside.clone();
-        divide_by_levels(self.system, &mut influence, levels);
-        let covariance = spectrum.covariance_of(&influence);
+        let covariance = spectrum.covariance_of(&transforms, levels);
         let singular = RegressionError::OutOfRange;
         let factor = Cholesky::new(covariance.clone()).ok_or_else(|| singular.clone())?;
         let statistic = along.dot(&factor.solve(&along));
 
         // C = X(…) + B T with B the orthonormal directions, so that c = T⁻¹ Bᵀε.
         let chosen = weighted.select_columns(&columns);
-        let back = outside.tr_mul(&chosen).try_inverse().ok_or(singular)?;
+        let back = transposed_product(&outside, &chosen).try_inverse().ok_or(singular)?;
         let coefficients = &back * along;
         // θ moves by −(XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹C c = −R⁻¹Qᵀ (Ω^{-1/2} C) c.
-        let moved = &self.solution.r_inverse * self.basis.tr_mul(&chosen);
+        let moved = &self.solution.r_inverse * transposed_product(&self.basis, &chosen);
         let covariance = &back * covariance * back.transpose();
         let spread = &moved * &covariance;
         let count = columns.len() as f64;
@@ -93,25 +93,37 @@ impl ResidualAnalysis<'_> {
 /// The columns that are independent of `basis` and of those before, and an orthonormal basis of
 /// what they add. Twice over each, for full accuracy (Kahan).
 fn independent_parts(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
-    let (mut chosen, mut parts): (Vec<usize>, Vec<DVector<f64>>) = (Vec::new(), Vec::new());
-    for (index, column) in columns.column_iter().enumerate() {
-        let length = column.norm();
-        let mut outside = column.into_owned();
-        for _ in 0..2 {
-            outside -= basis * basis.tr_mul(&outside);
-            for part in &parts {
-                let share = part.dot(&outside);
-                outside.axpy(-share, part, 1.0);
-            }
+    let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
+    let mut outside = without(basis, columns);
+    let chosen = orthonormalise(&mut outside, |column, left| {
+        lengths[column].is_finite() && left > INDEPENDENT * lengths[column]
+    });
+    let mut parts = without(basis, &outside.select_columns(&chosen));
+    orthonormalise(&mut parts, |_, _| true);
+    (chosen, parts)
+}
+
+/// Columns less what `basis` has of them.
+fn without(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut outside = columns.clone();
+    add_product(&mut outside, -1.0, basis, &transposed_product(basis, columns));
+    outside
+}
+
+/// Makes those columns orthonormal of which, by index and length, enough lies outside of those
+/// before; says which.
+fn orthonormalise(columns: &mut DMatrix<f64>, enough: impl Fn(usize, f64) -> bool) -> Vec<usize> {
+    let mut chosen: Vec<usize> = Vec::new();
+    for index in 0..columns.ncols() {
+        let mut outside = columns.column(index).into_owned();
+        for part in &chosen {
+            subtract_share(outside.as_mut_slice(), columns.column(*part).as_slice());
         }
         let left = outside.norm();
-        if length.is_finite() && left > INDEPENDENT * length {
+        if enough(index, left) {
+            columns.set_column(index, &(outside / left));
             chosen.push(index);
-            parts.push(outside / left);
         }
     }
-    if parts.is_empty() {
-        return (chosen, DMatrix::zeros(columns.nrows(), 0));
-    }
-    (chosen, DMatrix::from_columns(&parts))
+    chosen
 }

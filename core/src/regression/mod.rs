@@ -10,16 +10,18 @@
 //! | covariance | sandwich, σ_j² from its own residuals | (Xᵀ Ω⁻¹ X)⁻¹ with the σ_j given |
 //! | singular values | of X | of Ω^{-1/2} X |
 //!
-//! Everything goes by Householder QR of the tall matrix: the normal equations would square the
-//! condition number.
+//! Everything goes by Householder QR, of the rows of each joint and then of their triangles: the normal
+//! equations would square the condition number.
 
 mod analysis;
 mod autocorrelation;
 mod error;
 mod exclusion;
 mod extension;
+mod fourier;
 mod ljung_box;
 mod observations;
+mod products;
 mod rank;
 mod residuals;
 mod robust;

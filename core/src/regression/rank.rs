@@ -26,7 +26,13 @@ const MAX_SVD_ITERATIONS: usize = 10_000;
 /// smallest singular value is below `rows · ε` of the largest (the convention of LAPACK and NumPy)
 /// or below what the filters' rounding makes of 0.
 /// R has the column norms and the singular values of the tall matrix of `rows` rows it came from.
-pub(super) fn check(r: &DMatrix<f64>, rows: usize) -> Result<(), RegressionError> {
+/// With the inverse of R, where there is one, most matrices are known to be far from that without
+/// their singular values.
+pub(super) fn check(
+    r: &DMatrix<f64>,
+    inverse: Option<&DMatrix<f64>>,
+    rows: usize,
+) -> Result<(), RegressionError> {
     let tolerance = (rows.max(r.ncols()) as f64 * f64::EPSILON).max(DEPENDENT);
     let norms: Vec<f64> = r.column_iter().map(|column| column.norm()).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
@@ -37,6 +43,16 @@ pub(super) fn check(r: &DMatrix<f64>, rows: usize) -> Result<(), RegressionError
         (0..norms.len()).filter(|&c| norms[c] <= ZERO_COLUMN * largest).collect();
     if !columns.is_empty() {
         return Err(RegressionError::ZeroColumns { columns });
+    }
+
+    // The largest singular value is at most √b, as the columns have norm 1, and the smallest at
+    // least 1 over the Frobenius norm of the inverse; half of it for the inverse's own rounding.
+    if let Some(inverse) = inverse {
+        let squares = inverse.row_iter().zip(&norms).map(|(row, n)| n * n * row.norm_squared());
+        let smallest = 0.5 / squares.sum::<f64>().sqrt();
+        if smallest > tolerance * (norms.len() as f64).sqrt() {
+            return Ok(());
+        }
     }
 
     let mut scaled = r.clone();

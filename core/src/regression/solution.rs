@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
 use super::observations::Observations;
+use super::products::product;
 use super::rank;
 
 /// Parameters with their covariance, and how well the matrix determined them.
@@ -45,15 +46,15 @@ impl Solution {
 
 /// Equation 9 with the sandwich covariance.
 pub(super) fn ordinary(system: &Observations) -> Result<Solution, RegressionError> {
-    let factor = Factor::new(system.matrix().clone(), system.measurements().clone())?;
+    let triangles = Triangles::of(system);
+    let even = vec![1.0; system.joints()];
+    let factor = triangles.factor(system, &even)?;
     let residuals = system.residuals(&factor.parameters);
-    // (XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹ = R⁻¹ (ZᵀZ) R⁻ᵀ with Z = Ω^{1/2} X R⁻¹ = Ω^{1/2} Q.
-    let mut z = system.matrix() * &factor.r_inverse;
-    for (joint, level) in system.noise_levels(&residuals).into_iter().enumerate() {
-        z.rows_range_mut(system.joint_rows(joint)).scale_mut(level);
-    }
-    let half = &factor.r_inverse * z.transpose();
-    finish(factor, &half, residuals, vec![1.0; system.joints()])
+    // (XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹ = R⁻¹ (ZᵀZ) R⁻ᵀ with Z = Ω^{1/2} X R⁻¹, or Ω^{1/2} of the triangles.
+    let z = triangles.scaled(&system.noise_levels(&residuals));
+    let z = product(&z.columns(0, factor.r_inverse.nrows()).into_owned(), &factor.r_inverse);
+    let half = product(&factor.r_inverse, &z.transpose());
+    finish(factor, &half, residuals, even)
 }
 
 /// Equations 10 to 12.
@@ -66,16 +67,13 @@ pub(super) fn weighted(
         let (measurements, joints) = (rows, noise_levels.len());
         return Err(RegressionError::Shape { rows, columns, measurements, joints });
     }
-    let (mut matrix, mut measurements) = (system.matrix().clone(), system.measurements().clone());
     for (joint, &level) in noise_levels.iter().enumerate() {
         if !(level.is_finite() && level > 0.0) {
             return Err(RegressionError::NoiseLevel { joint, level });
         }
-        let range = system.joint_rows(joint);
-        matrix.rows_range_mut(range.clone()).unscale_mut(level);
-        measurements.rows_range_mut(range).unscale_mut(level);
     }
-    let factor = Factor::new(matrix, measurements)?;
+    let weights: Vec<f64> = noise_levels.iter().map(|level| 1.0 / level).collect();
+    let factor = Triangles::of(system).factor(system, &weights)?;
     let residuals = system.residuals(&factor.parameters);
     // (XᵀΩ⁻¹X)⁻¹ = R⁻¹ R⁻ᵀ
     let half = factor.r_inverse.clone();
@@ -89,7 +87,7 @@ fn finish(
     residuals: DVector<f64>,
     noise_levels: Vec<f64>,
 ) -> Result<Solution, RegressionError> {
-    let covariance = half * half.transpose();
+    let covariance = product(half, &half.transpose());
     let finite = factor.parameters.iter().chain(covariance.iter()).all(|x| x.is_finite());
     if !finite || !residuals.norm_squared().is_finite() {
         return Err(RegressionError::OutOfRange);
@@ -104,29 +102,70 @@ fn finish(
     })
 }
 
+/// The rows of each joint in X and y, `[X_j y_j] = Q_j T_j`, by T_j alone: all that weights of joints
+/// leave of an equation (Golub & Van Loan, section 5.1.9 on factoring rows in blocks).
+struct Triangles(Vec<DMatrix<f64>>);
+
+impl Triangles {
+    fn of(system: &Observations) -> Self {
+        let (columns, rows) = (system.matrix().ncols(), system.rows_per_joint());
+        let triangle = |joint| {
+            let range = system.joint_rows(joint);
+            let x = system.matrix().rows_range(range.clone());
+            // A joint feels what hangs on it: the other columns are 0.
+            let felt: Vec<usize> = (0..columns)
+                .filter(|&column| x.column(column).iter().any(|value| *value != 0.0))
+                .collect();
+            let mut block = DMatrix::zeros(rows, felt.len() + 1);
+            for (mut to, &from) in block.column_iter_mut().zip(&felt) {
+                to.copy_from(&x.column(from));
+            }
+            block.set_column(felt.len(), &system.measurements().rows_range(range));
+            let compact = block.qr().unpack_r();
+            let mut triangle = DMatrix::zeros(compact.nrows(), columns + 1);
+            for (from, &to) in compact.column_iter().zip(felt.iter().chain([&columns])) {
+                triangle.set_column(to, &from);
+            }
+            triangle
+        };
+        Self((0..system.joints()).map(triangle).collect())
+    }
+
+    /// One below the other, each times a factor: `[X y]` of fewer rows.
+    fn scaled(&self, factors: &[f64]) -> DMatrix<f64> {
+        let rows: usize = self.0.iter().map(DMatrix::nrows).sum();
+        let columns = self.0.first().map_or(0, DMatrix::ncols);
+        let mut stacked = DMatrix::zeros(rows.max(columns), columns);
+        let mut first = 0;
+        for (triangle, factor) in self.0.iter().zip(factors) {
+            let mut part = stacked.rows_mut(first, triangle.nrows());
+            part.copy_from(triangle);
+            part *= *factor;
+            first += triangle.nrows();
+        }
+        stacked
+    }
+
+    fn factor(&self, system: &Observations, weights: &[f64]) -> Result<Factor, RegressionError> {
+        let (rows, columns) = system.matrix().shape();
+        let triangle = self.scaled(weights).qr().unpack_r();
+        let (r, rhs) = (triangle.view((0, 0), (columns, columns)), triangle.column(columns));
+        let (r, rhs) = (r.into_owned(), rhs.rows(0, columns));
+        let r_inverse = r.solve_upper_triangular(&DMatrix::identity(columns, columns));
+        rank::check(&r, r_inverse.as_ref(), rows)?;
+        let singular_values = rank::singular_values(&r)?;
+        match (r.solve_upper_triangular(&rhs), r_inverse) {
+            (Some(parameters), Some(r_inverse)) => {
+                Ok(Factor { parameters, r_inverse, singular_values })
+            }
+            _ => Err(RegressionError::OutOfRange),
+        }
+    }
+}
+
 /// What the QR decomposition of a tall matrix of full rank gives.
 struct Factor {
     parameters: DVector<f64>,
     r_inverse: DMatrix<f64>,
     singular_values: Vec<f64>,
-}
-
-impl Factor {
-    /// `matrix` is r × b with r > b. Q stays in its factored form: only Qᵀy and R are formed.
-    fn new(matrix: DMatrix<f64>, mut rhs: DVector<f64>) -> Result<Self, RegressionError> {
-        let (rows, columns) = matrix.shape();
-        let qr = matrix.qr();
-        qr.q_tr_mul(&mut rhs);
-        let r = qr.unpack_r();
-        rank::check(&r, rows)?;
-        let singular_values = rank::singular_values(&r)?;
-        let parameters = r.solve_upper_triangular(&rhs.rows(0, columns));
-        let r_inverse = r.solve_upper_triangular(&DMatrix::identity(columns, columns));
-        match (parameters, r_inverse) {
-            (Some(parameters), Some(r_inverse)) => {
-                Ok(Self { parameters, r_inverse, singular_values })
-            }
-            _ => Err(RegressionError::OutOfRange),
-        }
-    }
 }

@@ -5,15 +5,14 @@
 //! the model does not describe. Here the errors of each joint are a stationary process. Its power
 //! spectrum is that of white noise behind the filter, times a smooth shape that the residuals tell.
 
-use std::sync::Arc;
+use nalgebra::{DMatrix, DVector};
 
-use nalgebra::{DMatrix, DVector, DVectorView};
-use rustfft::num_complex::Complex64;
-use rustfft::{Fft, FftPlannerScalar};
-
+use super::fourier::{Fourier, SIGNALS};
 use super::ljung_box::LjungBox;
 use super::observations::Observations;
-use super::spectrum_shape::SmoothSpectrum;
+use super::products::transposed_product;
+use super::spectrum_shape::{Band, SmoothSpectrum};
+use crate::dispatch::vectorised;
 
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
 /// something to judge by.
@@ -24,53 +23,88 @@ const MOST_EXPLAINED: f64 = 0.9;
 #[derive(Clone, Debug)]
 pub struct RowFilter {
     passband: f64,
-    pub(super) transform: Transform,
+    pub(super) fourier: Fourier,
     /// At each frequency of the transform, from 0 to the Nyquist frequency.
     pub(super) power: Vec<f64>,
+    /// Frequencies within the passband.
+    inside: usize,
+    /// The passband as a band of its own, beyond which its end stands for what is outside.
+    band: Band,
 }
 
 impl RowFilter {
     /// Noise passes up to `passband`; beyond, residuals tell nothing of their shape. `power` is the
     /// power spectrum of white noise behind the filter, relative to the noise before it.
     pub fn new(rows: usize, passband: f64, power: impl Fn(f64) -> f64) -> Self {
-        let transform = Transform::for_rows(rows);
-        let power = (0..transform.frequencies()).map(|k| power(transform.ratio(k))).collect();
-        Self { passband, transform, power }
+        // Long enough for sums over a record's rows not to wrap around.
+        let fourier = Fourier::for_values(2 * rows);
+        let last = fourier.frequencies() - 1;
+        let ratios = || (0..=last).map(|k| k as f64 / last as f64);
+        let inside = ratios().filter(|ratio| *ratio <= passband).count();
+        let phases = ratios().map(|ratio| core::f64::consts::PI * (ratio / passband).min(1.0));
+        let band = Band::new(inside, phases);
+        let power = ratios().map(power).collect();
+        Self { passband, fourier, power, inside, band }
     }
 
-    /// Frequencies within the passband.
-    fn inside(&self) -> usize {
-        let frequencies = 0..self.transform.frequencies();
-        frequencies.filter(|&k| self.transform.ratio(k) <= self.passband).count()
+    /// The transforms of columns (r × c) with the rows of each joint together.
+    pub(super) fn transforms(&self, columns: &DMatrix<f64>, joints: usize) -> Transforms {
+        let (rows, frequencies) = (columns.nrows() / joints, self.fourier.frequencies());
+        let mut values = DMatrix::zeros(2 * frequencies * joints, columns.ncols());
+        let signals: Vec<&[f64]> =
+            if rows == 0 { Vec::new() } else { columns.as_slice().chunks_exact(rows).collect() };
+        let transformed = values.as_mut_slice().chunks_mut(2 * frequencies * SIGNALS);
+        for (signals, to) in signals.chunks(SIGNALS).zip(transformed) {
+            let transforms = self.fourier.of(signals);
+            for (signal, to) in to.chunks_exact_mut(2 * frequencies).enumerate() {
+                let (re, im) = to.split_at_mut(frequencies);
+                for ((re, im), value) in re.iter_mut().zip(im).zip(&transforms) {
+                    (*re, *im) = (value.re.0[signal], value.im.0[signal]);
+                }
+            }
+        }
+        Transforms { values, joints }
     }
 
     /// Adds, joint by joint, the share that a projection on these orthonormal columns takes out of
     /// white noise at each frequency.
-    pub(super) fn add_leverage(&self, columns: &DMatrix<f64>, leverage: &mut [Vec<f64>]) {
-        let rows = columns.nrows() / leverage.len();
-        for column in columns.column_iter() {
-            let column: DVector<f64> = column.into_owned();
-            for (joint, leverage) in leverage.iter_mut().enumerate() {
-                let part = self.transform.of(column.rows(joint * rows, rows));
-                for (leverage, value) in leverage.iter_mut().zip(part) {
-                    *leverage += value.norm_sqr() / rows as f64;
-                }
+    pub(super) fn add_leverage(
+        &self,
+        columns: &Transforms,
+        rows: usize,
+        leverage: &mut [Vec<f64>],
+    ) {
+        let count = leverage.len();
+        for (signal, parts) in columns.signals().enumerate() {
+            let (re, im) = parts.split_at(parts.len() / 2);
+            for ((leverage, re), im) in leverage[signal % count].iter_mut().zip(re).zip(im) {
+                *leverage += (re * re + im * im) / rows as f64;
             }
         }
     }
 
     /// No leverage yet.
     pub(super) fn no_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
-        vec![vec![0.0; self.transform.frequencies()]; joints]
+        vec![vec![0.0; self.fourier.frequencies()]; joints]
+    }
+
+    /// Frequency `k` as a ratio of the Nyquist frequency.
+    fn ratio(&self, k: usize) -> f64 {
+        k as f64 / (self.fourier.frequencies() - 1) as f64
+    }
+
+    /// How often frequency `k` stands in the two-sided transform.
+    fn multiplicity(&self, k: usize) -> f64 {
+        if k == 0 || k + 1 == self.fourier.frequencies() { 1.0 } else { 2.0 }
     }
 
     /// The Durbin–Watson statistic of white noise behind the filter, 2 (1 − r_1) in long records.
     pub fn durbin_watson_of_white_noise(&self) -> f64 {
         let (mut power, mut neighbours) = (0.0, 0.0);
         for (k, value) in self.power.iter().enumerate() {
-            let share = self.transform.multiplicity(k) * value;
+            let share = self.multiplicity(k) * value;
             power += share;
-            neighbours += share * (core::f64::consts::PI * self.transform.ratio(k)).cos();
+            neighbours += share * (core::f64::consts::PI * self.ratio(k)).cos();
         }
         2.0 * (1.0 - neighbours / power)
     }
@@ -100,58 +134,19 @@ struct JointSpectrum {
     autocorrelations: Vec<f64>,
 }
 
-/// A Fourier transform that is long enough for sums over a record's rows not to wrap around.
-#[derive(Clone)]
-pub(super) struct Transform {
-    fft: Arc<dyn Fft<f64>>,
+/// The transforms of columns, at the frequencies up to Nyquist's.
+#[derive(Clone, Debug)]
+pub(super) struct Transforms {
+    /// A column's joints one below the other, of each joint the real parts and then the imaginary
+    /// ones.
+    values: DMatrix<f64>,
+    joints: usize,
 }
 
-impl core::fmt::Debug for Transform {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Transform").field("length", &self.fft.len()).finish()
-    }
-}
-
-impl Transform {
-    fn for_rows(rows: usize) -> Self {
-        // The scalar planner: results do not depend on what the processor can do.
-        Self { fft: FftPlannerScalar::new().plan_fft_forward((2 * rows).next_power_of_two()) }
-    }
-
-    /// Frequencies from 0 to the Nyquist frequency, both included.
-    fn frequencies(&self) -> usize {
-        self.fft.len() / 2 + 1
-    }
-
-    /// Frequency `k` as a ratio of the Nyquist frequency.
-    fn ratio(&self, k: usize) -> f64 {
-        k as f64 / (self.frequencies() - 1) as f64
-    }
-
-    /// How often frequency `k` stands in the two-sided transform.
-    fn multiplicity(&self, k: usize) -> f64 {
-        if k == 0 || k + 1 == self.frequencies() { 1.0 } else { 2.0 }
-    }
-
-    /// `Σ_k x_k e^{−jωk}/Σ_k x_k` of a two-sided sequence that is even, given by its first half.
-    pub(super) fn of_even(&self, half: &[f64]) -> Vec<f64> {
-        let length = self.fft.len();
-        let mut buffer: Vec<Complex64> =
-            (0..length).map(|k| Complex64::from(half[k.min(length - k)])).collect();
-        self.fft.process(&mut buffer);
-        let sum = buffer[0].re;
-        buffer.iter().take(self.frequencies()).map(|value| value.re / sum).collect()
-    }
-
-    /// `Σ_k x_k e^{−jωk}` at the frequencies up to Nyquist's.
-    fn of(&self, x: DVectorView<'_, f64>) -> Vec<Complex64> {
-        let mut buffer = vec![Complex64::ZERO; self.fft.len()];
-        for (to, from) in buffer.iter_mut().zip(x.iter()) {
-            to.re = *from;
-        }
-        self.fft.process(&mut buffer);
-        buffer.truncate(self.frequencies());
-        buffer
+impl Transforms {
+    /// Real and imaginary parts of every column's joints, column by column.
+    fn signals(&self) -> impl Iterator<Item = &[f64]> {
+        self.values.as_slice().chunks_exact(self.values.nrows() / self.joints)
     }
 }
 
@@ -165,40 +160,38 @@ impl ResidualSpectrum {
         filter: &RowFilter,
     ) -> Self {
         let rows = system.rows_per_joint();
-        let (transform, inside) = (&filter.transform, filter.inside());
+        let residuals = DMatrix::from_columns(core::slice::from_ref(residuals));
+        let transforms = filter.transforms(&residuals, system.joints());
         let (mut joints, mut whitened) = (Vec::new(), Vec::new());
-        for (joint, leverage) in leverage.iter().enumerate() {
-            let range = system.joint_rows(joint);
-            let residual = transform.of(residuals.rows_range(range.clone()));
-            let periodogram: Vec<f64> =
-                (residual.iter().zip(leverage).zip(&filter.power).take(inside))
-                    .map(|((value, leverage), filtered)| {
-                        let left = 1.0 - leverage.min(MOST_EXPLAINED);
-                        value.norm_sqr() / (rows as f64 * left * filtered)
-                    })
-                    .collect();
-            let mut shape = SmoothSpectrum::fit(&periodogram, filter.independent(rows));
-            // An exact fit leaves rounding, which is not nothing.
-            let rounding = system.measurements().rows_range(range).norm_squared() / rows as f64
-                * f64::EPSILON.powi(2);
-            let least = SmoothSpectrum::flat(rounding.max(f64::MIN_POSITIVE));
-            if shape.at(0.0) < least.at(0.0) {
-                shape = least;
-            }
-            let power: Vec<f64> = (filter.power.iter().enumerate())
-                .map(|(k, filtered)| {
-                    let phi =
-                        core::f64::consts::PI * (transform.ratio(k) / filter.passband).min(1.0);
-                    filtered * shape.at(phi)
+        for ((joint, leverage), parts) in leverage.iter().enumerate().zip(transforms.signals()) {
+            let (re, im) = parts.split_at(parts.len() / 2);
+            let squares = re.iter().zip(im).map(|(re, im)| re * re + im * im);
+            let periodogram: Vec<f64> = squares
+                .zip(leverage)
+                .zip(&filter.power)
+                .take(filter.inside)
+                .map(|((square, leverage), filtered)| {
+                    let left = 1.0 - leverage.min(MOST_EXPLAINED);
+                    square / (rows as f64 * left * filtered)
                 })
                 .collect();
-            let white: Vec<Complex64> = residual
-                .iter()
-                .zip(&power)
-                .take(inside)
-                .map(|(value, power)| value / power.sqrt())
-                .collect();
-            whitened.push(white);
+            let mut shape =
+                SmoothSpectrum::fit(&filter.band, &periodogram, filter.independent(rows));
+            // An exact fit leaves rounding, which is not nothing.
+            let measured = system.measurements().rows_range(system.joint_rows(joint));
+            let rounding = measured.norm_squared() / rows as f64 * f64::EPSILON.powi(2);
+            let least = SmoothSpectrum::flat(rounding.max(f64::MIN_POSITIVE));
+            if shape.at_zero() < least.at_zero() {
+                shape = least;
+            }
+            let shape_values = shape.values(&filter.band);
+            let power: Vec<f64> =
+                filter.power.iter().zip(shape_values).map(|(filtered, g)| filtered * g).collect();
+            let white = |parts: &[f64]| -> Vec<f64> {
+                let inside = parts.iter().zip(&power).take(filter.inside);
+                inside.map(|(value, power)| value / power.sqrt()).collect()
+            };
+            whitened.push([white(re), white(im)].concat());
             joints.push(JointSpectrum { power, autocorrelations: shape.autocorrelations });
         }
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
@@ -207,39 +200,52 @@ impl ResidualSpectrum {
         Self { rows, filter: filter.clone(), joints, correlation }
     }
 
-    /// Covariance `ZᵀVZ` of `Zᵀε` (c × c); Z is r × c with the rows of each joint together.
-    pub(super) fn covariance_of(&self, z: &DMatrix<f64>) -> DMatrix<f64> {
+    /// Covariance `ZᵀVZ` of `Zᵀε` (c × c), with Z = Ω^{-1/2} C of the columns that were transformed
+    /// and these noise levels.
+    pub(super) fn covariance_of(&self, columns: &Transforms, levels: &[f64]) -> DMatrix<f64> {
         // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
-        let length = self.filter.transform.fft.len() as f64;
-        let transform = &self.filter.transform;
-        let frequencies = transform.frequencies();
-        let parts: Vec<DMatrix<f64>> = (self.joints.iter().enumerate())
-            .map(|(joint, spectrum)| {
-                let mut part = DMatrix::zeros(2 * frequencies, z.ncols());
-                for (c, mut to) in part.column_iter_mut().enumerate() {
-                    let column: DVector<f64> =
-                        z.view((joint * self.rows, c), (self.rows, 1)).column(0).into_owned();
-                    for (k, value) in self.filter.transform.of(column.as_view()).iter().enumerate()
-                    {
-                        let power =
-                            self.filter.transform.multiplicity(k) * spectrum.power[k] / length;
-                        to[2 * k] = power.sqrt() * value.re;
-                        to[2 * k + 1] = power.sqrt() * value.im;
-                    }
-                }
-                part
+        let length = self.filter.fourier.length() as f64;
+        let roots: Vec<Vec<f64>> = (self.joints.iter().zip(levels))
+            .map(|(joint, level)| {
+                let power = joint.power.iter().enumerate();
+                let root = power.map(|(k, power)| {
+                    (self.filter.multiplicity(k) * power / length).sqrt() / level
+                });
+                root.collect()
             })
             .collect();
-        let mut covariance = DMatrix::zeros(z.ncols(), z.ncols());
-        for (i, first) in parts.iter().enumerate() {
-            covariance += first.tr_mul(first);
-            for (j, second) in parts.iter().enumerate().skip(i + 1) {
-                let product = first.tr_mul(second) * self.correlation[(i, j)];
-                covariance += &product;
-                covariance += product.transpose();
-            }
-        }
-        covariance
+        let mut parts = columns.values.clone();
+        // Every joint with what all have in common with it.
+        let mut common = DMatrix::zeros(parts.nrows(), parts.ncols());
+        let joints = self.joints.len();
+        let size = parts.nrows() / joints;
+        vectorised(
+            #[inline(always)]
+            || {
+                let signals = parts.as_mut_slice().chunks_exact_mut(size).enumerate();
+                for (signal, parts) in signals {
+                    let roots = &roots[signal % joints];
+                    let (re, im) = parts.split_at_mut(roots.len());
+                    for ((re, im), root) in re.iter_mut().zip(im).zip(roots) {
+                        (*re, *im) = (*re * root, *im * root);
+                    }
+                }
+                let columns = parts.as_slice().chunks_exact(size * joints);
+                for (from, to) in columns.zip(common.as_mut_slice().chunks_exact_mut(size * joints))
+                {
+                    for (i, to) in to.chunks_exact_mut(size).enumerate() {
+                        for (j, from) in from.chunks_exact(size).enumerate() {
+                            let share = self.correlation[(i, j)];
+                            for (to, from) in to.iter_mut().zip(from) {
+                                *to += share * from;
+                            }
+                        }
+                    }
+                }
+            },
+        );
+        let covariance = transposed_product(&parts, &common);
+        (&covariance + covariance.transpose()) * 0.5
     }
 
     /// Independent rows of all joints, by the filter alone: rows times the passband.
@@ -250,11 +256,10 @@ impl ResidualSpectrum {
     /// Of every joint, how many independent rows its rows are worth where a mean is formed:
     /// `N γ_0 / Σ_l γ_l`, the mean of the spectrum over its value at frequency 0.
     pub fn effective_rows_per_joint(&self) -> Vec<f64> {
-        let length = self.filter.transform.fft.len() as f64;
+        let length = self.filter.fourier.length() as f64;
         let effective = |joint: &JointSpectrum| {
             let power = joint.power.iter().enumerate();
-            let variance =
-                power.map(|(k, p)| self.filter.transform.multiplicity(k) * p).sum::<f64>();
+            let variance = power.map(|(k, p)| self.filter.multiplicity(k) * p).sum::<f64>();
             self.rows as f64 * variance / length / joint.power[0]
         };
         self.joints.iter().map(effective).collect()
@@ -268,10 +273,9 @@ impl ResidualSpectrum {
     }
 }
 
-/// The real part of the coherence of two transforms.
-fn coherence(a: &[Complex64], b: &[Complex64]) -> f64 {
-    let power = |x: &[Complex64]| x.iter().map(Complex64::norm_sqr).sum::<f64>();
-    let common: f64 = a.iter().zip(b).map(|(a, b)| (a.conj() * b).re).sum();
-    let size = (power(a) * power(b)).sqrt();
-    if size > 0.0 { common / size } else { 0.0 }
+/// The real part of the coherence of two transforms, from their real and imaginary parts.
+fn coherence(a: &[f64], b: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let size = (dot(a, a) * dot(b, b)).sqrt();
+    if size > 0.0 { dot(a, b) / size } else { 0.0 }
 }

@@ -1,5 +1,9 @@
 //! The shape of a power spectrum from few numbers: linear prediction on a part of the band.
 
+use crate::dispatch::vectorised;
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
 /// Rows per coefficient at least, so that a short record does not choose a shape of its own.
 const ROWS_PER_COEFFICIENT: f64 = 8.0;
 
@@ -8,6 +12,53 @@ const MAX_ORDER: usize = 24;
 
 /// Autocorrelations that the test for whiteness looks at.
 const TESTED_LAGS: usize = 12;
+
+/// Values of a spectrum that are computed side by side.
+const TOGETHER: usize = 4;
+
+/// What spectra on one band have in common.
+#[derive(Clone, Debug)]
+pub(super) struct Band {
+    /// cos(π k l/K) over the K + 1 frequencies k of a periodogram, for lags l from 0.
+    cosines: Vec<Vec<f64>>,
+    /// cos φ and sin φ where spectra are wanted, and how many there are.
+    directions: Vec<[Lanes<TOGETHER>; 2]>,
+    count: usize,
+}
+
+impl Band {
+    /// Of periodograms of so many values, for spectra at these φ.
+    pub(super) fn new(periodogram: usize, phases: impl Iterator<Item = f64>) -> Self {
+        let steps = periodogram.saturating_sub(1).max(1);
+        let turn: Vec<f64> = (0..2 * steps)
+            .map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos())
+            .collect();
+        let of_lag = |lag| (0..periodogram).map(|k| turn[k * lag % (2 * steps)]).collect();
+        let phases: Vec<[f64; 2]> = phases.map(|phi| [phi.cos(), phi.sin()]).collect();
+        let directions = phases.chunks(TOGETHER).map(|phases| {
+            let part =
+                |which: usize| Lanes::from_fn(|l| phases.get(l).map_or(1.0, |phi| phi[which]));
+            [part(0), part(1)]
+        });
+        Self {
+            cosines: (0..=MAX_ORDER.max(TESTED_LAGS)).map(of_lag).collect(),
+            directions: directions.collect(),
+            count: phases.len(),
+        }
+    }
+
+    /// `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, the ends of the sum halved.
+    fn autocovariances(&self, periodogram: &[f64], lags: usize) -> Vec<f64> {
+        let last = periodogram.len().saturating_sub(1);
+        let halved: Vec<f64> = (periodogram.iter().enumerate())
+            .map(|(k, power)| if k == 0 || k == last { 0.5 * power } else { *power })
+            .collect();
+        let of_lag = |cosines: &Vec<f64>| {
+            halved.iter().zip(cosines).map(|(power, cos)| power * cos).sum::<f64>()
+        };
+        self.cosines.iter().take(lags + 1).map(|lag| of_lag(lag) / last.max(1) as f64).collect()
+    }
+}
 
 /// A smooth spectrum on a band, `g(φ) = σ²/|1 + Σ a_i e^{−jiφ}|²`, the band stretched to 0 ≤ φ ≤ π
 /// (selective linear prediction, Makhoul, *Proc. IEEE* 63, 1975, section V).
@@ -30,14 +81,14 @@ impl SmoothSpectrum {
     /// Fits a periodogram given at equal steps from one end of the band to the other, which came
     /// from `samples` independent samples. The order is that of the smallest corrected information
     /// criterion (Hurvich & Tsai, *Biometrika* 76, 1989), `n ln σ_p² + n (n + p)/(n − p − 2)`.
-    pub(super) fn fit(periodogram: &[f64], samples: f64) -> Self {
+    pub(super) fn fit(band: &Band, periodogram: &[f64], samples: f64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a small count"
         )]
         let highest = ((samples / ROWS_PER_COEFFICIENT).max(0.0) as usize).min(MAX_ORDER);
-        let r = autocovariances(periodogram, highest.max(TESTED_LAGS));
+        let r = band.autocovariances(periodogram, highest.max(TESTED_LAGS));
         let power = r[0];
         if power <= 0.0 || !power.is_finite() {
             return Self::flat(0.0);
@@ -71,31 +122,30 @@ impl SmoothSpectrum {
         Self { coefficients, level, autocorrelations }
     }
 
-    /// g(φ).
-    pub(super) fn at(&self, phi: f64) -> f64 {
-        // Horner's scheme in e^{−jφ}.
-        let (sin, cos) = phi.sin_cos();
-        let (mut re, mut im) = (0.0, 0.0);
-        for a in self.coefficients.iter().rev().chain([&1.0]) {
-            (re, im) = (re * cos + im * sin + a, im * cos - re * sin);
-        }
-        self.level / (re * re + im * im)
+    /// g(0).
+    pub(super) fn at_zero(&self) -> f64 {
+        let sum = 1.0 + self.coefficients.iter().sum::<f64>();
+        self.level / (sum * sum)
     }
-}
 
-/// `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, the ends of the sum halved.
-fn autocovariances(periodogram: &[f64], lags: usize) -> Vec<f64> {
-    let last = periodogram.len().saturating_sub(1);
-    let steps = last.max(1);
-    let cosines: Vec<f64> =
-        (0..2 * steps).map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos()).collect();
-    (0..=lags)
-        .map(|lag| {
-            let terms = periodogram.iter().enumerate().map(|(k, power)| {
-                let end = if k == 0 || k == last { 0.5 } else { 1.0 };
-                end * power * cosines[k * lag % (2 * steps)]
-            });
-            terms.sum::<f64>() / steps as f64
-        })
-        .collect()
+    /// g(φ) where the band wants it.
+    pub(super) fn values(&self, band: &Band) -> Vec<f64> {
+        let mut values = Vec::with_capacity(band.directions.len() * TOGETHER);
+        vectorised(
+            #[inline(always)]
+            || {
+                for &[cos, sin] in &band.directions {
+                    // Horner's scheme in e^{−jφ}.
+                    let (mut re, mut im) = (Lanes::zero(), Lanes::zero());
+                    for a in self.coefficients.iter().rev().chain([&1.0]) {
+                        (re, im) = (re * cos + im * sin + Lanes::constant(*a), im * cos - re * sin);
+                    }
+                    let value = Lanes::constant(self.level) / (re * re + im * im);
+                    values.extend_from_slice(&value.0);
+                }
+            },
+        );
+        values.truncate(band.count);
+        values
+    }
 }

@@ -3,13 +3,16 @@
 
 use core::ops::Range;
 
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::DMatrix;
 
 use super::design::chebyshev1_low_pass;
 use super::error::SignalError;
 use super::jump::Jump;
-use super::record::{Record, check_finite};
+use super::record::Record;
 use super::sections::SecondOrderSections;
+
+/// Samples of a signal in memory that are read at once.
+const GROUP: usize = 8;
 
 /// The parallel filter F_p of equation 6, applied without phase, and the factor n_d.
 ///
@@ -68,13 +71,21 @@ impl ParallelDecimation {
     /// this one.
     pub fn noise_power(&self, ratio: f64) -> f64 {
         let Some((filter, _)) = &self.filter else { return 1.0 };
+        // In the order of the frequencies ratio, 2 − ratio, 2 + ratio, 4 − ratio, … before they fold:
+        // what passes falls from the cut-off on, and soon adds nothing.
         let factor = self.factor as f64;
-        let folded = (0..self.factor).map(|i| {
-            let around = (ratio + 2.0 * i as f64) / factor;
-            let (re, im) = filter.response(if around > 1.0 { 2.0 - around } else { around });
-            (re * re + im * im).powi(2)
-        });
-        folded.sum::<f64>() / factor
+        let mut folded = 0.0;
+        for i in 0..self.factor {
+            let fold = 2.0 * i.div_ceil(2) as f64;
+            let (re, im) =
+                filter.response((if i % 2 == 0 { fold + ratio } else { fold - ratio }) / factor);
+            let power = (re * re + im * im).powi(2);
+            folded += power;
+            if i > 1 && power <= f64::EPSILON * folded / factor {
+                break;
+            }
+        }
+        folded / factor
     }
 
     /// The samples that are kept: multiples of the factor, counted from the first sample of the
@@ -97,13 +108,50 @@ impl ParallelDecimation {
     /// Filters m signals over all `samples` of a record and gives the [`kept`](Self::kept) ones
     /// (kept × m).
     ///
-    /// `read` writes the m values of a sample. It is called once for a sample, in order, so that
-    /// the unfiltered signals need not be in memory together. A signal has the same bits whatever
-    /// the others are, and those of [`filter`](Self::filter) but for rounding.
+    /// `read` writes `N` consecutive samples of the m signals, from a sample on; what it writes
+    /// beyond the record does not count. It is called in order and once for a sample, so that the unfiltered signals
+    /// need not be in memory together. A signal has the same bits whatever the others are, and those
+    /// of [`filter`](Self::filter) but for rounding.
     ///
     /// # Errors
     /// As [`SecondOrderSections::filter_zero_phase`], with the first sample that has a bad value in
     /// any signal.
+    pub fn decimate_groups<const N: usize>(
+        &self,
+        samples: usize,
+        signals: usize,
+        counted: Range<usize>,
+        mut read: impl FnMut(usize, &mut [[f64; N]]),
+    ) -> Result<DMatrix<f64>, SignalError> {
+        let end = counted.end.min(samples);
+        let kept = counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor);
+        if let Some((filter, jump)) = &self.filter {
+            let padding = filter.default_padding();
+            let room = jump.room(padding.samples);
+            let record = Record::open(samples, signals, padding, room, read)?;
+            return jump.filter_zero_phase(record, kept);
+        }
+        let mut rows = DMatrix::zeros(kept.len(), signals);
+        let mut group = vec![[0.0; N]; signals];
+        for first in kept.clone().step_by(N) {
+            read(first, &mut group);
+            let count = N.min(kept.end - first);
+            let bad = |k: &usize| group.iter().any(|values| !values[*k].is_finite());
+            if let Some(k) = (0..count).find(bad) {
+                return Err(SignalError::NotFinite { index: first + k });
+            }
+            let mut rows = rows.rows_mut(first - kept.start, count);
+            for (mut rows, values) in rows.column_iter_mut().zip(&group) {
+                rows.copy_from_slice(&values[..count]);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// [`decimate_groups`](Self::decimate_groups) of signals that are known a sample at a time.
+    ///
+    /// # Errors
+    /// As [`decimate_groups`](Self::decimate_groups).
     pub fn decimate(
         &self,
         samples: usize,
@@ -111,20 +159,15 @@ impl ParallelDecimation {
         counted: Range<usize>,
         mut read: impl FnMut(usize, &mut [f64]),
     ) -> Result<DMatrix<f64>, SignalError> {
-        let end = counted.end.min(samples);
-        let kept = counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor);
-        let Some((filter, jump)) = &self.filter else {
-            let (mut values, mut rows) =
-                (RowDVector::zeros(signals), DMatrix::zeros(kept.len(), signals));
-            for (k, mut row) in kept.zip(rows.row_iter_mut()) {
-                read(k, values.as_mut_slice());
-                check_finite(k, values.as_slice())?;
-                row.copy_from(&values);
+        let mut values = vec![0.0; signals];
+        self.decimate_groups::<GROUP>(samples, signals, counted, |first, group| {
+            for k in first..samples.min(first + GROUP) {
+                read(k, &mut values);
+                for (group, value) in group.iter_mut().zip(&values) {
+                    group[k - first] = *value;
+                }
             }
-            return Ok(rows);
-        };
-        let record = Record::open(samples, signals, filter.default_padding(), read)?;
-        jump.filter_zero_phase(filter, record, kept)
+        })
     }
 
     /// [`decimate`](Self::decimate) of signals in memory, samples × m.
@@ -136,9 +179,11 @@ impl ParallelDecimation {
         signals: &DMatrix<f64>,
         counted: Range<usize>,
     ) -> Result<DMatrix<f64>, SignalError> {
-        self.decimate(signals.nrows(), signals.ncols(), counted, |k, values| {
-            for (signal, value) in values.iter_mut().enumerate() {
-                *value = signals[(k, signal)];
+        let samples = signals.nrows();
+        self.decimate_groups::<GROUP>(samples, signals.ncols(), counted, |first, group| {
+            let last = samples.min(first + GROUP);
+            for (group, signal) in group.iter_mut().zip(signals.column_iter()) {
+                group[..last - first].copy_from_slice(signal.rows_range(first..last).as_slice());
             }
         })
     }

@@ -11,20 +11,36 @@ use super::error::SignalError;
 /// # Errors
 /// [`SignalError::SampleRate`], [`SignalError::TooShort`] below two samples,
 /// [`SignalError::NotFinite`].
-pub fn central_difference(signal: &[f64], sample_rate_hz: f64) -> Result<Vec<f64>, SignalError> {
+///
+/// # Panics
+/// When `derivative` is not as long as the signal.
+pub fn central_difference(
+    signal: &[f64],
+    sample_rate_hz: f64,
+    derivative: &mut [f64],
+) -> Result<(), SignalError> {
+    assert_eq!(derivative.len(), signal.len(), "one value per sample");
     if !(sample_rate_hz.is_finite() && sample_rate_hz > 0.0) {
         return Err(SignalError::SampleRate { sample_rate_hz });
     }
-    let [first, second, ..] = signal else {
+    let ([first, .., last], [from, inside @ .., to]) = (signal, derivative) else {
         return Err(SignalError::TooShort { samples: signal.len(), needed: 2 });
     };
-    if let Some(index) = signal.iter().position(|x| !x.is_finite()) {
-        return Err(SignalError::NotFinite { index });
+    check_finite(signal)?;
+    for (derivative, window) in inside.iter_mut().zip(signal.array_windows::<3>()) {
+        *derivative = (window[2] - window[0]) * (0.5 * sample_rate_hz);
     }
-    let last = signal.len() - 1;
-    let mut derivative = Vec::with_capacity(signal.len());
-    derivative.push((second - first) * sample_rate_hz);
-    derivative.extend(signal.windows(3).map(|w| (w[2] - w[0]) * (0.5 * sample_rate_hz)));
-    derivative.push((signal[last] - signal[last - 1]) * sample_rate_hz);
-    Ok(derivative)
+    *from = (signal[1] - first) * sample_rate_hz;
+    *to = (last - signal[signal.len() - 2]) * sample_rate_hz;
+    Ok(())
+}
+
+/// Whether every sample is finite.
+fn check_finite(signal: &[f64]) -> Result<(), SignalError> {
+    // Without a branch for each sample.
+    if signal.iter().fold(true, |finite, x| finite & x.is_finite()) {
+        return Ok(());
+    }
+    let index = signal.iter().position(|x| !x.is_finite()).unwrap_or_default();
+    Err(SignalError::NotFinite { index })
 }

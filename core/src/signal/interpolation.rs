@@ -17,16 +17,20 @@ pub fn delay_linear(signal: &[f64], samples: f64) -> Result<Vec<f64>, SignalErro
     if let Some(index) = signal.iter().position(|x| !x.is_finite()) {
         return Err(SignalError::NotFinite { index });
     }
-    let Some(last) = signal.len().checked_sub(1) else {
+    let (Some(&first), Some(&last)) = (signal.first(), signal.last()) else {
         return Ok(Vec::new());
     };
-    let delayed = (0..=last).map(|k| {
-        let position = (k as f64 - samples).clamp(0.0, last as f64);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let before = position as usize;
-        let fraction = position - before as f64;
-        let after = (before + 1).min(last);
-        (1.0 - fraction) * signal[before] + fraction * signal[after]
-    });
-    Ok(delayed.collect())
+    let whole = (-samples).floor();
+    let fraction = -samples - whole;
+    // Sample k of the delayed signal lies between k + steps and the one after.
+    #[expect(clippy::cast_possible_truncation, reason = "casts saturate")]
+    let steps = whole as isize;
+    let missing = 0_usize.saturating_add_signed(steps.saturating_neg()).min(signal.len());
+    let from = 0_usize.saturating_add_signed(steps).min(signal.len());
+    let mut delayed = vec![first; missing];
+    let between = |pair: &[f64; 2]| (1.0 - fraction) * pair[0] + fraction * pair[1];
+    let pairs = signal[from..].array_windows().take(signal.len() - missing);
+    delayed.extend(pairs.map(between));
+    delayed.resize(signal.len(), last);
+    Ok(delayed)
 }

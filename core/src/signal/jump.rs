@@ -1,150 +1,308 @@
 //! Zero-phase filtering of many signals of which few samples are wanted.
 //!
-//! A filter is linear in its state and its input, so that both passes can jump from one wanted
-//! sample to the next: one matrix product for all signals in place of two recursions over every
-//! sample, each of which waits for its own result.
+//! Forward and backward, a filter is a sum of oscillations that fade to both sides. What one of them
+//! has of the samples before a wanted one turns and fades to the next wanted one, and the samples
+//! between add their sum with fixed weights; and so from the other side. The weights of both sides
+//! are mirrored, so that sums and differences of mirrored samples need half of the products.
 
 use core::ops::Range;
 
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 
 use super::error::SignalError;
+use super::modes::{Mode, Modes};
 use super::record::Record;
 use super::sections::SecondOrderSections;
-use super::zero_phase::State;
+use crate::dispatch::vectorised;
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
 
-/// Both passes over the same samples x, the forward one from the state z, the backward one from s:
-///
-/// ```text
-/// forward    z' = A z + F x
-/// backward   s' = A s + P z + G x
-/// ```
+/// Oscillations that are computed side by side.
+const TOGETHER: usize = 4;
+
+type Four = Lanes<TOGETHER>;
+
+/// Complex numbers of oscillations side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Side {
+    re: Four,
+    im: Four,
+}
+
+impl Side {
+    const ZERO: Self = Self { re: Lanes([0.0; TOGETHER]), im: Lanes([0.0; TOGETHER]) };
+
+    fn of(numbers: &[Complex<f64>]) -> Self {
+        let at = |l: usize| numbers.get(l).copied().unwrap_or_default();
+        Self { re: Lanes::from_fn(|l| at(l).re), im: Lanes::from_fn(|l| at(l).im) }
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = Complex<f64>> {
+        self.re.0.into_iter().zip(self.im.0).map(|(re, im)| Complex::new(re, im))
+    }
+
+    #[inline(always)]
+    fn times(&self, other: &Self) -> Self {
+        Self {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
+    }
+
+    #[inline(always)]
+    fn plus(&self, other: &Self) -> Self {
+        Self { re: self.re + other.re, im: self.im + other.im }
+    }
+
+    #[inline(always)]
+    fn minus(&self, other: &Self) -> Self {
+        Self { re: self.re - other.re, im: self.im - other.im }
+    }
+
+    #[inline(always)]
+    fn scaled(&self, factor: Four) -> Self {
+        Self { re: self.re * factor, im: self.im * factor }
+    }
+
+    /// Real part of the sum of the products.
+    #[inline(always)]
+    fn dot(&self, other: &Self) -> f64 {
+        sum(self.re * other.re - self.im * other.im)
+    }
+
+    /// An oscillation over one more sample: p z + x.
+    #[inline(always)]
+    fn step(&self, pole: &Self, sample: f64) -> Self {
+        let Self { re, im } = self.times(pole);
+        Self { re: re + Lanes::constant(sample), im }
+    }
+}
+
+#[inline(always)]
+fn sum(Lanes(x): Four) -> f64 {
+    (x[0] + x[2]) + (x[1] + x[3])
+}
+
+/// Weights of a sample and its mirrored one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Weights {
+    /// ½ (p^i + p^(n−1−i)), of their sum.
+    sum: Side,
+    /// ½ (p^(n−1−i) − p^i), of their difference.
+    difference: Side,
+}
+
+/// Some of a filter's oscillations over n samples between two wanted ones.
+#[derive(Clone, Debug, PartialEq)]
+struct Oscillations {
+    pole: Side,
+    /// pⁿ.
+    over: Side,
+    /// What a real signal makes of both passes' amplitude.
+    share: Side,
+    /// Of the first half of the samples.
+    weights: Vec<Weights>,
+}
+
+impl Oscillations {
+    fn new(modes: &[Mode], samples: usize) -> Self {
+        let powers = |mode: &Mode| -> Vec<Complex<f64>> {
+            let first = Complex::from(1.0);
+            let powers = core::iter::successors(Some(first), |power| Some(power * mode.pole));
+            powers.take(samples + 1).collect()
+        };
+        let powers: Vec<_> = modes.iter().map(powers).collect();
+        let weights = |i: usize| {
+            let mirror = samples - 1 - i;
+            // A sample in the middle is its own mirror.
+            let half = if i == mirror { 0.25 } else { 0.5 };
+            let side = |sign: f64| -> Side {
+                let of = |powers: &Vec<Complex<f64>>| (powers[mirror] + powers[i] * sign) * half;
+                Side::of(&powers.iter().map(of).collect::<Vec<_>>())
+            };
+            Weights { sum: side(1.0), difference: side(-1.0) }
+        };
+        Self {
+            pole: Side::of(&modes.iter().map(|mode| mode.pole).collect::<Vec<_>>()),
+            over: Side::of(&powers.iter().map(|powers| powers[samples]).collect::<Vec<_>>()),
+            share: Side::of(&modes.iter().map(Mode::share).collect::<Vec<_>>()),
+            weights: (0..samples.div_ceil(2)).map(weights).collect(),
+        }
+    }
+
+    /// `Σ p^(n−1−i) x_i` and `Σ p^i x_i` over the n samples x.
+    #[inline(always)]
+    fn sums(&self, samples: &[f64]) -> [Side; 2] {
+        let (mut even, mut odd) = (Side::ZERO, Side::ZERO);
+        for ((weights, front), back) in self.weights.iter().zip(samples).zip(samples.iter().rev()) {
+            let (front, back) = (Lanes::constant(*front), Lanes::constant(*back));
+            even = even.plus(&weights.sum.scaled(front + back));
+            odd = odd.plus(&weights.difference.scaled(front - back));
+        }
+        [even.plus(&odd), even.minus(&odd)]
+    }
+}
+
+/// A filter that goes forward and backward from one wanted sample to the next.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Jump {
-    /// Length of x.
+    modes: Modes,
+    /// Samples between.
     samples: usize,
-    /// `[F P; A G]` transposed, the samples and then the states by the states of both passes.
-    passes: DMatrix<f64>,
-    /// A transposed.
-    power: DMatrix<f64>,
+    oscillations: Vec<Oscillations>,
 }
 
 impl Jump {
-    /// Over so many samples, from what the recursion makes of each unit state and unit sample.
+    /// Over so many samples.
     pub(super) fn over(filter: &SecondOrderSections, samples: usize) -> Self {
-        let states = filter.states();
-        let mut passes = DMatrix::zeros(samples + states, 2 * states);
-        for (unit, mut row) in passes.row_iter_mut().enumerate() {
-            let mut x = vec![[0.0]; samples];
-            let mut forward = State::zero(filter);
-            match x.get_mut(unit) {
-                Some(sample) => *sample = [1.0],
-                None => forward.z[(unit - samples) / 2][(unit - samples) % 2] = [1.0],
-            }
-            forward.forward(&mut x);
-            let mut backward = State::zero(filter);
-            backward.backward(&mut x);
-            let after = forward.z.iter().chain(&backward.z).flatten();
-            for (to, [from]) in row.iter_mut().zip(after) {
-                *to = *from;
-            }
-        }
-        let power = passes.view((samples, 0), (states, states)).into_owned();
-        Self { samples, passes, power }
+        let modes = Modes::of(filter);
+        let groups = modes.modes.chunks(TOGETHER);
+        let oscillations = groups.map(|modes| Oscillations::new(modes, samples)).collect();
+        Self { modes, samples, oscillations }
     }
 
-    /// Filters the m signals of a record as [`SecondOrderSections::filter_zero_phase`] does and
-    /// gives one sample after each jump: the `wanted` ones (so many × m), which are in the record.
+    /// Samples that a stretch of a record has to have room for: a jump, or what is left at the end.
+    pub(super) fn room(&self, padding: usize) -> usize {
+        self.samples + 1 + padding + 1
+    }
+
+    /// Filters the signals of a record as [`SecondOrderSections::filter_zero_phase`] does and gives
+    /// one sample after each jump: the `wanted` ones (so many × signals), which are in the record.
     ///
-    /// For the time it takes, it has every state of the filter in memory at each of them.
+    /// For the time it takes, it has what the oscillations sum up in memory, for each of them.
     ///
     /// # Errors
     /// [`SignalError::NotFinite`] as for one signal.
-    pub(super) fn filter_zero_phase(
+    pub(super) fn filter_zero_phase<const N: usize>(
         &self,
-        filter: &SecondOrderSections,
-        mut record: Record<impl FnMut(usize, &mut [f64])>,
+        mut record: Record<impl FnMut(usize, &mut [[f64; N]]), N>,
         wanted: Range<usize>,
     ) -> Result<DMatrix<f64>, SignalError> {
-        let (room, states, factor) = (record.room, filter.states(), self.samples + 1);
-        let mut state = SideBySide::settled(filter, record.before(record.padding()).as_slice());
-        for k in (1..=record.padding()).rev() {
-            state.step(record.before(k).as_mut_slice());
-        }
+        let (factor, count) = (self.samples + 1, self.oscillations.len());
+        // The last jump leaves what the continuation is the mirror image of.
+        let jumps = (record.samples - record.padding - 1) / factor;
+        record.advance(0, record.padding + 1);
+        let starts = record.stretches().flat_map(|signal| self.start(signal, record.padding));
+        let mut states: Vec<Side> = starts.collect();
 
-        let last = (record.samples - 1) / factor;
-        let mut kept = DMatrix::zeros(room, last + 1);
-        // P z + G x of every jump.
-        let mut carried = DMatrix::zeros(room, last * states);
-        // The samples that are jumped over, and the states before them.
-        let mut block = DMatrix::zeros(room, self.samples + states);
-        let mut after = DMatrix::zeros(room, 2 * states);
-        for multiple in 0..last {
-            let mut sample = kept.column_mut(multiple);
-            record.read(multiple * factor, sample.as_mut_slice())?;
-            state.step(sample.as_mut_slice());
-            for (k, mut sample) in (1..factor).zip(block.column_iter_mut()) {
-                record.read(multiple * factor + k, sample.as_mut_slice())?;
+        let mut kept = DMatrix::zeros(wanted.len(), record.signals);
+        // The unfiltered samples before each jump, and what the jump adds on the way back.
+        let mut unfiltered = DMatrix::zeros(jumps, record.signals);
+        let mut returns = vec![Side::ZERO; record.signals * jumps * count];
+        for jump in 0..jumps {
+            record.advance(jump * factor, factor);
+            let mut finite = true;
+            let row = jump.checked_sub(wanted.start).filter(|row| *row < wanted.len());
+            vectorised(
+                #[inline(always)]
+                || {
+                    let signals = record.stretches().zip(states.chunks_exact_mut(count));
+                    for (signal, (values, states)) in signals.enumerate() {
+                        let sample = values[0];
+                        let mut filtered = self.modes.centre * sample;
+                        let returns = &mut returns[(signal * jumps + jump) * count..][..count];
+                        for ((of, state), back) in self.oscillations.iter().zip(states).zip(returns)
+                        {
+                            filtered += of.share.dot(state);
+                            let [sums, mirrored] = of.sums(&values[1..factor]);
+                            *state = of.over.times(&state.step(&of.pole, sample)).plus(&sums);
+                            *back = mirrored;
+                            // No weight hides what is not finite.
+                            finite &= sums.re.0[0].is_finite();
+                        }
+                        unfiltered[(jump, signal)] = sample;
+                        if let Some(row) = row {
+                            kept[(row, signal)] = filtered;
+                        }
+                        finite &= sample.is_finite();
+                    }
+                },
+            );
+            if !finite {
+                record.check_finite(factor)?;
             }
-            block.columns_mut(self.samples, states).copy_from(&state.z);
-            after.gemm(1.0, &block, &self.passes, 0.0);
-            state.z.copy_from(&after.columns(0, states));
-            carried
-                .columns_mut(multiple * states, states)
-                .copy_from(&after.columns(states, states));
         }
 
-        // From the last multiple to the end of the continuation both passes go step by step.
-        let rest = record.samples - last * factor;
-        let mut end = DMatrix::zeros(room, rest + record.padding());
-        for (k, mut sample) in end.column_iter_mut().enumerate() {
-            if k < rest {
-                record.read(last * factor + k, sample.as_mut_slice())?;
-            } else {
-                sample.copy_from(&record.after(k + 1 - rest));
+        let left = record.samples - jumps * factor;
+        record.advance(jumps * factor, left);
+        record.check_finite(left)?;
+        let signals = record.stretches().zip(states.chunks_exact_mut(count));
+        for (signal, (values, states)) in signals.enumerate() {
+            let values = &values[..left];
+            let mut kept = kept.column_mut(signal);
+            let mut row_of = |position: usize, filtered: f64| {
+                let row = (jumps + position / factor).checked_sub(wanted.start);
+                let row = row.filter(|_| position.is_multiple_of(factor) && position < left);
+                if let Some(value) = row.and_then(|row| kept.get_mut(row)) {
+                    *value += filtered;
+                }
+            };
+            self.turn(values, record.padding, states, &mut row_of);
+            // `states` have the sample before them, which the jump adds to what is behind it.
+            for jump in (wanted.start..jumps).rev() {
+                let sample = unfiltered[(jump, signal)];
+                let returns = &returns[(signal * jumps + jump) * count..][..count];
+                let mut filtered = 0.0;
+                for ((of, state), back) in self.oscillations.iter().zip(&mut *states).zip(returns) {
+                    *state = of.over.times(state).plus(back);
+                    filtered += of.share.dot(state);
+                    *state = state.step(&of.pole, sample);
+                }
+                if let Some(value) = kept.get_mut(jump - wanted.start) {
+                    *value += filtered;
+                }
             }
-            state.step(sample.as_mut_slice());
         }
-        let mut state = SideBySide::settled(filter, end.column(end.ncols() - 1).as_slice());
-        for k in (0..end.ncols()).rev() {
-            state.step(end.column_mut(k).as_mut_slice());
-        }
-        kept.set_column(last, &end.column(0));
-
-        let mut jumped = DMatrix::zeros(room, states);
-        for multiple in (wanted.start..last).rev() {
-            jumped.copy_from(&carried.columns(multiple * states, states));
-            jumped.gemm(1.0, &state.z, &self.power, 1.0);
-            core::mem::swap(&mut state.z, &mut jumped);
-            state.step(kept.column_mut(multiple).as_mut_slice());
-        }
-        Ok(kept.view((0, wanted.start), (record.signals, wanted.len())).transpose())
-    }
-}
-
-/// States of every section for signals side by side: m × states, the columns in the order of
-/// [`State`].
-struct SideBySide<'a> {
-    filter: &'a SecondOrderSections,
-    z: DMatrix<f64>,
-}
-
-impl<'a> SideBySide<'a> {
-    /// The states that constant inputs of these levels settle to.
-    fn settled(filter: &'a SecondOrderSections, levels: &[f64]) -> Self {
-        let unit = State::settled(filter, [1.0]);
-        let unit: Vec<f64> = unit.z.into_iter().flatten().flatten().collect();
-        let z = DMatrix::from_fn(levels.len(), unit.len(), |signal, k| levels[signal] * unit[k]);
-        Self { filter, z }
+        Ok(kept)
     }
 
-    /// One sample of each signal in place.
-    fn step(&mut self, sample: &mut [f64]) {
-        let states = self.z.as_mut_slice().chunks_exact_mut(2 * sample.len());
-        for (section, z) in self.filter.sections.iter().zip(states) {
-            let (z1, z2) = z.split_at_mut(sample.len());
-            for ((x, z1), z2) in sample.iter_mut().zip(z1).zip(z2) {
-                *x = section.step(*x, z1, z2);
+    /// What the oscillations have of the continuation before the first sample, the mirror image of
+    /// those after it, and of its first value for ever before.
+    fn start(&self, samples: &[f64], padding: usize) -> Vec<Side> {
+        let before = |k: usize| 2.0 * samples[0] - samples[k];
+        let level = before(padding);
+        let settled: Vec<_> = self.modes.modes.iter().map(|mode| mode.settled() * level).collect();
+        let states = settled.chunks(TOGETHER).zip(&self.oscillations).map(|(settled, of)| {
+            let after = |state: Side, k| state.step(&of.pole, before(k));
+            (1..=padding).rev().fold(Side::of(settled), after)
+        });
+        states.collect()
+    }
+
+    /// Goes over the last samples and their mirrored continuation to its end, and back to the first
+    /// of them. Calls `add` with the position of each sample, and what either pass makes of it.
+    fn turn(
+        &self,
+        samples: &[f64],
+        padding: usize,
+        states: &mut [Side],
+        add: &mut impl FnMut(usize, f64),
+    ) {
+        let last = samples.len() - 1;
+        let mirrored = (1..=padding).map(|k| 2.0 * samples[last] - samples[last - k]);
+        let continued: Vec<f64> = samples.iter().copied().chain(mirrored).collect();
+        let numbers =
+            |states: &[Side]| -> Vec<_> { states.iter().flat_map(Side::numbers).collect() };
+        let mut held = 0.0;
+        for (position, &sample) in continued.iter().enumerate() {
+            let shares = self.oscillations.iter().zip(&*states).map(|(of, z)| of.share.dot(z));
+            add(position, self.modes.centre * sample + shares.sum::<f64>());
+            if position + 1 == continued.len() {
+                held = self.modes.forward(sample, &numbers(states));
+            }
+            for (of, state) in self.oscillations.iter().zip(&mut *states) {
+                *state = state.step(&of.pole, sample);
+            }
+        }
+        let turned = self.modes.turned(held, &numbers(states));
+        for (state, turned) in states.iter_mut().zip(turned.chunks(TOGETHER)) {
+            *state = Side::of(turned);
+        }
+        for (position, &sample) in continued.iter().enumerate().rev() {
+            let shares = self.oscillations.iter().zip(&*states).map(|(of, z)| of.share.dot(z));
+            add(position, shares.sum());
+            for (of, state) in self.oscillations.iter().zip(&mut *states) {
+                *state = state.step(&of.pole, sample);
             }
         }
     }

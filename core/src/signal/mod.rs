@@ -11,6 +11,7 @@ mod difference;
 mod error;
 mod interpolation;
 mod jump;
+mod modes;
 mod record;
 mod sections;
 mod zero_phase;

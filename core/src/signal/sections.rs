@@ -11,6 +11,11 @@ pub(super) struct Section {
 }
 
 impl Section {
+    /// Whether it has one real pole.
+    pub(super) fn is_first_order(&self) -> bool {
+        self.b[2] == 0.0 && self.a[1] == 0.0
+    }
+
     /// Gain at zero frequency.
     pub(super) fn steady_gain(&self) -> f64 {
         (self.b[0] + self.b[1] + self.b[2]) / (1.0 + self.a[0] + self.a[1])
@@ -33,7 +38,7 @@ impl Section {
     ///
     /// At a low cut-off z2 is nearly −z1. Their sum, the slope of the output, would be lost in the
     /// rounding of both, and is kept instead.
-    #[inline]
+    #[inline(always)]
     pub(super) fn step(&self, x: f64, z1: &mut f64, w: &mut f64) -> f64 {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
         let y = b0 * x + *z1;
@@ -64,11 +69,6 @@ impl SecondOrderSections {
     /// Number of poles.
     pub fn order(&self) -> usize {
         self.order
-    }
-
-    /// State variables of a pass: two per section.
-    pub(super) fn states(&self) -> usize {
-        2 * self.sections.len()
     }
 
     /// One row per section, `[b0, b1, b2, 1, a1, a2]`, as SciPy writes them.

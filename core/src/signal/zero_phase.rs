@@ -2,6 +2,7 @@
 
 use super::error::SignalError;
 use super::sections::{SecondOrderSections, Section};
+use crate::dispatch::vectorised;
 
 /// Samples that pass all sections before the next ones do: small enough for the nearest cache.
 const BLOCK: usize = 256;
@@ -81,32 +82,33 @@ impl SecondOrderSections {
         let mut head: Vec<[f64; L]> =
             signal[1..=pad].iter().rev().map(|&x| mirrored(first, x)).collect();
 
-        let mut state = State::settled(self, mirrored(first, signal[pad]));
-        state.forward(&mut head);
-        state.forward(signal);
-        state.forward(&mut tail);
+        vectorised(
+            #[inline(always)]
+            || {
+                let mut state = State::settled(self, mirrored(first, signal[pad]));
+                state.forward(&mut head);
+                state.forward(signal);
+                state.forward(&mut tail);
 
-        let end = tail.last().or(signal.last()).copied().unwrap_or(last);
-        let mut state = State::settled(self, end);
-        state.backward(&mut tail);
-        state.backward(signal);
+                let end = tail.last().or(signal.last()).copied().unwrap_or(last);
+                let mut state = State::settled(self, end);
+                state.backward(&mut tail);
+                state.backward(signal);
+            },
+        );
         Ok(())
     }
 }
 
 /// Transposed direct form II states of every section, for `L` signals.
-pub(super) struct State<'a, const L: usize> {
+struct State<'a, const L: usize> {
     filter: &'a SecondOrderSections,
-    pub(super) z: Vec<[[f64; L]; 2]>,
+    z: Vec<[[f64; L]; 2]>,
 }
 
 impl<'a, const L: usize> State<'a, L> {
-    pub(super) fn zero(filter: &'a SecondOrderSections) -> Self {
-        Self { filter, z: vec![[[0.0; L]; 2]; filter.sections.len()] }
-    }
-
     /// The state that a constant input of `level` settles to.
-    pub(super) fn settled(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
+    fn settled(filter: &'a SecondOrderSections, mut level: [f64; L]) -> Self {
         let z = filter
             .sections
             .iter()
@@ -121,7 +123,8 @@ impl<'a, const L: usize> State<'a, L> {
     }
 
     /// Filters samples in place, in the order of the slice.
-    pub(super) fn forward(&mut self, samples: &mut [[f64; L]]) {
+    #[inline(always)]
+    fn forward(&mut self, samples: &mut [[f64; L]]) {
         for block in samples.chunks_mut(BLOCK) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut());
@@ -130,7 +133,8 @@ impl<'a, const L: usize> State<'a, L> {
     }
 
     /// Filters samples in place, last one first.
-    pub(super) fn backward(&mut self, samples: &mut [[f64; L]]) {
+    #[inline(always)]
+    fn backward(&mut self, samples: &mut [[f64; L]]) {
         for block in samples.rchunks_mut(BLOCK) {
             for (section, z) in self.filter.sections.iter().zip(&mut self.z) {
                 section.run(z, block.iter_mut().rev());
@@ -141,6 +145,7 @@ impl<'a, const L: usize> State<'a, L> {
 
 impl Section {
     /// One section over some samples; its state stays in registers meanwhile.
+    #[inline(always)]
     fn run<'s, const L: usize>(
         &self,
         state: &mut [[f64; L]; 2],

@@ -4,11 +4,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Subject;
 use crate::MAX_JOINTS;
+use crate::dispatch::vectorised;
 use crate::dynamics::Workspace;
 use crate::identification::error::IdentificationError;
-use crate::identification::prefilter::Motion;
+use crate::identification::prefilter::{GROUP, Motion, MotionGroup, derivatives, group_of};
+use crate::lanes::Lanes;
 use crate::scalar::Scalar;
-use crate::signal::central_difference;
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
@@ -26,59 +27,80 @@ impl<'a> Columns<'a> {
     }
 
     /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
-    /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. None where
-    /// nothing moves.
+    /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. For each
+    /// direction; none where nothing moves.
     ///
     /// Above the last bend all of them vanish: what the model calls Coulomb friction stays what it
     /// is there, and moves only as far as the shape below is another.
     pub(super) fn friction(
         &self,
-        direction: &[f64],
-    ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
-        let speed = &self.subject.motion.velocity * DVector::from_column_slice(direction);
-        let highest = self
-            .subject
-            .experiment
-            .counted()
-            .filter_map(|k| speed.get(k))
-            .fold(0.0, |highest: f64, speed| highest.max(speed.abs()));
-        if highest <= 0.0 {
-            return Ok(None);
-        }
-        let sign = self.subject.robot.sign_model();
-        let counted = self.subject.experiment.counted();
-        let laws =
-            self.subject.decimation.decimate(speed.len(), BENDS.len(), counted, |k, laws| {
-                let u = speed[k];
-                let mut bent = BENDS.map(|bend| u / (bend * highest));
-                f64::tanh_each(&mut bent);
-                let model = sign.value(u);
-                for (law, bent) in laws.iter_mut().zip(bent) {
-                    *law = bent - model;
-                }
-            });
-        let laws = laws.map_err(IdentificationError::RegressorFilter)?;
-        let laws = self.subject.experiment.fitted(self.subject.decimation, laws);
+        directions: &[Vec<f64>],
+    ) -> Result<Vec<Option<DMatrix<f64>>>, IdentificationError> {
+        let Subject { experiment, decimation, robot, .. } = *self.subject;
+        let speeds: Vec<DVector<f64>> = directions.iter().map(|of| self.speed(of)).collect();
+        let counted = experiment.counted();
+        let highest = |speed: &DVector<f64>| speed.rows_range(counted.clone()).amax();
+        let highest: Vec<f64> = speeds.iter().map(highest).collect();
+        let moving: Vec<(&[f64], f64)> = (speeds.iter().zip(&highest))
+            .filter(|(_, highest)| **highest > 0.0)
+            .map(|(speed, highest)| (speed.as_slice(), *highest))
+            .collect();
+        let sign = robot.sign_model();
+        let read = |first, laws: &mut [[f64; GROUP]]| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (laws, &(speed, highest)) in laws.chunks_exact_mut(BENDS.len()).zip(&moving)
+                    {
+                        let u = group_of(speed, first);
+                        let model = sign.value(u);
+                        for (law, bend) in laws.iter_mut().zip(BENDS) {
+                            *law = ((u / Lanes::constant(bend * highest)).tanh() - model).0;
+                        }
+                    }
+                },
+            );
+        };
+        let samples = self.subject.motion.velocity.nrows();
+        let signals = moving.len() * BENDS.len();
+        let laws = decimation
+            .decimate_groups(samples, signals, experiment.counted(), read)
+            .map_err(IdentificationError::RegressorFilter)?;
+        let laws = experiment.fitted(decimation, laws);
         let rows = laws.nrows();
-        let mut columns = DMatrix::zeros(rows * direction.len(), laws.ncols());
-        for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-            columns.rows_mut(joint * rows, rows).copy_from(&(&laws * *share));
+        let mut next = 0;
+        let columns = directions.iter().zip(highest).map(|(direction, highest)| {
+            if highest <= 0.0 {
+                return None;
+            }
+            let laws = laws.columns(next, BENDS.len());
+            next += BENDS.len();
+            let mut columns = DMatrix::zeros(rows * direction.len(), laws.ncols());
+            for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                columns.rows_mut(joint * rows, rows).copy_from(&(laws * *share));
+            }
+            Some(columns)
+        });
+        Ok(columns.collect())
+    }
+
+    /// `directionᵀ q̇` along the motion.
+    fn speed(&self, direction: &[f64]) -> DVector<f64> {
+        let velocity = &self.subject.motion.velocity;
+        let mut speed = DVector::zeros(velocity.nrows());
+        for (share, of) in direction.iter().zip(velocity.column_iter()) {
+            if *share != 0.0 {
+                speed.axpy(*share, &of, 1.0);
+            }
         }
-        Ok(Some(columns))
+        speed
     }
 
     /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
     /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`.
     pub(super) fn delays(&self) -> Result<DMatrix<f64>, IdentificationError> {
         let rate_hz = self.subject.experiment.sample_rate_hz();
-        let mut rates = self.torque.clone();
-        for (joint, mut torque) in (1..).zip(rates.column_iter_mut()) {
-            let signal = "predicted torque";
-            let rate = central_difference(torque.as_slice(), rate_hz)
-                .map_err(|cause| IdentificationError::Signal { signal, joint, cause })?;
-            torque.copy_from_slice(&rate);
-        }
-        let rates = self.filtered(&rates)?;
+        let rates = self.filtered(&derivatives(&self.torque, rate_hz, "predicted torque")?)?;
         let (rows, joints) = rates.shape();
         let mut columns = DMatrix::zeros(rows * joints, joints);
         for (joint, rate) in rates.column_iter().enumerate() {
@@ -104,6 +126,9 @@ impl<'a> Columns<'a> {
 
     /// Of what outliers spoil, the samples where a joint differs by more than it does anywhere else.
     fn glitches(&self, difference: &DMatrix<f64>) -> Vec<usize> {
+        if self.subject.spoiled.is_empty() {
+            return Vec::new();
+        }
         let spoiled = |k: &usize| self.subject.spoiled.iter().any(|range| range.contains(k));
         let counted = self.subject.experiment.counted();
         let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(spoiled);
@@ -143,21 +168,20 @@ impl<'a> Columns<'a> {
 /// The inverse dynamics of the estimate along a motion, samples × joints.
 fn torque_along(subject: &Subject<'_>, motion: &Motion) -> DMatrix<f64> {
     let (samples, joints) = motion.position.shape();
+    let standard: Vec<_> = subject.standard.iter().map(|&value| Lanes::constant(value)).collect();
     let mut torque = DMatrix::zeros(samples, joints);
-    let mut workspace = Workspace::new();
-    let mut tau = [0.0; MAX_JOINTS];
-    for k in 0..samples {
-        let [q, dq, ddq] = motion.at(k);
-        subject.model.inverse_dynamics(
-            &mut workspace,
-            subject.standard,
-            &q[..joints],
-            &dq[..joints],
-            &ddq[..joints],
-            &mut tau[..joints],
-        );
-        for (entry, tau) in torque.row_mut(k).iter_mut().zip(&tau) {
-            *entry = *tau;
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(joints));
+    let mut tau = [Lanes::zero(); MAX_JOINTS];
+    for first in (0..samples).step_by(GROUP) {
+        let [q, dq, ddq] = group.read(motion, first);
+        let tau = &mut tau[..joints];
+        subject.model.inverse_dynamics(&mut workspace, &standard, q, dq, ddq, tau);
+        let inside = GROUP.min(samples - first);
+        let mut rows = torque.rows_mut(first, inside);
+        for (mut rows, tau) in rows.column_iter_mut().zip(tau) {
+            for (row, tau) in rows.iter_mut().zip(tau.0) {
+                *row = tau;
+            }
         }
     }
     torque

@@ -179,13 +179,17 @@ impl Subject<'_> {
         };
         let delays = add(Freedom::TorqueDelay, Some(columns.delays()?))?;
         add(Freedom::LeftOutParameters, self.left_out()?)?;
-        for joint in 0..joints {
-            let friction = columns.friction(&unit(joint, joints))?;
-            add(Freedom::JointFriction(joint + 1), friction)?;
-        }
-        for motor in (0..joints).filter(|&motor| transmission.is_coupled(motor)) {
-            let friction = columns.friction(&transmission.direction(motor)[..joints])?;
-            add(Freedom::MotorFriction(motor + 1), friction)?;
+        let coupled: Vec<usize> =
+            (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
+        let of_joints = (0..joints).map(|joint| unit(joint, joints));
+        let of_motors =
+            coupled.iter().map(|&motor| transmission.direction(motor)[..joints].to_vec());
+        let freedoms = (0..joints).map(|joint| Freedom::JointFriction(joint + 1));
+        let freedoms =
+            freedoms.chain(coupled.iter().map(|motor| Freedom::MotorFriction(motor + 1)));
+        let directions: Vec<Vec<f64>> = of_joints.chain(of_motors).collect();
+        for (freedom, friction) in freedoms.zip(columns.friction(&directions)?) {
+            add(freedom, friction)?;
         }
         let predicted = self.predicted();
         for joint in 0..joints {
@@ -299,7 +303,7 @@ impl Subject<'_> {
             // the noise and biases the estimate.
             PositionError::InTheLoop([half, all]) => {
                 let even = columns.rows_of(&((all - half * 2.0 + columns.torque()) * 2.0))?;
-                let shift = -self.analysis.influence().tr_mul(&even);
+                let shift = -self.analysis.moved_by(&even);
                 Ok(Some(self.check_of(Freedom::PositionNoise, None, &shift, None)))
             }
         }
@@ -324,7 +328,6 @@ impl Subject<'_> {
         if widest < NARROWEST_COMPARISON {
             return Ok(None);
         }
-        let influence = self.analysis.influence();
         // How far the filter rings around a glitch [samples].
         let reach = RINGING_PERIODS * self.experiment.sample_rate_hz() / filter.cutoff_hz;
         #[expect(
@@ -338,7 +341,7 @@ impl Subject<'_> {
         let move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
             let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..*filter };
             let motion = filtered_motion(self.experiment, &other)?;
-            Ok(influence.tr_mul(&columns.torque_difference(&motion, reach)?))
+            Ok(self.analysis.moved_by(&columns.torque_difference(&motion, reach)?))
         };
         let (near, far) = (widest.sqrt(), widest);
         let (moved_near, moved_far) = (move_with(near)?, move_with(far)?);

@@ -1,0 +1,131 @@
+//! Products of tall matrices, with the same bits on every processor.
+
+use nalgebra::DMatrix;
+
+use crate::dispatch::vectorised;
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
+/// Numbers of a column that are computed side by side.
+const TOGETHER: usize = 4;
+
+/// AᵀB of matrices with as many rows.
+pub(super) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(a.ncols(), b.ncols());
+    vectorised(
+        #[inline(always)]
+        || {
+            // Two columns of either at a time, the last one twice where their number is odd.
+            for j in (0..b.ncols()).step_by(2) {
+                let right = [column(b, j), column(b, (j + 1).min(b.ncols() - 1))];
+                for i in (0..a.ncols()).step_by(2) {
+                    let left = [column(a, i), column(a, (i + 1).min(a.ncols() - 1))];
+                    let dots = dots(left, right);
+                    for (j, dots) in (j..b.ncols()).zip(dots) {
+                        for (i, dot) in (i..a.ncols()).zip(dots) {
+                            product[(i, j)] = dot;
+                        }
+                    }
+                }
+            }
+        },
+    );
+    product
+}
+
+#[inline(always)]
+fn column(matrix: &DMatrix<f64>, index: usize) -> &[f64] {
+    &matrix.as_slice()[index * matrix.nrows()..(index + 1) * matrix.nrows()]
+}
+
+/// Of each of the right, its products with each of the left.
+#[inline(always)]
+fn dots([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
+    let mut sums = [[Lanes::zero(); 2]; 2];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<TOGETHER>(), b.as_chunks::<TOGETHER>());
+    let ((c, c_rest), (d, d_rest)) = (c.as_chunks::<TOGETHER>(), d.as_chunks::<TOGETHER>());
+    for ((a, b), (c, d)) in a.iter().zip(b).zip(c.iter().zip(d)) {
+        let (a, b, c, d) = (Lanes(*a), Lanes(*b), Lanes(*c), Lanes(*d));
+        sums[0][0] += a * c;
+        sums[0][1] += b * c;
+        sums[1][0] += a * d;
+        sums[1][1] += b * d;
+    }
+    let whole = |Lanes(sum): Lanes<TOGETHER>, left: &[f64], right: &[f64]| {
+        let rest = left.iter().zip(right).map(|(left, right)| left * right);
+        rest.fold((sum[0] + sum[2]) + (sum[1] + sum[3]), |sum, product| sum + product)
+    };
+    [
+        [whole(sums[0][0], a_rest, c_rest), whole(sums[0][1], b_rest, c_rest)],
+        [whole(sums[1][0], a_rest, d_rest), whole(sums[1][1], b_rest, d_rest)],
+    ]
+}
+
+/// Takes out of `vector` what it has of a vector of length 1.
+pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
+    vectorised(
+        #[inline(always)]
+        || {
+            let [[share, _], _] = dots([of, of], [vector, vector]);
+            for (value, of) in vector.iter_mut().zip(of) {
+                *value -= share * of;
+            }
+        },
+    );
+}
+
+/// C + factor A B; the sum of each entry goes over the columns of A in order.
+pub(super) fn add_product(c: &mut DMatrix<f64>, factor: f64, a: &DMatrix<f64>, b: &DMatrix<f64>) {
+    /// Rows at a time: as many columns of A stay in the nearest cache.
+    const ROWS: usize = 64;
+    let rows = a.nrows();
+    vectorised(
+        #[inline(always)]
+        || {
+            for first in (0..rows).step_by(ROWS) {
+                let range = first..rows.min(first + ROWS);
+                for (b, c) in b.column_iter().zip(c.as_mut_slice().chunks_exact_mut(rows)) {
+                    let c = &mut c[range.clone()];
+                    for (b, a) in b.iter().zip(a.as_slice().chunks_exact(rows)) {
+                        let b = factor * b;
+                        for (c, a) in c.iter_mut().zip(&a[range.clone()]) {
+                            *c += a * b;
+                        }
+                    }
+                }
+            }
+        },
+    );
+}
+
+/// A B.
+pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut c = DMatrix::zeros(a.nrows(), b.ncols());
+    add_product(&mut c, 1.0, a, b);
+    c
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn they_are_those_of_nalgebra() {
+        let matrix = |rows, columns, seed: usize| {
+            DMatrix::from_fn(rows, columns, |i, j| {
+                (((i * 31 + j * 17 + seed) * 53) % 101) as f64 / 101.0 - 0.5
+            })
+        };
+        for (rows, left, right) in [(1, 1, 1), (3, 2, 5), (67, 4, 2), (130, 9, 7), (64, 28, 3)] {
+            let (a, b) = (matrix(rows, left, 1), matrix(rows, right, 2));
+            let difference = transposed_product(&a, &b) - a.transpose() * &b;
+            assert!(difference.amax() < 1e-13, "{rows}: {difference}");
+            let (b, mut c) = (matrix(left, right, 3), matrix(rows, right, 4));
+            let expected = &c - &a * &b;
+            add_product(&mut c, -1.0, &a, &b);
+            assert!((c - expected).amax() < 1e-13, "{rows}");
+            assert!((product(&a, &b) - &a * &b).amax() < 1e-13, "{rows}");
+        }
+        assert_eq!(transposed_product(&matrix(5, 0, 1), &matrix(5, 2, 1)).shape(), (0, 2));
+    }
+}

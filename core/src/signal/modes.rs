@@ -1,0 +1,124 @@
+//! A low-pass filter as a sum of damped oscillations, and what it is forward and backward.
+
+use nalgebra::Complex;
+
+use super::sections::SecondOrderSections;
+
+/// One pole p, or a pair of conjugate ones, of which this is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mode {
+    pub(super) pole: Complex<f64>,
+    /// 1 − p, which has all its digits where p is nearly 1.
+    distance: Complex<f64>,
+    /// r: the pole's share of one pass.
+    forward: Complex<f64>,
+    /// c: its share of both.
+    both: Complex<f64>,
+    /// H(1/p).
+    mirrored: Complex<f64>,
+    /// 2 for a pair.
+    poles: f64,
+}
+
+/// A filter by its poles (partial fractions of Oppenheim & Schafer, *Discrete-Time Signal
+/// Processing*, section 3.3):
+///
+/// ```text
+/// forward                h_0 = K        h_m = Σ r p^(m−1)
+/// forward and backward   g_0 = Σ h_m²   g_m = Σ c p^(|m|−1)        c = r H(1/p)
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Modes {
+    /// K.
+    direct: f64,
+    /// g_0.
+    pub(super) centre: f64,
+    pub(super) modes: Vec<Mode>,
+}
+
+impl Modes {
+    /// Of `H(z) = K Π (1 + z⁻¹)/(1 − p z⁻¹)`, whose poles differ.
+    pub(super) fn of(filter: &SecondOrderSections) -> Self {
+        let direct: f64 = filter.sections.iter().map(|section| section.b[0]).product();
+        let distances: Vec<(Complex<f64>, f64)> = (filter.sections.iter())
+            .map(|section| {
+                let [a1, a2] = section.a;
+                if section.is_first_order() {
+                    return (Complex::from(1.0 + a1), 1.0);
+                }
+                // Of q = 1 − p: q² − (2 + a1) q + (1 + a1 + a2) = 0.
+                let half = 0.5 * (2.0 + a1);
+                (Complex::new(half, -((1.0 + a1 + a2) - half * half).max(0.0).sqrt()), 2.0)
+            })
+            .collect();
+        let all: Vec<Complex<f64>> = (distances.iter())
+            .flat_map(|&(q, poles)| [Some(q), (poles > 1.0).then_some(q.conj())])
+            .flatten()
+            .collect();
+        let zeros = |q: Complex<f64>| all.iter().fold(Complex::from(direct), |z, _| z * (2.0 - q));
+        let mode = |&(q, poles): &(Complex<f64>, f64)| {
+            let others = all.iter().filter(|other| **other != q);
+            let forward = others.fold(zeros(q), |share, other| share / (other - q));
+            let mirrored = all.iter().fold(zeros(q), |h, other| h / one_less_product(q, *other));
+            Mode { pole: 1.0 - q, distance: q, forward, both: forward * mirrored, mirrored, poles }
+        };
+        let modes: Vec<Mode> = distances.iter().map(mode).collect();
+        let mut filter = Self { direct, centre: 0.0, modes };
+        // Σ h_m² = K² + Σ r Σ_m p^m h_(m+1).
+        let forward: Vec<_> = filter.modes.iter().map(|mode| mode.forward).collect();
+        let energy = filter
+            .modes
+            .iter()
+            .map(|mode| mode.poles * (mode.forward * filter.overlap(mode, &forward)).re);
+        filter.centre = direct * direct + energy.sum::<f64>();
+        filter
+    }
+
+    /// `Σ_m p^m x_m` over the sum x_m of all oscillations, one amplitude each.
+    fn overlap(&self, mode: &Mode, amplitudes: &[Complex<f64>]) -> Complex<f64> {
+        let of = |amplitude, q| amplitude / one_less_product(mode.distance, q);
+        let terms = self.modes.iter().zip(amplitudes).map(|(other, amplitude)| {
+            let one = of(*amplitude, other.distance);
+            if other.poles > 1.0 { one + of(amplitude.conj(), other.distance.conj()) } else { one }
+        });
+        terms.sum()
+    }
+
+    /// What one pass makes of a sample and of what the oscillations hold of those before.
+    pub(super) fn forward(&self, sample: f64, states: &[Complex<f64>]) -> f64 {
+        let shares = self.modes.iter().zip(states);
+        self.direct * sample
+            + shares.map(|(mode, state)| mode.poles * (mode.forward * state).re).sum::<f64>()
+    }
+
+    /// Where the passes turn round: the backward one begins as if the forward one had given
+    /// `held` for ever, from where its oscillations hold `states`. So does a backward pass of the
+    /// samples alone that begins with these.
+    pub(super) fn turned(&self, held: f64, states: &[Complex<f64>]) -> Vec<Complex<f64>> {
+        let fading: Vec<_> =
+            self.modes.iter().zip(states).map(|(mode, state)| mode.forward * state).collect();
+        let turned = self
+            .modes
+            .iter()
+            .map(|mode| (mode.settled() * held - self.overlap(mode, &fading)) / mode.mirrored);
+        turned.collect()
+    }
+}
+
+impl Mode {
+    /// `Σ p^(m−1)` over the past of a constant 1.
+    pub(super) fn settled(&self) -> Complex<f64> {
+        self.distance.inv()
+    }
+
+    /// What a real signal makes of c: twice that of one pole of a pair, of which the real part is
+    /// taken.
+    pub(super) fn share(&self) -> Complex<f64> {
+        self.both * self.poles
+    }
+}
+
+/// 1 − p p' by the distances of both from 1.
+fn one_less_product(q: Complex<f64>, other: Complex<f64>) -> Complex<f64> {
+    q + other - q * other
+}
