@@ -2,7 +2,7 @@
 
 use super::drives::Drives;
 use super::inertia::Wrench;
-use super::kinematics::Motion;
+use super::kinematics::{Motion, Pose};
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
@@ -118,29 +118,33 @@ impl Model {
         out.fill(T::zero());
         self.propagate(ws, columns.links.len(), dq, Some(ddq));
 
-        let z = Vector3::along_z(T::constant(1.0));
-        let mut axes = [(Vector3::zero(), Vector3::zero()); MAX_JOINTS];
+        let mut axes = [Axis::own(JointKind::Revolute); MAX_JOINTS];
         for (l, wanted) in columns.links.iter().enumerate() {
-            let pose = &ws.poses[l];
-            for (turn, shift) in &mut axes[..l] {
-                let moved = if pose.shifted { *shift + turn.cross(pose.origin) } else { *shift };
-                *shift = pose.to_link(moved);
-                *turn = pose.to_link(*turn);
+            for axis in &mut axes[..l] {
+                *axis = axis.to_link(&ws.poses[l]);
             }
-            axes[l] = match self.chain[l].kind {
-                JointKind::Revolute => (z, Vector3::zero()),
-                JointKind::Prismatic => (Vector3::zero(), z),
-            };
+            let kind = self.chain[l].kind;
+            axes[l] = Axis::own(kind);
             for &(component, place) in wanted {
-                let rows = out.chunks_exact_mut(width).zip(&axes[..=l]);
+                let entries = out[place..].iter_mut().step_by(width);
+                let rows = entries.zip(&axes[..l]);
                 if component < INERTIA_COMPONENTS {
                     let moment = unit_inertia_moment(component, &ws.motions[l]);
-                    rows.for_each(|(row, (turn, _))| row[place] = turn.dot(moment));
+                    for (entry, axis) in rows {
+                        *entry = axis.turn.dot(moment);
+                    }
+                    if kind == JointKind::Revolute {
+                        out[l * width + place] = moment.z;
+                    }
                 } else {
-                    let Wrench { moment, force } = unit_mass_wrench(component, &ws.motions[l]);
-                    rows.for_each(|(row, (turn, shift))| {
-                        row[place] = turn.dot(moment) + shift.dot(force);
-                    });
+                    let wrench = unit_mass_wrench(component, &ws.motions[l]);
+                    for (entry, axis) in rows {
+                        *entry = axis.turn.dot(wrench.moment);
+                        if axis.displaced {
+                            *entry += axis.shift.dot(wrench.force);
+                        }
+                    }
+                    out[l * width + place] = wrench.along(kind);
                 }
             }
         }
@@ -162,6 +166,43 @@ impl Model {
         self.drives.for_each_inertia(any, |row, column, _| pattern[row * width + column] = true);
         self.drives.for_each_friction(any, |row, column, _| pattern[row * width + column] = true);
         pattern
+    }
+}
+
+/// What a unit velocity of a joint does to a link, in the link's frame.
+#[derive(Clone, Copy)]
+struct Axis<T> {
+    /// How the link turns.
+    turn: Vector3<T>,
+    /// How the origin of its frame moves.
+    shift: Vector3<T>,
+    /// Whether the origin can move at all: axes that meet in it do not move it.
+    displaced: bool,
+}
+
+impl<T: Scalar> Axis<T> {
+    /// Of the link's own joint.
+    #[inline(always)]
+    fn own(joint: JointKind) -> Self {
+        let (zero, z) = (Vector3::zero(), Vector3::along_z(T::constant(1.0)));
+        match joint {
+            JointKind::Revolute => Self { turn: z, shift: zero, displaced: false },
+            JointKind::Prismatic => Self { turn: zero, shift: z, displaced: true },
+        }
+    }
+
+    /// The same joint and the next link.
+    #[inline(always)]
+    fn to_link(self, pose: &Pose<T>) -> Self {
+        let Self { turn, mut shift, mut displaced } = self;
+        if pose.shifted {
+            shift = shift + turn.cross(pose.origin);
+            displaced = true;
+        }
+        if displaced {
+            shift = pose.to_link(shift);
+        }
+        Self { turn: pose.to_link(turn), shift, displaced }
     }
 }
 
