@@ -238,7 +238,8 @@ fn child_is_stopped_while_it_identifies() {
     });
     // Longer than a stop may take.
     let identify: Identify = Box::new(|window| {
-        if window.number == 2 {
+        // Not exactly: on a busy machine that one may be rejected.
+        if window.number >= 2 {
             let pid = rustix::process::getpid();
             kill_process(pid, Signal::TERM).unwrap();
             std::thread::sleep(Duration::from_secs(20));
