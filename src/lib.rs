@@ -6,6 +6,7 @@ pub mod cli;
 pub mod compare;
 pub mod experiment;
 pub mod identify;
+pub mod latency;
 pub mod pipeline;
 pub mod report;
 pub mod service;

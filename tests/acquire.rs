@@ -32,6 +32,15 @@ fn bus(when_full: WhenFull) -> (InProcessSender, Box<dyn Source>) {
     (sender, Box::new(source))
 }
 
+fn send_at_5_khz(sender: &InProcessSender, frames: &[Frame]) {
+    let start = Instant::now();
+    for (index, frame) in frames.iter().enumerate() {
+        let due = start + Duration::from_micros(200 * index as u64);
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        sender.send(*frame).unwrap();
+    }
+}
+
 fn reader(network: &Network) -> SampleReader {
     StreamNode::join(&network.options()).unwrap().sample_reader().unwrap()
 }
@@ -59,11 +68,40 @@ fn nothing_is_allocated_per_frame() {
     // The library's loan of a slot takes one small block and gives it back, per batch of 64.
     assert!(cost.count_total <= 60_000 / 64, "{cost:?}");
     assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
+    assert_eq!(shared.frame_to_buffer().unwrap().count, 60_000, "the latencies are part of it");
     // The slot being filled may still be on loan, or have been before.
     assert!(cost.count_current.abs() <= 1, "{cost:?}");
     let counts = acquisition.run(&AtomicBool::new(false)).map(|_| shared.counts()).unwrap();
     assert_eq!(counts.losses.samples, 60_000);
     assert_eq!(counts.batches, 60_000_u64.div_ceil(64) + 1, "all full, but the last, and the end");
+}
+
+/// Where the test above never waits, this bus makes the thread wait for almost every frame.
+#[test]
+fn nothing_is_allocated_while_waiting_for_a_bus_at_5_khz() {
+    let network = Network::new();
+    let (sender, source) = bus(WhenFull::Wait);
+    let shared = SharedAcquisition::default();
+    let mut reader = reader(&network);
+    let options = options(&network, Pace::Live);
+    let mut acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    assert_eq!(acquisition.step().unwrap(), None);
+    let (before, during) = (1_000, 10_000);
+    let frames = frames(before + during, |_| true);
+    let bus = std::thread::spawn(move || send_at_5_khz(&sender, &frames));
+    // The first batches connect the reader.
+    while shared.frame_to_buffer().is_none_or(|latency| latency.count < before) {
+        assert_eq!(acquisition.step().unwrap(), None);
+    }
+    let cost = allocation_counter::measure(|| while acquisition.step().unwrap().is_none() {});
+    bus.join().unwrap();
+    // A batch is sent full, or at its age of 50 ms.
+    let batches = shared.counts().batches;
+    assert!(cost.count_total <= batches, "{cost:?}, {batches} batches");
+    assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
+    assert!(cost.count_current.abs() <= 1, "{cost:?}");
+    assert_eq!(shared.frame_to_buffer().unwrap().count, before + during);
+    assert!(reader.receive().unwrap().is_some());
 }
 
 #[test]
@@ -271,12 +309,7 @@ fn cost_at_5_khz() {
                 }
             }
         });
-        let start = Instant::now();
-        for (index, frame) in frames.iter().enumerate() {
-            let due = start + Duration::from_micros(200 * index as u64);
-            std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            sender.send(*frame).unwrap();
-        }
+        send_at_5_khz(&sender, &frames);
         drop(sender);
         let bus_cpu = bus_thread.join().unwrap();
         let (reader_cpu, batches) = reading.join().unwrap();

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use common::bus::{assembler, frames, interface};
 use common::{Network, Process, eventually};
 use didim::acquire::{AcquireOptions, BusState, RealTimeOptions};
+use didim::latency::LatencySummary;
 use didim::service::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceError, ServiceOptions,
     ServiceReport, SocketOptions, run,
@@ -237,7 +238,8 @@ fn child_is_stopped_while_it_identifies() {
     });
     // Longer than a stop may take.
     let identify: Identify = Box::new(|window| {
-        if window.number == 2 {
+        // Not exactly: on a busy machine that one may be rejected.
+        if window.number >= 2 {
             let pid = rustix::process::getpid();
             kill_process(pid, Signal::TERM).unwrap();
             std::thread::sleep(Duration::from_secs(20));
@@ -307,6 +309,13 @@ fn live_options(folder: &Path) -> ServiceOptions {
     }
 }
 
+/// As latencies of a running service are.
+fn plausible(latency: Option<LatencySummary>) {
+    let LatencySummary { count, p50_ns, p99_ns, p999_ns, max_ns } = latency.unwrap();
+    let rising = [1, p50_ns, p99_ns, p999_ns, max_ns, 60_000_000_000];
+    assert!(count > 0 && rising.is_sorted(), "{latency:?}");
+}
+
 /// A live service on a bus at 1 kHz, until it is told to stop.
 #[test]
 #[ignore = "the other process of a test"]
@@ -314,19 +323,73 @@ fn child_serves() {
     let Some(network) = Network::inherited() else { return };
     let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
     let (sender, acquisition) = acquisition(&network, Pace::Live);
+    send_every(Duration::from_millis(1), sender, frames(60_000, |_| true));
+    let estimation = estimation(&network, Trigger::Command {}, &folder.join("results"), identify());
+    let report = run(&live_options(&folder), Parts::Both(acquisition, estimation)).unwrap();
+    assert_eq!(report.end, ServiceEnd::Signal);
+}
+
+fn send_every(period: Duration, sender: InProcessSender, frames: Vec<Frame>) {
     std::thread::spawn(move || {
-        let start = Instant::now();
-        for (index, frame) in frames(60_000, |_| true).into_iter().enumerate() {
-            let due = start + Duration::from_millis(index as u64);
+        let mut due = Instant::now();
+        for frame in frames {
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
             if sender.send(frame).is_err() {
                 break;
             }
+            due += period;
         }
     });
-    let estimation = estimation(&network, Trigger::Command {}, &folder.join("results"), identify());
+}
+
+/// A live service on a bus at 5 kHz that identifies a window every 60 ms, until it is told to stop.
+#[test]
+#[ignore = "the other process of a test"]
+fn child_serves_at_5_khz() {
+    let Some(network) = Network::inherited() else { return };
+    let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
+    let (sender, acquisition) = acquisition(&network, Pace::Live);
+    send_every(Duration::from_micros(200), sender, frames(5_000 * 60, |_| true));
+    let trigger = Trigger::Interval { length_s: 0.3 };
+    let estimation = estimation(&network, trigger, &folder.join("results"), identify());
     let report = run(&live_options(&folder), Parts::Both(acquisition, estimation)).unwrap();
     assert_eq!(report.end, ServiceEnd::Signal);
+}
+
+/// The least memory of its own that the process has within half a second \[bytes\].
+fn anonymous_memory(process: &Process) -> u64 {
+    let resident = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", process.0.id())).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("RssAnon:")).unwrap();
+        let kib: u64 = line.trim().strip_suffix(" kB").unwrap().parse().unwrap();
+        std::thread::sleep(Duration::from_millis(50));
+        1024 * kib
+    };
+    (0..10).map(|_| resident()).min().unwrap()
+}
+
+#[test]
+fn the_memory_of_a_service_at_5_khz_is_flat() {
+    let folder = tempfile::tempdir_in("/tmp").unwrap();
+    let network = Network::new();
+    let mut child = network
+        .child("child_serves_at_5_khz")
+        .env("DIDIM_TEST_FOLDER", folder.path())
+        .spawn()
+        .map(Process)
+        .unwrap();
+    let told = || fetch_status(&folder.path().join("status")).ok();
+    eventually("the first windows", || {
+        told().is_some_and(|status| status.estimation.unwrap().windows_identified > 10)
+    });
+    let before = anonymous_memory(&child);
+    std::thread::sleep(Duration::from_secs(10));
+    let after = anonymous_memory(&child);
+    let status = told().unwrap();
+    stop(&mut child);
+    let samples = status.acquisition.unwrap().samples;
+    assert!(samples > 30_000, "{samples} samples");
+    assert!(after < before + (1 << 20), "{before} bytes, ten seconds later {after}");
 }
 
 fn stop(child: &mut Process) -> Duration {
@@ -377,6 +440,10 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let acquisition = snapshot.acquisition.unwrap();
     assert!((800.0..1200.0).contains(&acquisition.samples_per_second), "{acquisition:?}");
     assert!(folder.path().join("results/latest.json").exists());
+    plausible(acquisition.frame_to_buffer);
+    let estimation = snapshot.estimation.unwrap();
+    plausible(estimation.buffer_to_worker);
+    plausible(estimation.batch_to_worker);
 
     // The same snapshot, and the estimate, for processes of this user.
     let node = StreamNode::join(&network.options()).unwrap();

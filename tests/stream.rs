@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use common::{Network, Process, eventually, sample};
 use didim::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
+use didim_drivers::socket::monotonic_ns;
 
 const FULL: u64 = BATCH_SAMPLES as u64;
 
@@ -17,8 +18,9 @@ fn samples_arrive_as_they_were_written() {
     let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
     let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
     let now = Instant::now();
+    let began_ns = monotonic_ns();
     for sequence in 0..FULL + 3 {
-        writer.write(&sample(sequence), sequence / 10, now).unwrap();
+        writer.write(&sample(sequence), sequence / 10, now, began_ns + sequence).unwrap();
     }
     assert_eq!(writer.batches_sent(), 1, "the second batch is neither full nor of age");
     assert_eq!(writer.due_in(now), Some(options.max_batch_age));
@@ -32,7 +34,9 @@ fn samples_arrive_as_they_were_written() {
         let batch = reader.receive().unwrap().unwrap();
         assert_eq!((batch.samples().len() as u64, batch.kind()), (count, kind));
         assert_eq!((batch.lost_batches, batch.restarted), (0, false));
+        assert!((began_ns..=monotonic_ns()).contains(&batch.sent_ns()));
         for read in batch.samples() {
+            assert_eq!(read.written_ns, began_ns + sequence);
             assert_eq!(read.joint_sample(), sample(sequence));
             assert_eq!(read.queue_drops, sequence / 10);
             sequence += 1;
@@ -51,7 +55,7 @@ fn a_slow_reader_loses_the_oldest_batches_and_knows_how_many() {
     let batches = capacity + 7;
     let now = Instant::now();
     for sequence in 0..(1 + batches) * FULL {
-        writer.write(&sample(sequence), 0, now).unwrap();
+        writer.write(&sample(sequence), 0, now, 0).unwrap();
         if sequence == FULL - 1 {
             assert_eq!(reader.receive().unwrap().unwrap().number(), 0);
         }
@@ -143,7 +147,7 @@ fn a_restarted_acquisition_is_noticed() {
     let mut reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
     for run in 0..3 {
         let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
-        writer.write(&sample(run), 0, Instant::now()).unwrap();
+        writer.write(&sample(run), 0, Instant::now(), 0).unwrap();
         writer.send_if_due(Instant::now() + Duration::from_secs(1)).unwrap();
         let batch = reader.receive().unwrap().unwrap();
         assert_eq!(batch.restarted, run > 0);
@@ -166,7 +170,7 @@ fn a_replay_waits_for_its_reader_and_loses_nothing() {
             while !writer.has_room().unwrap() {
                 std::thread::sleep(Duration::from_micros(100));
             }
-            writer.write(&sample(sequence), 0, Instant::now()).unwrap();
+            writer.write(&sample(sequence), 0, Instant::now(), 0).unwrap();
         }
         writer.finish().unwrap();
         eventually("the reader has acknowledged all", || writer.is_drained().unwrap());
@@ -220,7 +224,7 @@ fn child_writes_until_killed() {
     let node = StreamNode::join(&network.options()).unwrap();
     let mut writer = node.sample_writer(Pace::Live).unwrap();
     for sequence in 0.. {
-        writer.write(&sample(sequence), 0, Instant::now()).unwrap();
+        writer.write(&sample(sequence), 0, Instant::now(), 0).unwrap();
         std::thread::sleep(Duration::from_micros(200));
     }
 }
@@ -289,7 +293,7 @@ fn a_killed_reader_blocks_nobody_and_its_place_is_freed() {
         let mut longest = Duration::ZERO;
         for sequence in 0..batches * FULL {
             let start = Instant::now();
-            writer.write(&sample(sequence), 0, start).unwrap();
+            writer.write(&sample(sequence), 0, start, 0).unwrap();
             longest = longest.max(start.elapsed());
         }
         longest

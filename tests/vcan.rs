@@ -287,6 +287,13 @@ fn everything_is_accounted_for(
     assert!(bus.receive_buffer_bytes >= Some(RECEIVE_BUFFER_BYTES), "{bus:#?}");
     assert_eq!((bus.frames, bus.queue_drops, bus.error_frames), (frames, 0, 0), "{bus:#?}");
     assert_eq!(work.samples, bus.samples);
+    let (written, taken) = (bus.frame_to_buffer.unwrap(), work.buffer_to_worker.unwrap());
+    assert_eq!(taken.count, bus.samples);
+    // Where the bus has SYNCs, cycles before a pause are decided by silence and not by a frame.
+    let by_frames = if name == PACKED { bus.samples } else { 1 };
+    assert!((by_frames..=bus.samples).contains(&written.count), "{written:?}");
+    // The kernel's stamp, mapped to the clock of the service, lies before that.
+    assert!(written.p50_ns > 0 && written.max_ns < 60_000_000_000, "{written:?}");
 
     kept_time(&heard)?;
     assert_eq!(bus.samples + total(&bus.cycles_lost), cycles, "{bus:#?}");

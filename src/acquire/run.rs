@@ -7,7 +7,7 @@ use std::time::Instant;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::clock::ClockMap;
 use didim_drivers::frame::Frame;
-use didim_drivers::socket::clock_pair;
+use didim_drivers::socket::{clock_pair, monotonic_ns};
 use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
 use super::real_time::RealTimeOptions;
@@ -175,17 +175,26 @@ impl Acquisition {
     fn take_frames(&mut self, now: Instant) -> Result<(), AcquireError> {
         self.last_frame = now;
         self.counts.bus = BusState::Ok;
-        if let Some(clock) = &mut self.clock {
+        let read_ns = if let Some(clock) = &mut self.clock {
             clock.handle_pair(clock_pair());
             for frame in &mut self.batch {
                 frame.stamp_ns = clock.map(frame.stamp_ns);
             }
-        }
+            None
+        } else {
+            Some(monotonic_ns())
+        };
         let drops = self.source.counters().queue_drops;
+        // Once for all that was read together: where a clock is a system call, a reading for each
+        // sample would cost more than the sample.
+        let mut first_ns = None;
         for frame in &self.batch {
             self.assembler.handle_frame(frame);
             while let Some(sample) = self.assembler.poll_sample() {
-                self.writer.write(&sample, drops, now)?;
+                let written_ns = *first_ns.get_or_insert_with(monotonic_ns);
+                self.writer.write(&sample, drops, now, written_ns)?;
+                let received_ns = read_ns.unwrap_or(frame.stamp_ns);
+                self.shared.record_frame_to_buffer(written_ns.saturating_sub(received_ns));
             }
         }
         Ok(())
@@ -206,7 +215,7 @@ impl Acquisition {
     fn drain(&mut self, now: Instant) -> Result<(), AcquireError> {
         let drops = self.source.counters().queue_drops;
         while let Some(sample) = self.assembler.poll_sample() {
-            self.writer.write(&sample, drops, now)?;
+            self.writer.write(&sample, drops, now, monotonic_ns())?;
         }
         Ok(())
     }

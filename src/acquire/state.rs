@@ -9,6 +9,7 @@ use didim_drivers::source::SourceCounters;
 use serde::{Deserialize, Serialize};
 
 use super::real_time::RealTimeGrants;
+use crate::latency::{Latencies, LatencySummary};
 
 /// How the bus is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,6 +55,7 @@ pub struct SharedAcquisition(Arc<Shared>);
 #[derive(Debug, Default)]
 struct Shared {
     counts: Mutex<AcquisitionCounts>,
+    frame_to_buffer: Latencies,
     grants: OnceLock<RealTimeGrants>,
 }
 
@@ -61,6 +63,15 @@ impl SharedAcquisition {
     /// The latest counts.
     pub fn counts(&self) -> AcquisitionCounts {
         *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// [`AcquisitionStatus::frame_to_buffer`].
+    pub fn frame_to_buffer(&self) -> Option<LatencySummary> {
+        self.0.frame_to_buffer.summary()
+    }
+
+    pub(super) fn record_frame_to_buffer(&self, ns: u64) {
+        self.0.frame_to_buffer.record(ns);
     }
 
     /// What the thread was given; nothing before it runs.
@@ -126,6 +137,13 @@ pub struct AcquisitionStatus {
     pub stamps_held_back: u64,
     /// Stamps that lay in the future and were put to the present.
     pub stamps_in_future: u64,
+    /// How long it took from the frame that completed a sample (where there are SYNCs, the next one)
+    /// until the sample was in the buffer, since the start; nothing before the first. The frame's
+    /// time is the stamp that the kernel or the controller gave it, or when it was read where the
+    /// bus has a time of its own (a log, an in-process bus). Of frames read together, up to 256, all
+    /// samples count as written with the first. A sample that no frame completed, but a
+    /// silence, does not count.
+    pub frame_to_buffer: Option<LatencySummary>,
     /// Frames not used, by cause; causes that did not occur are left out.
     pub frames_unused: BTreeMap<String, u64>,
     /// Bus cycles without a sample, by cause; likewise.
@@ -148,7 +166,7 @@ pub struct ReceiveBuffer {
 }
 
 impl AcquisitionStatus {
-    /// The counts in the form of the snapshot; rates are the status's to add.
+    /// The counts in the form of the snapshot; rates and latencies are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
         let AcquisitionCounts { bus, source, losses, batches, source_failures, clock, turns: _ } =
             counts;

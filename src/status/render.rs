@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::snapshot::Snapshot;
 use crate::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::latency::LatencySummary;
 use crate::worker::{EstimationStatus, WindowState};
 
 /// Whether the terminal is sent colour codes.
@@ -55,6 +56,7 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     rows.judged("bus", bus, matches!(status.bus, BusState::Ok | BusState::Ended));
     rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
     rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
+    rows.latency("frame to buffer", status.frame_to_buffer);
     rows.counted("frames dropped unread", status.queue_drops);
     rows.counted("error frames", status.error_frames);
     rows.counted("times down", status.link_down);
@@ -84,6 +86,8 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
 }
 
 fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
+    rows.latency("buffer to worker", status.buffer_to_worker);
+    rows.latency("batch to worker", status.batch_to_worker);
     rows.counted("samples missing", status.samples_missing);
     rows.counted("batches lost", status.batches_lost);
     rows.counted("acquisition restarts", status.restarts);
@@ -141,6 +145,13 @@ impl Rows {
         }
     }
 
+    fn latency(&mut self, name: &'static str, latency: Option<LatencySummary>) {
+        if let Some(LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns }) = latency {
+            let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
+            self.plain(name, format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}"));
+        }
+    }
+
     fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
         for (cause, count) in causes {
             self.plain(name, format!("{count} {}", cause.replace('_', " ")));
@@ -178,6 +189,24 @@ fn clean(text: &str) -> String {
 #[expect(clippy::cast_precision_loss, reason = "one decimal for people")]
 fn megabytes(bytes: u64) -> f64 {
     bytes as f64 / 1e6
+}
+
+/// A short time with three digits.
+#[expect(clippy::cast_precision_loss, reason = "three digits for people")]
+fn time(ns: u64) -> String {
+    let (value, unit) = match ns as f64 {
+        ns if ns < 1e6 => (ns / 1e3, "µs"),
+        ns if ns < 1e9 => (ns / 1e6, "ms"),
+        ns => (ns / 1e9, "s"),
+    };
+    let decimals = if value < 10.0 {
+        2
+    } else if value < 100.0 {
+        1
+    } else {
+        0
+    };
+    format!("{value:.decimals$} {unit}")
 }
 
 fn duration(seconds: f64) -> String {

@@ -12,7 +12,7 @@ pub const BATCH_SAMPLES: usize = 64;
 /// One joint sample as it lies in shared memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("didim.StreamSample.v1")]
+#[type_name("didim.StreamSample.v2")]
 pub struct StreamSample {
     /// [`JointSample::sequence`].
     pub sequence: u64,
@@ -21,6 +21,9 @@ pub struct StreamSample {
     /// Frames dropped unread before this sample, since the acquisition began. A change since the
     /// sample before means that something was lost between the two.
     pub queue_drops: u64,
+    /// When it was written here \[ns, CLOCK_MONOTONIC\]; of samples whose frames were read together,
+    /// when the first was.
+    pub written_ns: u64,
     /// [`JointSample::motor_position_rad`] \[rad\].
     pub motor_position_rad: [f64; MAX_JOINTS],
     /// [`JointSample::motor_torque_nm`] \[N·m\].
@@ -32,12 +35,13 @@ pub struct StreamSample {
 }
 
 impl StreamSample {
-    /// The sample with the drops known when it was assembled.
-    pub fn new(sample: &JointSample, queue_drops: u64) -> Self {
+    /// The sample with the drops known when it was assembled, written at `written_ns`.
+    pub fn new(sample: &JointSample, queue_drops: u64, written_ns: u64) -> Self {
         Self {
             sequence: sample.sequence,
             stamp_ns: sample.stamp_ns,
             queue_drops,
+            written_ns,
             motor_position_rad: sample.motor_position_rad,
             motor_torque_nm: sample.motor_torque_nm,
             motor_reference_rad: sample.motor_reference_rad,
@@ -90,12 +94,14 @@ impl BatchKind {
 /// A batch of samples: the unit of sending and of notification.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
-#[type_name("didim.SampleBatch.v1")]
+#[type_name("didim.SampleBatch.v2")]
 pub struct SampleBatch {
     /// Which run of the acquisition it is; changes when the acquisition is restarted.
     pub session: u64,
     /// Batches sent before this one in the session: a gap is a loss in the buffer.
     pub number: u64,
+    /// When it was sent \[ns, CLOCK_MONOTONIC\].
+    pub sent_ns: u64,
     /// Nominal sample rate \[Hz\].
     pub sample_rate_hz: f64,
     /// Joints that the samples describe.
@@ -115,6 +121,7 @@ impl Default for SampleBatch {
         Self {
             session: 0,
             number: 0,
+            sent_ns: 0,
             sample_rate_hz: 0.0,
             joints: 0,
             count: 0,

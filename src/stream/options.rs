@@ -20,7 +20,7 @@ pub const DEFAULT_BUFFER_S: f64 = 20.0;
 const MAX_BATCH_AGE: Duration = Duration::from_millis(50);
 
 /// Version of the services: processes of different versions do not meet.
-const VERSION: &str = "v1";
+const VERSION: &str = "v2";
 /// Longest root path: the library puts names of its own behind it, and a socket's path has 108
 /// bytes; 71 characters were seen to fail.
 const MAX_ROOT: usize = 40;
@@ -164,7 +164,7 @@ impl StreamOptions {
     }
 
     /// Shared memory of the samples \[bytes\]: readers × (buffer + borrowed) + loaned slots. At
-    /// 5 kHz and 20 s that is 1,963 batches and 56 MB, at 500 Hz 557 batches and 16 MB.
+    /// 5 kHz and 20 s that is 1,963 batches and 59 MB, at 500 Hz 557 batches and 17 MB.
     pub fn samples_bytes(&self) -> u64 {
         let slots = MAX_READERS * (self.buffer_batches() + MAX_BORROWED) + MAX_LOANED;
         let slot = size_of::<SampleBatch>() as u64 + SLOT_OVERHEAD_BYTES;

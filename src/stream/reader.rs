@@ -103,6 +103,11 @@ impl Batch {
         self.sample.payload().kind()
     }
 
+    /// When it was sent \[ns, CLOCK_MONOTONIC\].
+    pub fn sent_ns(&self) -> u64 {
+        self.sample.payload().sent_ns
+    }
+
     /// Its number in the session.
     pub fn number(&self) -> u64 {
         self.sample.payload().number

@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::time::Instant;
 
 use didim_core::sample::JointSample;
+use didim_drivers::socket::monotonic_ns;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -90,7 +91,8 @@ impl SampleWriter {
     }
 
     /// Appends a sample; sends the batch when it is full. `queue_drops` is the source's count at
-    /// this sample, `now` the time of the call.
+    /// this sample, `now` the time of the call, and `written_ns` what the reader is told of it \[ns,
+    /// CLOCK_MONOTONIC\].
     ///
     /// # Errors
     /// [`StreamError::Transport`].
@@ -99,6 +101,7 @@ impl SampleWriter {
         sample: &JointSample,
         queue_drops: u64,
         now: Instant,
+        written_ns: u64,
     ) -> Result<(), StreamError> {
         let mut slot = match self.filling.take() {
             Some(slot) => slot,
@@ -107,7 +110,7 @@ impl SampleWriter {
         let batch = slot.payload_mut();
         let index = usize::try_from(batch.count).unwrap_or(BATCH_SAMPLES);
         if let Some(place) = batch.slots.get_mut(index) {
-            *place = StreamSample::new(sample, queue_drops);
+            *place = StreamSample::new(sample, queue_drops, written_ns);
             batch.count += 1;
         }
         let full = batch.samples().len() == BATCH_SAMPLES;
@@ -208,9 +211,10 @@ impl SampleWriter {
     }
 
     fn send(&mut self) -> Result<(), StreamError> {
-        let Some(slot) = self.filling.take() else {
+        let Some(mut slot) = self.filling.take() else {
             return Ok(());
         };
+        slot.payload_mut().sent_ns = monotonic_ns();
         // A reader that cannot be reached (just died, or its queue is broken) is its own loss: the
         // batch number shows it, and the others have the batch.
         slot.send().map_err(|cause| StreamError::transport("sending", "samples", cause))?;

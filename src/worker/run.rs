@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
+use didim_drivers::socket::monotonic_ns;
+
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
 use super::state::{SharedEstimation, WindowState};
@@ -156,6 +158,7 @@ impl Worker {
             self.reader.wait(NAP)?;
             self.answer();
             while let Some(batch) = self.reader.receive()? {
+                self.shared.record_taken(&batch, monotonic_ns());
                 let kind = batch.kind();
                 self.take(&batch, stop)?;
                 drop(batch);

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection, Window};
+use crate::latency::{Latencies, LatencySummary};
+use crate::stream::Batch;
 
 /// Where the current window is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -79,6 +81,12 @@ pub struct EstimationStatus {
     pub batches_lost: u64,
     /// Times the acquisition was restarted under a running worker.
     pub restarts: u64,
+    /// How long samples lay in the buffer until the worker took them, since the start; nothing
+    /// before the first. A sample waits for its batch, of 64 samples or 50 ms.
+    pub buffer_to_worker: Option<LatencySummary>,
+    /// The same from the sending of their batch: what it takes to wake the worker, and longer where
+    /// that is busy.
+    pub batch_to_worker: Option<LatencySummary>,
     /// The current window.
     pub window: WindowState,
     /// Windows opened.
@@ -109,6 +117,8 @@ struct Shared {
     pending: Mutex<Vec<Pending>>,
     log_rate: Mutex<LogRate>,
     turns: AtomicU64,
+    buffer_to_worker: Latencies,
+    batch_to_worker: Latencies,
 }
 
 #[derive(Debug)]
@@ -129,6 +139,8 @@ impl SharedEstimation {
     pub fn snapshot(&self) -> EstimationStatus {
         let mut status = self.update().clone();
         status.windows_pending = lock(&self.0.pending).len() as u64;
+        status.buffer_to_worker = self.0.buffer_to_worker.summary();
+        status.batch_to_worker = self.0.batch_to_worker.summary();
         status
     }
 
@@ -139,6 +151,14 @@ impl SharedEstimation {
 
     pub(super) fn turn(&self) {
         self.0.turns.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A batch is taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].
+    pub(super) fn record_taken(&self, batch: &Batch, taken_ns: u64) {
+        self.0.batch_to_worker.record(taken_ns.saturating_sub(batch.sent_ns()));
+        for sample in batch.samples() {
+            self.0.buffer_to_worker.record(taken_ns.saturating_sub(sample.written_ns));
+        }
     }
 
     pub(super) fn update(&self) -> MutexGuard<'_, EstimationStatus> {

@@ -1,4 +1,4 @@
-//! Both system clocks at one instant.
+//! The system's clocks as numbers.
 
 #![allow(unsafe_code, reason = "clock_gettime: std does not show CLOCK_MONOTONIC as a number")]
 
@@ -26,6 +26,12 @@ pub fn clock_pair() -> ClockPair {
     best
 }
 
+/// CLOCK_MONOTONIC \[ns\]: the clock that [`crate::clock::ClockMap`] maps stamps to, and one for all
+/// processes of the machine.
+pub fn monotonic_ns() -> u64 {
+    read(libc::CLOCK_MONOTONIC)
+}
+
 fn read(clock: libc::clockid_t) -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `time` is a timespec that lives through the call. The call fails only for a clock
@@ -50,5 +56,12 @@ mod tests {
         assert!(wall.abs_diff(Duration::from_nanos(first.realtime_ns)) < Duration::from_secs(1));
         assert!(second.monotonic_ns - first.monotonic_ns >= 5_000_000);
         assert!(first.uncertainty_ns < 1_000_000_000);
+    }
+
+    #[test]
+    fn one_reading_lies_between_two_pairs() {
+        let (before, now, after) = (clock_pair(), monotonic_ns(), clock_pair());
+        assert!(before.monotonic_ns <= now + before.uncertainty_ns, "{before:?}, {now}");
+        assert!(now <= after.monotonic_ns + after.uncertainty_ns, "{now}, {after:?}");
     }
 }

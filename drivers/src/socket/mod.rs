@@ -9,7 +9,7 @@ mod descriptor;
 mod receive;
 mod wait;
 
-pub use clock::clock_pair;
+pub use clock::{clock_pair, monotonic_ns};
 #[cfg(test)]
 pub(crate) use control::ControlData;
 pub(crate) use descriptor::{CanSocket, DeviceState, device_state};

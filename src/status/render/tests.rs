@@ -1,5 +1,6 @@
 use super::*;
 use crate::acquire::RealTimeGrants;
+use crate::latency::LatencySummary;
 use crate::status::{Health, SCHEMA, StreamStatus};
 use crate::worker::{EstimateSummary, Loss, RejectedWindow, Rejection};
 
@@ -10,6 +11,13 @@ fn snapshot() -> Snapshot {
         frames_per_second: 4999.7,
         samples: 1_234_000,
         samples_per_second: 4998.2,
+        frame_to_buffer: Some(LatencySummary {
+            count: 1_234_000,
+            p50_ns: 991,
+            p99_ns: 53_247,
+            p999_ns: 180_223,
+            max_ns: 2_104_931,
+        }),
         queue_drops: 3,
         frames_stamped_late: 5,
         samples_without_reference: 7,
@@ -22,6 +30,13 @@ fn snapshot() -> Snapshot {
         ..AcquisitionStatus::default()
     };
     let estimation = EstimationStatus {
+        batch_to_worker: Some(LatencySummary {
+            count: 19_281,
+            p50_ns: 21_503,
+            p99_ns: 999_423,
+            p999_ns: 14_000_000,
+            max_ns: 3_021_000_000,
+        }),
         windows_opened: 5,
         windows_identified: 3,
         windows_rejected: BTreeMap::from([("sample-gap".into(), 2)]),
@@ -73,6 +88,7 @@ buffer                     20 s at 5000 Hz, 56.0 MB of shared memory
 bus                        silent
 frames                     1234567 (5000/s)
 samples                    1234000 (4998/s)
+frame to buffer            p50 0.99 µs, p99 53.2 µs, p99.9 180 µs, max 2.10 ms
 frames dropped unread      3
 frames stamped late        5
 samples without reference  7
@@ -80,6 +96,7 @@ stamps in the future       9
 cycles lost                2 missing axis
                            1 restart
 real-time priority         SCHED_FIFO 20: EPERM
+batch to worker            p50 21.5 µs, p99 999 µs, p99.9 14.0 ms, max 3.02 s
 window                     open, 812 samples
 windows                    5 opened, 3 identified, 0 pending
 windows rejected           2 sample-gap

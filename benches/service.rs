@@ -1,0 +1,203 @@
+//! The service on a bus whose frames come at a stated rate: what `benches/service` starts, and looks
+//! at from outside.
+//!
+//! The bus is that of the cell: a CAN interface, or `inproc:`, whose frames are stamped with
+//! CLOCK_REALTIME when they are sent, as a kernel stamps those of an interface, and dropped when it
+//! is full. The frames are one motion of the simulated arm, made before the start and repeated; their
+//! sender is a thread of this process. At the end one JSON object says what was sent and what the
+//! service told last.
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a benchmark fails by panicking"
+)]
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use clap::Parser;
+use didim::cell::{BusAddress, Cell};
+use didim::identify::LastIdentification;
+use didim::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
+use didim::service::{Parts, ServiceOptions, SocketOptions, run};
+use didim::status::fetch_status;
+use didim::stream::{FOLDER, Pace, PrivateNetwork};
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{
+    InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
+    WhenFull, in_process_bus,
+};
+use didim_sim::{InProcessSink, Sink, SinkError, SocketCanSink, VirtualDevice};
+use rustix::process::{Signal, getpid, kill_process};
+use serde_json::json;
+
+/// Frames that the in-process bus holds: a second at 5 kHz, about what the kernel holds in 4 MiB.
+const BUS_FRAMES: usize = 5000;
+/// Where a packed frame of the shipped cell counts the samples (config/dbc/packed_fd_six_axes.dbc).
+const COUNTER_BYTES: std::ops::Range<usize> = 60..64;
+/// What the service has after the last frame to read what is left.
+const DRAIN: Duration = Duration::from_millis(500);
+
+#[derive(Parser)]
+struct Arguments {
+    /// A cell with packed frames
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// Frames per second
+    #[arg(long, value_name = "HZ")]
+    rate: f64,
+    /// How long
+    #[arg(long, value_name = "S")]
+    seconds: f64,
+    /// An empty folder for the sockets and the results
+    #[arg(long, value_name = "FOLDER")]
+    folder: PathBuf,
+}
+
+/// An in-process bus whose stamps are the computer's time.
+struct Stamped(InProcessSource);
+
+impl Source for Stamped {
+    fn receive(
+        &mut self,
+        batch: &mut Vec<Frame>,
+        timeout: Duration,
+    ) -> Result<Received, SourceError> {
+        self.0.receive(batch, timeout)
+    }
+
+    fn counters(&self) -> SourceCounters {
+        self.0.counters()
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        self.0.interfaces()
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Realtime
+    }
+}
+
+/// Stamps what it sends.
+struct StampingSink(InProcessSink);
+
+impl Sink for StampingSink {
+    fn send(&mut self, frame: &Frame) -> Result<(), SinkError> {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+        self.0.send(&frame.at(u64::try_from(now.as_nanos()).unwrap()))
+    }
+}
+
+/// Both ends of the cell's bus.
+fn bus(cell: &Cell) -> (Box<dyn Sink + Send>, OpenedSource) {
+    match cell.sources.as_slice() {
+        [BusAddress::Can(interface)] => {
+            let sink = SocketCanSink::open(interface.as_str()).unwrap();
+            (Box::new(sink), open_source(cell).unwrap())
+        }
+        [BusAddress::InProcess] => {
+            let name = InterfaceName::new("sim").unwrap();
+            let (sender, source) = in_process_bus(&[name], BUS_FRAMES, WhenFull::Drop);
+            let source = OpenedSource {
+                source: Box::new(Stamped(source)),
+                pace: Pace::Live,
+                receive_buffer: None,
+            };
+            (Box::new(StampingSink(InProcessSink::new(sender))), source)
+        }
+        other => panic!("not a bus to measure: {other:?}"),
+    }
+}
+
+/// One motion of the arm.
+fn motion(cell: &Cell) -> Vec<Frame> {
+    let scenario = didim_sim::tx40_paper().unwrap();
+    let mut device =
+        VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0).unwrap();
+    let mut frames = Vec::with_capacity(usize::try_from(device.cycles()).unwrap());
+    while device.poll_due().is_some() {
+        device.poll_cycle(&mut frames).unwrap();
+    }
+    frames
+}
+
+/// What the sender did.
+#[derive(Debug)]
+struct Sent {
+    frames: u64,
+    seconds: f64,
+    latest: Duration,
+}
+
+/// Sends the motion again and again, each frame at its time.
+fn send(sink: &mut dyn Sink, motion: &[Frame], rate_hz: f64, seconds: f64) -> Sent {
+    let start = Instant::now();
+    let mut sent = Sent { frames: 0, seconds: 0.0, latest: Duration::ZERO };
+    let due = |count: u64| Duration::from_secs_f64(count as f64 / rate_hz);
+    for frame in motion.iter().cycle() {
+        let (due, now) = (due(sent.frames), start.elapsed());
+        if due.as_secs_f64() >= seconds {
+            break;
+        }
+        if due > now {
+            std::thread::sleep(due - now);
+        }
+        sent.latest = sent.latest.max(start.elapsed().saturating_sub(due));
+        let mut frame = *frame;
+        #[expect(clippy::cast_possible_truncation, reason = "it counts modulo 2^32")]
+        frame.payload[COUNTER_BYTES].copy_from_slice(&(sent.frames as u32).to_le_bytes());
+        sink.send(&frame).unwrap();
+        sent.frames += 1;
+    }
+    sent.seconds = start.elapsed().as_secs_f64();
+    sent
+}
+
+fn main() {
+    if std::env::args().skip(1).eq(["--bench"]) {
+        println!("benches/service starts this program with its options");
+        return;
+    }
+    let arguments = Arguments::parse();
+    let cell = Cell::read(&arguments.cell).unwrap();
+    let places = Places {
+        runtime: arguments.folder.clone(),
+        state: Some(arguments.folder.join("state")),
+        prefix: format!("didim-bench-{}_", std::process::id()),
+    };
+    places.make().unwrap();
+    let _network = PrivateNetwork::new(&places.runtime.join(FOLDER), &places.prefix);
+    let motion = motion(&cell);
+    let (mut sink, opened) = bus(&cell);
+    let parts = Parts::Both(
+        acquisition(&cell, &places, opened.source, opened.pace).unwrap(),
+        estimation(&cell, &places, &LastIdentification::default()).unwrap(),
+    );
+    let options = ServiceOptions {
+        status: Some(SocketOptions { path: places.status_socket(), mode: 0o600 }),
+        control: None,
+        receive_buffer: opened.receive_buffer,
+    };
+    let status = places.status_socket();
+    let sender = std::thread::Builder::new().name("sender".into()).spawn(move || {
+        while fetch_status(&status).is_err() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let sent = send(&mut *sink, &motion, arguments.rate, arguments.seconds);
+        std::thread::sleep(DRAIN);
+        kill_process(getpid(), Signal::TERM).unwrap();
+        sent
+    });
+    let report = run(&options, parts).unwrap();
+    let sent = sender.unwrap().join().unwrap();
+    let told = json!({
+        "frames": sent.frames,
+        "seconds": sent.seconds,
+        "latest_s": sent.latest.as_secs_f64(),
+        "snapshot": report.snapshot,
+    });
+    println!("{told}");
+}
