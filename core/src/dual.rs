@@ -111,10 +111,6 @@ impl<const N: usize> Scalar for Dual<N> {
         let tanh = Scalar::tanh(self.value);
         self.chain(tanh, 1.0 - tanh * tanh)
     }
-    fn sqrt(self) -> Self {
-        let root = self.value.sqrt();
-        self.chain(root, 0.5 / root)
-    }
     fn sign(self) -> Self {
         Self::constant(Scalar::sign(self.value))
     }
@@ -147,7 +143,6 @@ mod tests {
         near(x / y, a / b, [1.0 / b, -a / (b * b)]);
         near(x - y, a - b, [1.0, -1.0]);
         near(-(x + y), -a - b, [-1.0, -1.0]);
-        near(y.sqrt(), b.sqrt(), [0.0, 0.5 / b.sqrt()]);
         near(x.tanh(), a.tanh(), [1.0 - a.tanh().powi(2), 0.0]);
         let (sin, cos) = x.sin_cos();
         near(sin, a.sin(), [a.cos(), 0.0]);

@@ -9,7 +9,7 @@ use core::f64::consts::{FRAC_2_PI, LOG2_E};
 
 use crate::lanes::each;
 
-/// Beyond this angle \[rad\] of one lane, the library computes all: the reduction would lose digits.
+/// Beyond this angle \[rad\] the library computes: the reduction would lose digits.
 const LARGEST_ANGLE: f64 = 1e5;
 
 /// 1.5 · 2⁵²: added to a number of at most 2⁵¹, it leaves the nearest whole number in the lowest bits.
@@ -67,10 +67,6 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
 /// Sines and cosines, each within 2.5e-16 of the true one.
 #[inline(always)]
 pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L]) {
-    // Neither does this hold for NaN.
-    if !angles.iter().all(|x| x.abs() <= LARGEST_ANGLE) {
-        return (each(|l| angles[l].sin()), each(|l| angles[l].cos()));
-    }
     // One step for all lanes after the other, which is how a compiler finds vector instructions.
     // x = k π/2 + r
     let rounded: [f64; L] = each(
@@ -97,14 +93,22 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
         |l| (1.0 - 0.5 * square[l]) + square[l] * square[l] * polynomial(&COS, square[l]),
     );
     let quarters = |l: usize| rounded[l].to_bits();
-    let sines = each(
+    let mut sines = each(
         #[inline(always)]
         |l| turned(sin[l], cos[l], quarters(l), quarters(l)),
     );
-    let cosines = each(
+    let mut cosines = each(
         #[inline(always)]
         |l| turned(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
     );
+    // Neither does this hold for NaN.
+    if !angles.iter().all(|x| x.abs() <= LARGEST_ANGLE) {
+        for ((sine, cosine), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            if !(x.abs() <= LARGEST_ANGLE) {
+                (*sine, *cosine) = (x.sin(), x.cos());
+            }
+        }
+    }
     (sines, cosines)
 }
 

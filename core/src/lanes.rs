@@ -125,10 +125,6 @@ impl<const L: usize> Scalar for Lanes<L> {
         self.0.iter().all(|value| *value == 0.0)
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
-    }
-    #[inline(always)]
     fn sign(self) -> Self {
         self.map(Scalar::sign)
     }
@@ -153,7 +149,7 @@ mod tests {
     /// A lane must not know of the others: neither of their values nor of their number.
     #[test]
     fn every_lane_has_the_bits_of_a_number_alone() {
-        let values = [0.3, -2.7, 41.0, 1e-9, -0.0, 5.5, -880.0, 19.9];
+        let values = [0.3, -2.7, 2e5, 1e-9, -0.0, f64::NAN, -880.0, 19.9];
         let x = Lanes(values);
         let y = Lanes::<8>::from_fn(|l| values[7 - l] + 0.1);
         let ((sin, cos), tanh) = (x.sin_cos(), x.tanh());
@@ -168,7 +164,6 @@ mod tests {
                 (x * y, a * b),
                 (x / y, a / b),
                 (-x, -a),
-                (x.sqrt(), a.sqrt()),
                 (x.sign(), Scalar::sign(a)),
                 (x.dead_band_sign(3.0), a.dead_band_sign(3.0)),
             ];

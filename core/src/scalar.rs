@@ -46,8 +46,6 @@ pub trait Scalar:
             *value = value.tanh();
         }
     }
-    /// Square root; NaN for a negative value.
-    fn sqrt(self) -> Self;
     /// −1, 0 or 1; 0 at exactly 0.
     fn sign(self) -> Self;
     /// −1 or 1 where the magnitude reaches `threshold`, 0 below it.
@@ -126,10 +124,6 @@ impl Scalar for f64 {
             set_window(values, start, &tanh);
         }
         set_window(values, last, &of_last);
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
     }
     #[inline(always)]
     fn sign(self) -> Self {

@@ -177,7 +177,8 @@ fn from_idim_ls_two_simulations_give_the_answer_of_every_other_start() {
     }
 }
 
-/// The drive inertias of joints 5 and 6 are then [[1, 1], [1, 1]].
+/// The drive inertias of joints 5 and 6 are then [[1, 1], [1, 1]]: joint 5 has none left while joint
+/// 6 is free.
 #[test]
 fn a_start_without_what_the_coupling_adds_to_joint_5_is_singular() {
     let scenario = tx40_paper().unwrap();
@@ -188,9 +189,9 @@ fn a_start_without_what_the_coupling_adds_to_joint_5_is_singular() {
     let mut options = options(&scenario);
     options.start = Start::Nominal;
     let error = identify(&robot, &noisy(&scenario), &options).unwrap_err();
-    let cause = SimulationError::NotPositiveDefinite { joint: 6, time_s: 0.0 };
+    let cause = SimulationError::NotPositiveDefinite { joint: 5, time_s: 0.0 };
     assert_eq!(error, IdentificationError::FirstSimulation { cause });
-    assert!(error.to_string().contains("at joint 6") && error.to_string().contains("start"));
+    assert!(error.to_string().contains("at joint 5") && error.to_string().contains("start"));
 }
 
 /// The same data with fewer or more rows. The standard deviations without a filter take 207,000

@@ -194,5 +194,5 @@ fn the_paper_s_start_can_be_simulated_and_its_reason_shows() {
     assert!(error < 0.5, "{error}");
     closed_loop.restart(&start(1.0)).unwrap();
     let error = closed_loop.step().unwrap_err();
-    assert_eq!(error, SimulationError::NotPositiveDefinite { joint: 6, time_s: 0.0 });
+    assert_eq!(error, SimulationError::NotPositiveDefinite { joint: 5, time_s: 0.0 });
 }

@@ -77,7 +77,8 @@ impl Model {
     /// matrix, which needs no single link to be a physical body.
     ///
     /// # Errors
-    /// When the mass matrix is not positive definite; `ddq` is then undefined.
+    /// When the mass matrix is not positive definite; `ddq` is then undefined. Of several arms side
+    /// by side ([`Lanes`](crate::lanes::Lanes)), one such fails all.
     ///
     /// # Panics
     /// When a slice is not of the model's size: p parameters, n entries for each of the others.
@@ -120,7 +121,7 @@ impl Model {
     /// its share of the factorisation and of the solution. What waits for a division in one link has
     /// the sums of the next to do.
     #[inline(always)]
-    fn solve_inward<T: Scalar>(
+    pub(super) fn solve_inward<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
         parameters: &[T],

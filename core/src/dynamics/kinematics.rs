@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 /// The frame of a link in that of the previous one: RotX(α) · TransX(d) · RotZ(θ) · TransZ(r).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose<T> {
-    alpha: Twist<T>,
+    alpha: TurnAboutX<T>,
     cos_theta: T,
     sin_theta: T,
     /// The origin, (d, −r sin α, r cos α).
@@ -22,7 +22,7 @@ pub(super) struct Pose<T> {
 impl<T: Scalar> Pose<T> {
     pub(super) fn identity() -> Self {
         Self {
-            alpha: Twist::None,
+            alpha: TurnAboutX::None,
             cos_theta: T::constant(1.0),
             sin_theta: T::zero(),
             origin: Vector3::zero(),
@@ -45,7 +45,7 @@ impl<T: Scalar> Pose<T> {
         let origin =
             Vector3::new(T::constant(d_m), r * T::constant(-alpha.sin), r * T::constant(alpha.cos));
         let shifted = kind == JointKind::Prismatic || d_m != 0.0 || r_m != 0.0;
-        Self { alpha: Twist::new(alpha), cos_theta, sin_theta, origin, shifted }
+        Self { alpha: TurnAboutX::new(alpha), cos_theta, sin_theta, origin, shifted }
     }
 
     /// A vector of the link, in the frame of the previous link.
@@ -71,7 +71,7 @@ impl<T: Scalar> Pose<T> {
 
 /// A constant turn about x. Most arms have quarter turns only, which take no products.
 #[derive(Clone, Copy, Debug)]
-enum Twist<T> {
+enum TurnAboutX<T> {
     None,
     Quarter,
     Half,
@@ -79,7 +79,7 @@ enum Twist<T> {
     Any { cos: T, sin: T },
 }
 
-impl<T: Scalar> Twist<T> {
+impl<T: Scalar> TurnAboutX<T> {
     #[inline(always)]
     fn new(Angle { cos, sin }: Angle) -> Self {
         if sin == 0.0 {

@@ -121,7 +121,7 @@ impl Model {
 pub struct Workspace<T> {
     poses: [Pose<T>; MAX_JOINTS],
     motions: [Motion<T>; MAX_JOINTS],
-    /// The mass matrix of the last direct dynamics.
+    /// Of the mass matrix of the last direct dynamics that had no error.
     factor: Factor<T>,
 }
 
@@ -139,5 +139,39 @@ impl<T: Scalar> Workspace<T> {
 impl<T: Scalar> Default for Workspace<T> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The kernels as they are compiled for the baseline, called beside the choice.
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        let file = include_str!("../../../config/robots/tx40-physical.toml");
+        let robot = Robot::from_toml(file).unwrap();
+        let model = Model::new(&robot);
+        let (n, parameters) = (model.joints(), robot.nominal().unwrap().standard());
+        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let [mut chosen, mut plain] = [[0.0; MAX_JOINTS]; 2];
+        let width = parameters.len();
+        let [mut chosen_matrix, mut plain_matrix] = [vec![0.0; n * width], vec![0.0; n * width]];
+        let mut ws = Workspace::new();
+        for k in 0..200 {
+            let state = |what: i32| -> Vec<f64> {
+                (0..n).map(|joint| (f64::from(what + 4 * k) + joint as f64).sin() * 5.0).collect()
+            };
+            let [q, dq, ddq, tau] = [0, 1, 2, 3].map(state);
+            let (chosen, plain) = (&mut chosen[..n], &mut plain[..n]);
+            model.direct_dynamics(&mut ws, parameters, &q, &dq, &tau, chosen).unwrap();
+            model.solve_inward(&mut ws, parameters, &[], &q, &dq, &tau, plain).unwrap();
+            assert_eq!(bits(chosen), bits(plain));
+            model.regressor(&mut ws, &q, &dq, &ddq, &mut chosen_matrix);
+            model.place(&mut ws, &q);
+            let columns = &model.all_columns;
+            model.regressor_of_poses(&mut ws, columns, &dq, &ddq, &mut plain_matrix);
+            assert_eq!(bits(&chosen_matrix), bits(&plain_matrix));
+        }
     }
 }

@@ -244,8 +244,8 @@ impl<R: Reference> ClosedLoop<R> {
         }
     }
 
-    /// The sample of the last [`step`](Self::step); zeros before the first.
-    pub fn output(&self) -> &StepOutput {
+    /// The sample of the last [`step`](Self::step); zeros before the first, undefined after an error.
+    pub(crate) fn output(&self) -> &StepOutput {
         &self.output
     }
 

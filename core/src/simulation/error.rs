@@ -33,10 +33,10 @@ pub enum SetupError {
     /// Flexible parts have more inertia than the arm at its start. Remedy: less of it.
     #[error(
         "unmodelled.flexible: the mass matrix less inertia_kg_m2 is not positive definite at joint \
-         {joint}; hang less inertia on its spring, or on one of the joints before it"
+         {joint}; hang less inertia on its spring, or on one of the joints after it"
     )]
     FlexibleInertia {
-        /// The joint where the factorisation failed.
+        /// The last joint that has no inertia left while all joints after it are free.
         joint: usize,
     },
     /// The loop is not differentiable, or not known to the derivatives. Remedy: leave it out of the
@@ -70,7 +70,7 @@ pub enum SimulationError {
          the parameters belong to no arm"
     )]
     NotPositiveDefinite {
-        /// The joint where the factorisation failed.
+        /// The last joint that has no inertia while all joints after it are free.
         joint: usize,
         /// Time of the simulation \[s\].
         time_s: f64,

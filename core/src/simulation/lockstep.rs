@@ -12,8 +12,8 @@ use super::integrator::Stages;
 use super::plant::ReferencePoint;
 use super::{ClosedLoop, StepOutput};
 
-/// Loops that differ in parameters, reference, noise and start alone, at time 0 and without
-/// sensitivities. Each does bit by bit what it does alone; together they take a fraction of the time.
+/// Loops of one robot with one schedule (timing, integrator and substeps), at time 0, rigid and
+/// without sensitivities; parameters, gains, references, noise and starts may differ. Each does bit by bit what it does alone; together they take a fraction of the time.
 pub(crate) struct Lockstep<R, const L: usize> {
     loops: [ClosedLoop<R>; L],
     dynamics: Dynamics<L>,
@@ -34,6 +34,17 @@ struct Dynamics<const L: usize> {
 
 impl<R: Reference, const L: usize> Lockstep<R, L> {
     pub(crate) fn new(loops: [ClosedLoop<R>; L]) -> Self {
+        debug_assert!(
+            loops.iter().all(|one| {
+                let schedule = |of: &ClosedLoop<R>| {
+                    (of.controller.timing, of.config.integrator, of.config.substeps)
+                };
+                schedule(one) == schedule(&loops[0])
+                    && one.state.len() == loops[0].state.len()
+                    && one.varied.is_none()
+            }),
+            "loops of one schedule and size, without sensitivities"
+        );
         let lanes = |values: [&Vec<f64>; L]| -> Vec<Lanes<L>> {
             (0..values[0].len()).map(|k| Lanes::from_fn(|l| values[l][k])).collect()
         };

@@ -70,10 +70,6 @@ impl Scalar for Dual {
         let value = self.0.tanh();
         Self(value, (1.0 - value * value) * self.1)
     }
-    fn sqrt(self) -> Self {
-        let value = self.0.sqrt();
-        Self(value, 0.5 * self.1 / value)
-    }
     fn sign(self) -> Self {
         Self(Scalar::sign(self.0), 0.0)
     }
