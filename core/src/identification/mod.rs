@@ -19,6 +19,7 @@ mod didim;
 mod error;
 mod estimate;
 mod experiment;
+mod filtered_positions;
 mod held_out;
 mod idim_iv;
 mod idim_ls;

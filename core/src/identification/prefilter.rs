@@ -4,8 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentificationError;
 use super::experiment::Experiment;
+use super::filtered_positions::FilteredPositions;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
+use crate::dispatch::vectorised;
 use crate::lanes::Lanes;
 use crate::regression::RowFilter;
 use crate::signal::{ParallelDecimation, central_difference, delay_linear};
@@ -45,8 +47,37 @@ impl MotionGroup {
                 *lanes = group_of(signal, first);
             }
         }
-        let [q, dq, ddq] = &self.quantities;
-        [&q[..self.joints], &dq[..self.joints], &ddq[..self.joints]]
+        self.of_the_joints()
+    }
+
+    /// The same of filtered positions: [`filtered_motion`] has these numbers, to the last bit.
+    pub(super) fn differentiate(
+        &mut self,
+        positions: &FilteredPositions,
+        first: usize,
+    ) -> [&[Lanes<GROUP>]; 3] {
+        let last = positions.samples() - 1;
+        let [q, dq, ddq] = &mut self.quantities;
+        vectorised(
+            #[inline(always)]
+            || {
+                for l in 0..GROUP {
+                    let k = (first + l).min(last);
+                    let sample =
+                        [positions.position(k), positions.velocity(k), positions.acceleration(k)];
+                    for j in 0..MAX_JOINTS {
+                        q[j].0[l] = sample[0][j];
+                        dq[j].0[l] = sample[1][j];
+                        ddq[j].0[l] = sample[2][j];
+                    }
+                }
+            },
+        );
+        self.of_the_joints()
+    }
+
+    fn of_the_joints(&self) -> [&[Lanes<GROUP>]; 3] {
+        self.quantities.each_ref().map(|quantity| &quantity[..self.joints])
     }
 }
 
@@ -69,51 +100,16 @@ pub fn filtered_motion(
     filter: &PositionFilter,
 ) -> Result<Motion, IdentificationError> {
     let rate = experiment.sample_rate_hz();
-    let sections = filter.design(rate).map_err(IdentificationError::PositionFilter)?;
-    let recorded = experiment.position_rad();
-    let joints = recorded.ncols();
-    let mut lanes = side_by_side(recorded);
-    let failed =
-        |joint| move |cause| IdentificationError::Signal { signal: "position", joint, cause };
-    sections.filter_zero_phase_lanes(&mut lanes, sections.default_padding()).map_err(failed(1))?;
-    let position = one_after_the_other(&lanes, joints);
+    let mut positions = FilteredPositions::of(experiment);
+    positions.filter(experiment, filter)?;
+    let position = positions.joint_after_joint(experiment.joints());
     let velocity = derivatives(&position, rate, "position")?;
     let acceleration = derivatives(&velocity, rate, "position")?;
     Ok(Motion { position, velocity, acceleration })
 }
 
-/// Samples that are turned from joint after joint to side by side while they are in the nearest cache.
-const CACHED: usize = 64;
-
-/// The joints' signals sample by sample, 0 beyond the joints.
-fn side_by_side(signals: &DMatrix<f64>) -> Vec<[f64; MAX_JOINTS]> {
-    let mut lanes = vec![[0.0; MAX_JOINTS]; signals.nrows()];
-    for (block, lanes) in lanes.chunks_mut(CACHED).enumerate() {
-        for (joint, signal) in signals.column_iter().enumerate() {
-            for (lanes, value) in lanes.iter_mut().zip(&signal.as_slice()[block * CACHED..]) {
-                lanes[joint] = *value;
-            }
-        }
-    }
-    lanes
-}
-
-/// The signals of so many joints, samples × joints.
-fn one_after_the_other(lanes: &[[f64; MAX_JOINTS]], joints: usize) -> DMatrix<f64> {
-    let mut signals = DMatrix::zeros(lanes.len(), joints);
-    for (block, lanes) in lanes.chunks(CACHED).enumerate() {
-        for (joint, mut signal) in signals.column_iter_mut().enumerate() {
-            let signal = &mut signal.as_mut_slice()[block * CACHED..];
-            for (value, lanes) in signal.iter_mut().zip(lanes) {
-                *value = lanes[joint];
-            }
-        }
-    }
-    signals
-}
-
 /// The [`central_difference`] of every joint's signal.
-pub(super) fn derivatives(
+fn derivatives(
     signals: &DMatrix<f64>,
     rate_hz: f64,
     signal: &'static str,
@@ -184,4 +180,39 @@ fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), Ident
 pub(super) fn row_filter(decimation: &ParallelDecimation, rows: usize) -> RowFilter {
     let passband = decimation.cutoff_ratio().min(1.0);
     RowFilter::new(rows, passband, |ratio| decimation.noise_power(ratio))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identification::Signals;
+    use crate::identification::filtered_positions::derivative_of;
+
+    #[test]
+    fn velocities_and_accelerations_where_they_are_asked_for_are_those_of_the_motion() {
+        for samples in [16, 17, 18, 31] {
+            let signal = |joint: usize| -> Vec<f64> {
+                (0..samples).map(|k| ((k * 37 + joint * 11) % 23) as f64 / 23.0).collect()
+            };
+            let signals = Signals {
+                sample_rate_hz: 300.0,
+                position_rad: vec![signal(0), signal(1)],
+                torque_nm: vec![signal(2), signal(3)],
+                reference_rad: None,
+            };
+            let experiment = Experiment::joint_side(&signals).unwrap();
+            let filter = PositionFilter { order: 4, cutoff_hz: 60.0 };
+            let motion = filtered_motion(&experiment, &filter).unwrap();
+            let mut positions = FilteredPositions::of(&experiment);
+            positions.filter(&experiment, &filter).unwrap();
+            let (mut of_motion, mut of_positions) =
+                (MotionGroup::of_joints(2), MotionGroup::of_joints(2));
+            for first in (0..samples).chain([0]) {
+                let found = of_positions.differentiate(&positions, first);
+                assert_eq!(found, of_motion.read(&motion, first), "{first} of {samples}");
+                let rates = derivative_of(motion.position.column(1).as_slice(), 300.0, first);
+                assert_eq!(rates, found[1][1], "{first} of {samples}");
+            }
+        }
+    }
 }

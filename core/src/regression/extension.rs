@@ -44,7 +44,7 @@ impl ResidualAnalysis<'_> {
         let levels = &self.solution.noise_levels;
         let mut weighted = further.clone();
         divide_by_levels(self.system, &mut weighted, levels);
-        let (columns, outside) = independent_parts(&self.basis, &weighted);
+        let Parts { columns, outside, inside } = independent_parts(&self.basis, &weighted);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
         if columns.is_empty() || left_over < FEWEST_FREEDOMS {
@@ -71,7 +71,7 @@ impl ResidualAnalysis<'_> {
         let back = transposed_product(&outside, &chosen).try_inverse().ok_or(singular)?;
         let coefficients = &back * along;
         // θ moves by −(XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹C c = −R⁻¹Qᵀ (Ω^{-1/2} C) c.
-        let moved = &self.solution.r_inverse * transposed_product(&self.basis, &chosen);
+        let moved = &self.solution.r_inverse * inside;
         let covariance = &back * covariance * back.transpose();
         let spread = &moved * &covariance;
         let count = columns.len() as f64;
@@ -90,24 +90,34 @@ impl ResidualAnalysis<'_> {
     }
 }
 
-/// The columns that are independent of `basis` and of those before, and an orthonormal basis of
-/// what they add. Twice over each, for full accuracy (Kahan).
-fn independent_parts(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> (Vec<usize>, DMatrix<f64>) {
+/// What columns add to a basis.
+struct Parts {
+    /// The columns that are independent of the basis and of those before.
+    columns: Vec<usize>,
+    /// An orthonormal basis of what they add.
+    outside: DMatrix<f64>,
+    /// Their products with the basis that was there.
+    inside: DMatrix<f64>,
+}
+
+/// Orthogonalises twice, for full accuracy (Kahan).
+fn independent_parts(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> Parts {
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
-    let mut outside = without(basis, columns);
+    let inside = transposed_product(basis, columns);
+    let mut outside = without(basis, &inside, columns.clone());
     let chosen = orthonormalise(&mut outside, |column, left| {
         lengths[column].is_finite() && left > INDEPENDENT * lengths[column]
     });
-    let mut parts = without(basis, &outside.select_columns(&chosen));
+    let parts = outside.select_columns(&chosen);
+    let mut parts = without(basis, &transposed_product(basis, &parts), parts);
     orthonormalise(&mut parts, |_, _| true);
-    (chosen, parts)
+    Parts { inside: inside.select_columns(&chosen), columns: chosen, outside: parts }
 }
 
-/// Columns less what `basis` has of them.
-fn without(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut outside = columns.clone();
-    add_product(&mut outside, -1.0, basis, &transposed_product(basis, columns));
-    outside
+/// Columns less what `basis` has of them, which are the products `inside`.
+fn without(basis: &DMatrix<f64>, inside: &DMatrix<f64>, mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    add_product(&mut columns, -1.0, basis, inside);
+    columns
 }
 
 /// Makes those columns orthonormal of which, by index and length, enough lies outside of those

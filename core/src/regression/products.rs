@@ -1,5 +1,7 @@
 //! Products of tall matrices, with the same bits on every processor.
 
+use core::ops::Range;
+
 use nalgebra::DMatrix;
 
 use crate::dispatch::vectorised;
@@ -9,8 +11,24 @@ use crate::scalar::Scalar;
 /// Numbers of a column that are computed side by side.
 const TOGETHER: usize = 4;
 
-/// AᵀB of matrices with as many rows.
+/// AᵀB of matrices with as many rows. Where columns of B begin or end with zeros, it takes less time.
 pub(super) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    products_of_columns(a, b, |_| a.ncols())
+}
+
+/// AᵀB where it is known to be symmetric.
+pub(super) fn symmetric_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut product = products_of_columns(a, b, |column| a.ncols().min(column + 2));
+    product.fill_lower_triangle_with_upper_triangle();
+    product
+}
+
+/// Of AᵀB, as many rows as are wanted of a column and of the next.
+fn products_of_columns(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    wanted: impl Fn(usize) -> usize,
+) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.ncols(), b.ncols());
     vectorised(
         #[inline(always)]
@@ -18,9 +36,11 @@ pub(super) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<
             // Two columns of either at a time, the last one twice where their number is odd.
             for j in (0..b.ncols()).step_by(2) {
                 let right = [column(b, j), column(b, (j + 1).min(b.ncols() - 1))];
-                for i in (0..a.ncols()).step_by(2) {
+                let rows = not_zero(right);
+                let right = right.map(|column| &column[rows.clone()]);
+                for i in (0..wanted(j)).step_by(2) {
                     let left = [column(a, i), column(a, (i + 1).min(a.ncols() - 1))];
-                    let dots = dots(left, right);
+                    let dots = dots(left.map(|column| &column[rows.clone()]), right);
                     for (j, dots) in (j..b.ncols()).zip(dots) {
                         for (i, dot) in (i..a.ncols()).zip(dots) {
                             product[(i, j)] = dot;
@@ -31,6 +51,17 @@ pub(super) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<
         },
     );
     product
+}
+
+/// The rows outside of which both columns are 0, but for some that keep what is computed side by
+/// side together: so that a product has the same bits.
+fn not_zero(columns: [&[f64]; 2]) -> Range<usize> {
+    let rows = columns[0].len();
+    let first = columns.map(|column| column.iter().position(|value| *value != 0.0));
+    let last = columns.map(|column| column.iter().rposition(|value| *value != 0.0));
+    let Some(first) = first.into_iter().flatten().min() else { return 0..0 };
+    let end = last.into_iter().flatten().max().map_or(rows, |last| last + 1);
+    first - first % TOGETHER..end.next_multiple_of(TOGETHER).min(rows)
 }
 
 #[inline(always)]
@@ -61,12 +92,27 @@ fn dots([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
     ]
 }
 
+/// Products side by side in a single sum, which waits for its own result.
+const ALONE: usize = 16;
+
+#[inline(always)]
+fn dot(left: &[f64], right: &[f64]) -> f64 {
+    let ((left, left_rest), (right, right_rest)) =
+        (left.as_chunks::<ALONE>(), right.as_chunks::<ALONE>());
+    let mut sums = Lanes::<ALONE>::zero();
+    for (left, right) in left.iter().zip(right) {
+        sums += Lanes(*left) * Lanes(*right);
+    }
+    let rest = left_rest.iter().zip(right_rest).map(|(left, right)| left * right);
+    rest.chain(sums.0).sum()
+}
+
 /// Takes out of `vector` what it has of a vector of length 1.
 pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
     vectorised(
         #[inline(always)]
         || {
-            let [[share, _], _] = dots([of, of], [vector, vector]);
+            let share = dot(of, vector);
             for (value, of) in vector.iter_mut().zip(of) {
                 *value -= share * of;
             }
@@ -120,11 +166,27 @@ mod tests {
             let (a, b) = (matrix(rows, left, 1), matrix(rows, right, 2));
             let difference = transposed_product(&a, &b) - a.transpose() * &b;
             assert!(difference.amax() < 1e-13, "{rows}: {difference}");
+            let mut vector = b.column(0).into_owned();
+            let expected = &vector - a.column(0) * a.column(0).dot(&vector);
+            subtract_share(vector.as_mut_slice(), a.column(0).as_slice());
+            assert!((vector - expected).amax() < 1e-13, "{rows}");
             let (b, mut c) = (matrix(left, right, 3), matrix(rows, right, 4));
             let expected = &c - &a * &b;
             add_product(&mut c, -1.0, &a, &b);
             assert!((c - expected).amax() < 1e-13, "{rows}");
             assert!((product(&a, &b) - &a * &b).amax() < 1e-13, "{rows}");
+            let symmetric = symmetric_product(&a, &a);
+            assert!((&symmetric - a.transpose() * &a).amax() < 1e-13, "{rows}");
+            assert_eq!(symmetric, symmetric.transpose());
+        }
+        // With zeros at the ends of columns.
+        let dense = matrix(67, 5, 1);
+        for ends in [[0, 67], [9, 67], [0, 50], [13, 30], [31, 31]] {
+            let sparse = DMatrix::from_fn(67, 3, |i, j| {
+                if (ends[0] + j..ends[1] + j).contains(&i) { dense[(i, j)] } else { 0.0 }
+            });
+            let difference = transposed_product(&dense, &sparse) - dense.transpose() * &sparse;
+            assert!(difference.amax() < 1e-13, "{ends:?}: {difference}");
         }
         assert_eq!(transposed_product(&matrix(5, 0, 1), &matrix(5, 2, 1)).shape(), (0, 2));
     }

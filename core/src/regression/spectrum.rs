@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::fourier::{Fourier, SIGNALS};
 use super::ljung_box::LjungBox;
 use super::observations::Observations;
-use super::products::transposed_product;
+use super::products::symmetric_product;
 use super::spectrum_shape::{Band, SmoothSpectrum};
 use crate::dispatch::vectorised;
 
@@ -244,8 +244,7 @@ impl ResidualSpectrum {
                 }
             },
         );
-        let covariance = transposed_product(&parts, &common);
-        (&covariance + covariance.transpose()) * 0.5
+        symmetric_product(&parts, &common)
     }
 
     /// Independent rows of all joints, by the filter alone: rows times the passband.

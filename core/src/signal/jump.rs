@@ -187,8 +187,8 @@ impl Jump {
 
         let mut kept = DMatrix::zeros(wanted.len(), record.signals);
         // The unfiltered samples before each jump, and what the jump adds on the way back.
-        let mut unfiltered = DMatrix::zeros(jumps, record.signals);
-        let mut returns = vec![Side::ZERO; record.signals * jumps * count];
+        let mut unfiltered = vec![0.0; jumps * record.signals];
+        let mut returns = vec![Side::ZERO; jumps * record.signals * count];
         for jump in 0..jumps {
             record.advance(jump * factor, factor);
             let mut finite = true;
@@ -197,10 +197,12 @@ impl Jump {
                 #[inline(always)]
                 || {
                     let signals = record.stretches().zip(states.chunks_exact_mut(count));
-                    for (signal, (values, states)) in signals.enumerate() {
+                    let first = jump * record.signals;
+                    let returns = returns[first * count..].chunks_exact_mut(count);
+                    let unfiltered = &mut unfiltered[first..];
+                    for ((signal, (values, states)), returns) in signals.enumerate().zip(returns) {
                         let sample = values[0];
                         let mut filtered = self.modes.centre * sample;
-                        let returns = &mut returns[(signal * jumps + jump) * count..][..count];
                         for ((of, state), back) in self.oscillations.iter().zip(states).zip(returns)
                         {
                             filtered += of.share.dot(state);
@@ -210,7 +212,7 @@ impl Jump {
                             // No weight hides what is not finite.
                             finite &= sums.re.0[0].is_finite();
                         }
-                        unfiltered[(jump, signal)] = sample;
+                        unfiltered[signal] = sample;
                         if let Some(row) = row {
                             kept[(row, signal)] = filtered;
                         }
@@ -238,20 +240,31 @@ impl Jump {
                 }
             };
             self.turn(values, record.padding, states, &mut row_of);
-            // `states` have the sample before them, which the jump adds to what is behind it.
-            for jump in (wanted.start..jumps).rev() {
-                let sample = unfiltered[(jump, signal)];
-                let returns = &returns[(signal * jumps + jump) * count..][..count];
-                let mut filtered = 0.0;
-                for ((of, state), back) in self.oscillations.iter().zip(&mut *states).zip(returns) {
-                    *state = of.over.times(state).plus(back);
-                    filtered += of.share.dot(state);
-                    *state = state.step(&of.pole, sample);
-                }
-                if let Some(value) = kept.get_mut(jump - wanted.start) {
-                    *value += filtered;
-                }
-            }
+        }
+        // `states` have the sample before them, which the jump adds to what is behind it.
+        for jump in (wanted.start..jumps).rev() {
+            let first = jump * record.signals;
+            let mut kept =
+                (jump - wanted.start < wanted.len()).then(|| kept.row_mut(jump - wanted.start));
+            vectorised(
+                #[inline(always)]
+                || {
+                    let returns = returns[first * count..].chunks_exact(count);
+                    let signals = unfiltered[first..].iter().zip(states.chunks_exact_mut(count));
+                    for (signal, ((sample, states), returns)) in signals.zip(returns).enumerate() {
+                        let mut filtered = 0.0;
+                        for ((of, state), back) in self.oscillations.iter().zip(states).zip(returns)
+                        {
+                            *state = of.over.times(state).plus(back);
+                            filtered += of.share.dot(state);
+                            *state = state.step(&of.pole, *sample);
+                        }
+                        if let Some(kept) = &mut kept {
+                            kept[signal] += filtered;
+                        }
+                    }
+                },
+            );
         }
         Ok(kept)
     }

@@ -1,13 +1,16 @@
 //! The columns of what the model does not have, filtered and decimated as its own.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::Subject;
 use crate::MAX_JOINTS;
 use crate::dispatch::vectorised;
-use crate::dynamics::Workspace;
+use crate::dynamics::{Model, Workspace};
 use crate::identification::error::IdentificationError;
-use crate::identification::prefilter::{GROUP, Motion, MotionGroup, derivatives, group_of};
+use crate::identification::filtered_positions::{FilteredPositions, derivative_of};
+use crate::identification::prefilter::{GROUP, MotionGroup, group_of};
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
@@ -23,7 +26,13 @@ pub(super) struct Columns<'a> {
 
 impl<'a> Columns<'a> {
     pub(super) fn new(subject: &'a Subject<'a>) -> Self {
-        Self { subject, torque: torque_along(subject, subject.motion) }
+        let (samples, joints) = subject.motion.position.shape();
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(subject);
+        let torque = along(samples, joints, |first, torque| {
+            torque.copy_from_slice(dynamics.torque(group.read(subject.motion, first)));
+        });
+        Self { subject, torque }
     }
 
     /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
@@ -37,13 +46,12 @@ impl<'a> Columns<'a> {
         directions: &[Vec<f64>],
     ) -> Result<Vec<Option<DMatrix<f64>>>, IdentificationError> {
         let Subject { experiment, decimation, robot, .. } = *self.subject;
-        let speeds: Vec<DVector<f64>> = directions.iter().map(|of| self.speed(of)).collect();
-        let counted = experiment.counted();
-        let highest = |speed: &DVector<f64>| speed.rows_range(counted.clone()).amax();
-        let highest: Vec<f64> = speeds.iter().map(highest).collect();
-        let moving: Vec<(&[f64], f64)> = (speeds.iter().zip(&highest))
+        let speeds: Vec<Speed<'_>> = directions.iter().map(|of| self.speed(of)).collect();
+        let highest: Vec<f64> =
+            speeds.iter().map(|speed| speed.highest(experiment.counted())).collect();
+        let moving: Vec<(&Speed<'_>, f64)> = (speeds.iter().zip(&highest))
             .filter(|(_, highest)| **highest > 0.0)
-            .map(|(speed, highest)| (speed.as_slice(), *highest))
+            .map(|(speed, highest)| (speed, *highest))
             .collect();
         let sign = robot.sign_model();
         let read = |first, laws: &mut [[f64; GROUP]]| {
@@ -52,7 +60,7 @@ impl<'a> Columns<'a> {
                 || {
                     for (laws, &(speed, highest)) in laws.chunks_exact_mut(BENDS.len()).zip(&moving)
                     {
-                        let u = group_of(speed, first);
+                        let u = speed.at(first);
                         let model = sign.value(u);
                         for (law, bend) in laws.iter_mut().zip(BENDS) {
                             *law = ((u / Lanes::constant(bend * highest)).tanh() - model).0;
@@ -85,22 +93,22 @@ impl<'a> Columns<'a> {
     }
 
     /// `directionᵀ q̇` along the motion.
-    fn speed(&self, direction: &[f64]) -> DVector<f64> {
+    fn speed(&self, direction: &[f64]) -> Speed<'_> {
         let velocity = &self.subject.motion.velocity;
-        let mut speed = DVector::zeros(velocity.nrows());
-        for (share, of) in direction.iter().zip(velocity.column_iter()) {
-            if *share != 0.0 {
-                speed.axpy(*share, &of, 1.0);
-            }
-        }
-        speed
+        let joints = direction.iter().copied().zip(velocity.as_slice().chunks(velocity.nrows()));
+        Speed { shares: joints.filter(|(share, _)| *share != 0.0).collect() }
     }
 
     /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
     /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`.
     pub(super) fn delays(&self) -> Result<DMatrix<f64>, IdentificationError> {
         let rate_hz = self.subject.experiment.sample_rate_hz();
-        let rates = self.filtered(&derivatives(&self.torque, rate_hz, "predicted torque")?)?;
+        let (samples, joints) = self.torque.shape();
+        let rates = self.filtered_groups(joints, |first, rates| {
+            for (rates, torque) in rates.iter_mut().zip(self.torque.as_slice().chunks(samples)) {
+                *rates = derivative_of(torque, rate_hz, first);
+            }
+        })?;
         let (rows, joints) = rates.shape();
         let mut columns = DMatrix::zeros(rows * joints, joints);
         for (joint, rate) in rates.column_iter().enumerate() {
@@ -113,29 +121,49 @@ impl<'a> Columns<'a> {
     /// Without the glitches of the positions, which are no motion that a filter could distort.
     pub(super) fn torque_difference(
         &self,
-        other: &Motion,
+        other: &FilteredPositions,
         reach: usize,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let mut difference = &self.torque - torque_along(self.subject, other);
-        for k in self.glitches(&difference) {
-            let end = k.saturating_add(reach).saturating_add(1).min(difference.nrows());
-            difference.rows_range_mut(k.saturating_sub(reach)..end).fill(0.0);
+        let (samples, joints) = self.torque.shape();
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
+        let mut difference = |first: usize, difference: &mut [Lanes<GROUP>]| {
+            let torque = dynamics.torque(group.differentiate(other, first));
+            let along_the_subject = self.torque.as_slice().chunks(samples);
+            for ((difference, of), torque) in
+                difference.iter_mut().zip(along_the_subject).zip(torque)
+            {
+                *difference = group_of(of, first) - *torque;
+            }
+        };
+        let mut silenced = vec![false; samples];
+        for k in self.glitches(&mut difference) {
+            let end = k.saturating_add(reach).saturating_add(1).min(samples);
+            silenced[k.saturating_sub(reach)..end].fill(true);
         }
-        self.rows_of(&difference)
+        let rows = self.filtered_groups(joints, |first, signals| {
+            difference(first, signals);
+            for (l, _) in silenced[first..].iter().take(GROUP).enumerate().filter(|(_, no)| **no) {
+                signals.iter_mut().for_each(|signal| signal.0[l] = 0.0);
+            }
+        })?;
+        Ok(DVector::from_column_slice(rows.as_slice()))
     }
 
     /// Of what outliers spoil, the samples where a joint differs by more than it does anywhere else.
-    fn glitches(&self, difference: &DMatrix<f64>) -> Vec<usize> {
+    fn glitches(&self, difference: impl FnMut(usize, &mut [Lanes<GROUP>])) -> Vec<usize> {
         if self.subject.spoiled.is_empty() {
             return Vec::new();
         }
+        let (samples, joints) = self.torque.shape();
+        let difference = along(samples, joints, difference);
         let spoiled = |k: &usize| self.subject.spoiled.iter().any(|range| range.contains(k));
         let counted = self.subject.experiment.counted();
         let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(spoiled);
         let largest = |joint: usize| {
             sound.iter().fold(0.0, |largest: f64, &k| largest.max(difference[(k, joint)].abs()))
         };
-        let largest: Vec<f64> = (0..difference.ncols()).map(largest).collect();
+        let largest: Vec<f64> = (0..joints).map(largest).collect();
         let glitch = |k: &usize| {
             let joints = difference.row(*k);
             joints.iter().zip(&largest).any(|(value, largest)| value.abs() > *largest)
@@ -153,36 +181,103 @@ impl<'a> Columns<'a> {
         &self,
         torque: &DMatrix<f64>,
     ) -> Result<DVector<f64>, IdentificationError> {
-        Ok(DVector::from_column_slice(self.filtered(torque)?.as_slice()))
+        let samples = torque.nrows();
+        let rows = self.filtered_groups(torque.ncols(), |first, group| {
+            for (group, torque) in group.iter_mut().zip(torque.as_slice().chunks(samples)) {
+                *group = group_of(torque, first);
+            }
+        })?;
+        Ok(DVector::from_column_slice(rows.as_slice()))
     }
 
-    /// Signals (samples × m) behind the parallel filter, at the rows of one joint.
-    fn filtered(&self, signals: &DMatrix<f64>) -> Result<DMatrix<f64>, IdentificationError> {
-        let counted = self.subject.experiment.counted();
-        let filtered = self.subject.decimation.decimate_columns(signals, counted);
+    /// So many signals behind the parallel filter, at the rows of one joint. `read` writes them from
+    /// a sample on.
+    fn filtered_groups(
+        &self,
+        signals: usize,
+        mut read: impl FnMut(usize, &mut [Lanes<GROUP>]),
+    ) -> Result<DMatrix<f64>, IdentificationError> {
+        let Subject { experiment, decimation, .. } = *self.subject;
+        let mut lanes = vec![Lanes::zero(); signals];
+        let read = |first, signals: &mut [[f64; GROUP]]| {
+            read(first, &mut lanes);
+            for (signal, lanes) in signals.iter_mut().zip(&lanes) {
+                *signal = lanes.0;
+            }
+        };
+        let filtered =
+            decimation.decimate_groups(experiment.samples(), signals, experiment.counted(), read);
         let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;
-        Ok(self.subject.experiment.fitted(self.subject.decimation, filtered))
+        Ok(experiment.fitted(decimation, filtered))
     }
 }
 
-/// The inverse dynamics of the estimate along a motion, samples × joints.
-fn torque_along(subject: &Subject<'_>, motion: &Motion) -> DMatrix<f64> {
-    let (samples, joints) = motion.position.shape();
-    let standard: Vec<_> = subject.standard.iter().map(|&value| Lanes::constant(value)).collect();
-    let mut torque = DMatrix::zeros(samples, joints);
-    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(joints));
-    let mut tau = [Lanes::zero(); MAX_JOINTS];
+/// A sum of joints' speeds.
+struct Speed<'a> {
+    /// How much of which.
+    shares: Vec<(f64, &'a [f64])>,
+}
+
+impl Speed<'_> {
+    /// From a sample on.
+    #[inline(always)]
+    fn at(&self, first: usize) -> Lanes<GROUP> {
+        let mut speed = Lanes::zero();
+        for (share, joint) in &self.shares {
+            speed += group_of(joint, first) * Lanes::constant(*share);
+        }
+        speed
+    }
+
+    /// The highest of these samples, whatever its sign.
+    fn highest(&self, samples: Range<usize>) -> f64 {
+        let groups = samples.clone().step_by(GROUP).map(|first| {
+            let inside = samples.end - first;
+            self.at(first).0.iter().take(inside).fold(0.0, |most: f64, u| most.max(u.abs()))
+        });
+        groups.fold(0.0, f64::max)
+    }
+}
+
+/// The inverse dynamic model with the parameters of the estimate.
+struct InverseDynamics<'a> {
+    model: &'a Model,
+    standard: Vec<Lanes<GROUP>>,
+    workspace: Workspace<Lanes<GROUP>>,
+    torque: [Lanes<GROUP>; MAX_JOINTS],
+}
+
+impl<'a> InverseDynamics<'a> {
+    fn of_the_estimate(subject: &Subject<'a>) -> Self {
+        let standard = subject.standard.iter().map(|&value| Lanes::constant(value)).collect();
+        let torque = [Lanes::zero(); MAX_JOINTS];
+        Self { model: subject.model, standard, workspace: Workspace::new(), torque }
+    }
+
+    /// Torque of every joint \[N·m\] at q, q̇ and q̈.
+    fn torque(&mut self, [q, dq, ddq]: [&[Lanes<GROUP>]; 3]) -> &[Lanes<GROUP>] {
+        let torque = &mut self.torque[..q.len()];
+        self.model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, torque);
+        torque
+    }
+}
+
+/// Signals of the joints over all samples (samples × joints). `read` writes them from a sample on.
+fn along(
+    samples: usize,
+    joints: usize,
+    mut read: impl FnMut(usize, &mut [Lanes<GROUP>]),
+) -> DMatrix<f64> {
+    let mut signals = DMatrix::zeros(samples, joints);
+    let mut group = [Lanes::zero(); MAX_JOINTS];
     for first in (0..samples).step_by(GROUP) {
-        let [q, dq, ddq] = group.read(motion, first);
-        let tau = &mut tau[..joints];
-        subject.model.inverse_dynamics(&mut workspace, &standard, q, dq, ddq, tau);
-        let inside = GROUP.min(samples - first);
-        let mut rows = torque.rows_mut(first, inside);
-        for (mut rows, tau) in rows.column_iter_mut().zip(tau) {
-            for (row, tau) in rows.iter_mut().zip(tau.0) {
-                *row = tau;
+        read(first, &mut group[..joints]);
+        let mut rows = signals.rows_mut(first, GROUP.min(samples - first));
+        for (mut rows, values) in rows.column_iter_mut().zip(&group) {
+            for (row, value) in rows.iter_mut().zip(values.0) {
+                *row = value;
             }
         }
     }
-    torque
+    signals
 }

@@ -16,9 +16,10 @@ use serde::{Serialize, Serializer};
 
 use super::error::IdentificationError;
 use super::experiment::Experiment;
+use super::filtered_positions::FilteredPositions;
 use super::observation::observation_matrix;
 use super::options::PositionFilter;
-use super::prefilter::{Motion, filtered_motion};
+use super::prefilter::Motion;
 use super::selection::Selection;
 use crate::dynamics::{BaseParameters, Model};
 use crate::regression::{Extension, Observations, ResidualAnalysis};
@@ -338,10 +339,11 @@ impl Subject<'_> {
         let reach = reach.ceil() as usize;
         // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
         // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
-        let move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
+        let mut positions = FilteredPositions::of(self.experiment);
+        let mut move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
             let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..*filter };
-            let motion = filtered_motion(self.experiment, &other)?;
-            Ok(self.analysis.moved_by(&columns.torque_difference(&motion, reach)?))
+            positions.filter(self.experiment, &other)?;
+            Ok(self.analysis.moved_by(&columns.torque_difference(&positions, reach)?))
         };
         let (near, far) = (widest.sqrt(), widest);
         let (moved_near, moved_far) = (move_with(near)?, move_with(far)?);

@@ -3,10 +3,15 @@
 use nalgebra::{Cholesky, DMatrix};
 
 use crate::dynamics::{Model, Workspace};
+use crate::lanes::Lanes;
 use crate::robot::Robot;
+use crate::scalar::Scalar;
 
 /// Postures that are looked at.
 const POSTURES: u32 = 1000;
+
+/// Postures that go through the dynamics at once, a divisor of their number.
+const TOGETHER: usize = 4;
 
 /// Bases of the low-discrepancy sequence, one per joint.
 const PRIMES: [u32; crate::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
@@ -20,18 +25,24 @@ pub(in crate::identification) fn indefinite_posture(
     standard: &[f64],
 ) -> Option<Vec<f64>> {
     let n = robot.joints();
+    let standard: Vec<_> = standard.iter().map(|&value| Lanes::constant(value)).collect();
     let mut workspace = Workspace::new();
-    let mut mass = vec![0.0; n * n];
-    (1..=POSTURES).find_map(|index| {
+    let mut mass = vec![Lanes::<TOGETHER>::zero(); n * n];
+    (1..=POSTURES).step_by(TOGETHER).find_map(|first| {
         let limits = robot.limits().zip(PRIMES);
-        let q: Vec<f64> = limits
+        let q: Vec<Lanes<TOGETHER>> = limits
             .map(|(limit, prime)| {
-                let share = radical_inverse(index, prime);
-                limit.position_min + share * (limit.position_max - limit.position_min)
+                let mut indices = first..;
+                Lanes::from_fn(|_| {
+                    let share = indices.next().map_or(0.0, |index| radical_inverse(index, prime));
+                    limit.position_min + share * (limit.position_max - limit.position_min)
+                })
             })
             .collect();
-        model.mass_matrix(&mut workspace, standard, &q, &mut mass);
-        Cholesky::new(DMatrix::from_row_slice(n, n, &mass)).is_none().then_some(q)
+        model.mass_matrix(&mut workspace, &standard, &q, &mut mass);
+        let mass_at = |l: usize| DMatrix::from_fn(n, n, |i, j| mass[i * n + j].0[l]);
+        let indefinite = (0..TOGETHER).find(|l| Cholesky::new(mass_at(*l)).is_none())?;
+        Some(q.iter().map(|q| q.0[indefinite]).collect())
     })
 }
 
