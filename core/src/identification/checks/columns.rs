@@ -49,21 +49,21 @@ impl<'a> Columns<'a> {
         let speeds: Vec<Speed<'_>> = directions.iter().map(|of| self.speed(of)).collect();
         let highest: Vec<f64> =
             speeds.iter().map(|speed| speed.highest(experiment.counted())).collect();
-        let moving: Vec<(&Speed<'_>, f64)> = (speeds.iter().zip(&highest))
+        let moving: Vec<(&Speed<'_>, [f64; BENDS.len()])> = (speeds.iter().zip(&highest))
             .filter(|(_, highest)| **highest > 0.0)
-            .map(|(speed, highest)| (speed, *highest))
+            .map(|(speed, highest)| (speed, BENDS.map(|bend| 1.0 / (bend * highest))))
             .collect();
         let sign = robot.sign_model();
         let read = |first, laws: &mut [[f64; GROUP]]| {
             vectorised(
                 #[inline(always)]
                 || {
-                    for (laws, &(speed, highest)) in laws.chunks_exact_mut(BENDS.len()).zip(&moving)
+                    for (laws, &(speed, scales)) in laws.chunks_exact_mut(BENDS.len()).zip(&moving)
                     {
                         let u = speed.at(first);
                         let model = sign.value(u);
-                        for (law, bend) in laws.iter_mut().zip(BENDS) {
-                            *law = ((u / Lanes::constant(bend * highest)).tanh() - model).0;
+                        for (law, scale) in laws.iter_mut().zip(scales) {
+                            *law = ((u * Lanes::constant(scale)).tanh() - model).0;
                         }
                     }
                 },
