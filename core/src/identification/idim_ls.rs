@@ -71,7 +71,8 @@ pub fn idim_ls(
     findings.assemble()
 }
 
-/// Entries of an observation matrix without decimation: 160 MB, and a few copies of it.
+/// Entries of an observation matrix without decimation: 160 MB, and up to twelve times as much while
+/// the model is checked, which looks at every column's spectrum.
 const MOST_ENTRIES: usize = 20_000_000;
 
 /// What the equation error says before it is judged: the result of IDIM-LS, and where the methods

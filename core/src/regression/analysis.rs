@@ -20,7 +20,7 @@ pub struct ResidualAnalysis<'a> {
     pub(super) basis: DMatrix<f64>,
     basis_transforms: Transforms,
     pub(super) leverage: Vec<Vec<f64>>,
-    spectrum: ResidualSpectrum,
+    spectrum: ResidualSpectrum<'a>,
 }
 
 impl<'a> ResidualAnalysis<'a> {
@@ -37,7 +37,7 @@ impl<'a> ResidualAnalysis<'a> {
     }
 
     /// The spectrum of the errors of the rows.
-    pub fn spectrum(&self) -> &ResidualSpectrum {
+    pub fn spectrum(&self) -> &ResidualSpectrum<'a> {
         &self.spectrum
     }
 

@@ -100,16 +100,17 @@ struct Parts {
     inside: DMatrix<f64>,
 }
 
-/// Orthogonalises twice, for full accuracy (Kahan).
+/// Orthogonalises twice, for full accuracy (Kahan): what the first time leaves of a column within an
+/// ill-conditioned basis is rounding, and must not be chosen.
 fn independent_parts(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> Parts {
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
     let inside = transposed_product(basis, columns);
-    let mut outside = without(basis, &inside, columns.clone());
+    let outside = without(basis, &inside, columns.clone());
+    let mut outside = without(basis, &transposed_product(basis, &outside), outside);
     let chosen = orthonormalise(&mut outside, |column, left| {
         lengths[column].is_finite() && left > INDEPENDENT * lengths[column]
     });
-    let parts = outside.select_columns(&chosen);
-    let mut parts = without(basis, &transposed_product(basis, &parts), parts);
+    let mut parts = outside.select_columns(&chosen);
     orthonormalise(&mut parts, |_, _| true);
     Parts { inside: inside.select_columns(&chosen), columns: chosen, outside: parts }
 }

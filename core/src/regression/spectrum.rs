@@ -118,9 +118,9 @@ impl RowFilter {
 /// The errors ε of `y = X θ + ε` as stationary processes: a power spectrum per joint, and how much
 /// the joints have in common.
 #[derive(Clone, Debug)]
-pub struct ResidualSpectrum {
+pub struct ResidualSpectrum<'a> {
     rows: usize,
-    filter: RowFilter,
+    filter: &'a RowFilter,
     joints: Vec<JointSpectrum>,
     /// Correlation between the joints' errors at the same instant (n × n).
     correlation: DMatrix<f64>,
@@ -150,14 +150,14 @@ impl Transforms {
     }
 }
 
-impl ResidualSpectrum {
+impl<'a> ResidualSpectrum<'a> {
     /// From unweighted residuals (r) out of which a projection has taken the share `leverage` at
     /// each frequency, joint by joint.
     pub(super) fn fit(
         system: &Observations,
         leverage: &[Vec<f64>],
         residuals: &DVector<f64>,
-        filter: &RowFilter,
+        filter: &'a RowFilter,
     ) -> Self {
         let rows = system.rows_per_joint();
         let residuals = DMatrix::from_columns(core::slice::from_ref(residuals));
@@ -197,7 +197,7 @@ impl ResidualSpectrum {
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
         });
-        Self { rows, filter: filter.clone(), joints, correlation }
+        Self { rows, filter, joints, correlation }
     }
 
     /// Covariance `ZᵀVZ` of `Zᵀε` (c × c), with Z = Ω^{-1/2} C of the columns that were transformed
