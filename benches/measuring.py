@@ -34,6 +34,16 @@ def output(command, **options):
     return done.stdout
 
 
+def release_environment():
+    """Without what would make another program of it than the one that is released."""
+    others = ("RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS")
+    return {
+        name: value
+        for name, value in os.environ.items()
+        if name not in others and not name.startswith("CARGO_PROFILE_RELEASE_")
+    }
+
+
 def build(packages, benches, programs=()):
     """Builds as it is released, in one go, and returns the executables by name of the target."""
     command = ["cargo", "build", "--release", "--locked"]
@@ -42,7 +52,7 @@ def build(packages, benches, programs=()):
         for name in names:
             command += [option, name]
     say(" ".join(command))
-    out = output(command, cwd=ROOT)
+    out = output(command, cwd=ROOT, env=release_environment())
     if out is None:
         fail("the build failed")
     messages = (json.loads(line) for line in out.splitlines())

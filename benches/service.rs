@@ -14,7 +14,7 @@
     reason = "a benchmark fails by panicking"
 )]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Parser;
@@ -22,7 +22,7 @@ use didim::cell::{BusAddress, Cell};
 use didim::identify::LastIdentification;
 use didim::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
 use didim::service::{Parts, ServiceOptions, SocketOptions, run};
-use didim::status::fetch_status;
+use didim::status::{Snapshot, fetch_status};
 use didim::stream::{FOLDER, Pace, PrivateNetwork};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{
@@ -37,8 +37,8 @@ use serde_json::json;
 const BUS_FRAMES: usize = 5000;
 /// Where a packed frame of the shipped cell counts the samples (config/dbc/packed_fd_six_axes.dbc).
 const COUNTER_BYTES: std::ops::Range<usize> = 60..64;
-/// What the service has after the last frame to read what is left.
-const DRAIN: Duration = Duration::from_millis(500);
+/// How long the service may take after the last frame to read what is left.
+const DRAIN: Duration = Duration::from_secs(10);
 
 #[derive(Parser)]
 struct Arguments {
@@ -132,14 +132,15 @@ struct Sent {
     latest: Duration,
 }
 
-/// Sends the motion again and again, each frame at its time.
+/// Sends the motion again and again, each frame at its time. A sender that is too slow for the rate
+/// gives up after twice the time.
 fn send(sink: &mut dyn Sink, motion: &[Frame], rate_hz: f64, seconds: f64) -> Sent {
     let start = Instant::now();
     let mut sent = Sent { frames: 0, seconds: 0.0, latest: Duration::ZERO };
     let due = |count: u64| Duration::from_secs_f64(count as f64 / rate_hz);
     for frame in motion.iter().cycle() {
         let (due, now) = (due(sent.frames), start.elapsed());
-        if due.as_secs_f64() >= seconds {
+        if due.as_secs_f64() >= seconds || now.as_secs_f64() >= 2.0 * seconds {
             break;
         }
         if due > now {
@@ -154,6 +155,31 @@ fn send(sink: &mut dyn Sink, motion: &[Frame], rate_hz: f64, seconds: f64) -> Se
     }
     sent.seconds = start.elapsed().as_secs_f64();
     sent
+}
+
+/// Waits until every frame is a sample that the worker has, or is counted as lost on the way: who is
+/// late has lost nothing. Not for ever: what is missing then was not read in time.
+fn drain(status: &Path, frames: u64) {
+    let is_drained = |snapshot: Snapshot| {
+        let (Some(bus), Some(work)) = (snapshot.acquisition, snapshot.estimation) else {
+            return false;
+        };
+        bus.frames + bus.queue_drops >= frames && work.samples + work.samples_missing >= bus.samples
+    };
+    let start = Instant::now();
+    while start.elapsed() < DRAIN && !fetch_status(status).is_ok_and(is_drained) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Ends the service when the sender ends, however that happens.
+struct EndsService;
+
+impl Drop for EndsService {
+    fn drop(&mut self) {
+        // There is nobody else to tell when the process itself cannot be reached.
+        let _ = kill_process(getpid(), Signal::TERM);
+    }
 }
 
 fn main() {
@@ -183,12 +209,12 @@ fn main() {
     };
     let status = places.status_socket();
     let sender = std::thread::Builder::new().name("sender".into()).spawn(move || {
+        let _ends = EndsService;
         while fetch_status(&status).is_err() {
             std::thread::sleep(Duration::from_millis(10));
         }
         let sent = send(&mut *sink, &motion, arguments.rate, arguments.seconds);
-        std::thread::sleep(DRAIN);
-        kill_process(getpid(), Signal::TERM).unwrap();
+        drain(&status, sent.frames);
         sent
     });
     let report = run(&options, parts).unwrap();

@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 /// Buckets of each power of two, as a power of two.
 const PARTS_BITS: u32 = 5;
 const PARTS: usize = 1 << PARTS_BITS;
-/// Times from 2^36 ns, 69 s, are counted in the last bucket.
 const LONGEST_BITS: u32 = 36;
+/// End of the last bucket, 69 s: longer times are counted there too \[ns\].
+pub const LONGEST_NS: u64 = (1 << LONGEST_BITS) - 1;
 const BUCKETS: usize = PARTS * (LONGEST_BITS - PARTS_BITS + 1) as usize;
 
 /// Counts times, in 8 KiB.
@@ -25,7 +26,8 @@ pub struct Latencies {
 /// What was counted since the start.
 ///
 /// A quantile is the smallest time that so many of the times do not exceed, rounded up to the end of
-/// its bucket: too long by less than 1/32, never too short.
+/// its bucket, but not above the longest: too long by less than 1/32, never too short. Only of times
+/// beyond [`LONGEST_NS`] it is too short: it is that limit. The longest is exact there as well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LatencySummary {
     /// Times counted.
@@ -55,17 +57,18 @@ impl fmt::Debug for Latencies {
 impl Latencies {
     /// Counts one time \[ns\].
     pub fn record(&self, ns: u64) {
-        if let Some(count) = self.counts.get(bucket(ns)) {
-            count.fetch_add(1, Ordering::Relaxed);
-        }
+        // The longest before the count: who sees a time counted sees no longest below it.
         if ns > self.max_ns.load(Ordering::Relaxed) {
             self.max_ns.fetch_max(ns, Ordering::Relaxed);
+        }
+        if let Some(count) = self.counts.get(bucket(ns)) {
+            count.fetch_add(1, Ordering::Release);
         }
     }
 
     /// What was counted; nothing when nothing was.
     pub fn summary(&self) -> Option<LatencySummary> {
-        let counts = self.counts.each_ref().map(|count| count.load(Ordering::Relaxed));
+        let counts = self.counts.each_ref().map(|count| count.load(Ordering::Acquire));
         let max_ns = self.max_ns.load(Ordering::Relaxed);
         let count: u64 = counts.iter().sum();
         let quantile = |permille: u64| {
@@ -89,7 +92,7 @@ impl Latencies {
 
 /// Where a time is counted.
 fn bucket(ns: u64) -> usize {
-    let ns = ns.min((1 << LONGEST_BITS) - 1);
+    let ns = ns.min(LONGEST_NS);
     // Bits that do not count: the highest one and the five below it do.
     let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(PARTS_BITS + 1);
     let part = (ns >> shift) as usize;
@@ -119,7 +122,7 @@ mod tests {
             assert_eq!(bucket(longest(index)), index);
             assert_eq!(bucket(longest(index) + 1), index + 1);
         }
-        assert_eq!(longest(BUCKETS - 1), (1 << LONGEST_BITS) - 1);
+        assert_eq!(longest(BUCKETS - 1), LONGEST_NS);
         assert_eq!(bucket(u64::MAX), BUCKETS - 1);
     }
 
@@ -135,7 +138,7 @@ mod tests {
         latencies.record(u64::MAX);
         let summary = latencies.summary().unwrap();
         assert_eq!((summary.count, summary.p50_ns, summary.max_ns), (2, 7, u64::MAX));
-        assert_eq!(summary.p999_ns, (1 << LONGEST_BITS) - 1);
+        assert_eq!(summary.p999_ns, LONGEST_NS);
     }
 
     proptest! {

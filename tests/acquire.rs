@@ -4,12 +4,13 @@
 mod common;
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use common::bus::{assembler, frames, interface};
 use common::{Network, eventually};
 use didim::acquire::{
-    AcquireEnd, AcquireOptions, Acquisition, BusState, RealTimeOptions, SharedAcquisition,
+    AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, RealTimeOptions,
+    SharedAcquisition,
 };
 use didim::stream::{BatchKind, Pace, SampleReader, StreamNode};
 use didim_drivers::frame::Frame;
@@ -32,13 +33,19 @@ fn bus(when_full: WhenFull) -> (InProcessSender, Box<dyn Source>) {
     (sender, Box::new(source))
 }
 
+/// A frame every 200 µs. A sender that is late by more does not catch up: its frames come one by one.
 fn send_at_5_khz(sender: &InProcessSender, frames: &[Frame]) {
-    let start = Instant::now();
-    for (index, frame) in frames.iter().enumerate() {
-        let due = start + Duration::from_micros(200 * index as u64);
+    let mut due = Instant::now();
+    for frame in frames {
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         sender.send(*frame).unwrap();
+        due = Instant::now().max(due + Duration::from_micros(200));
     }
+}
+
+/// Samples whose way from the frame was timed.
+fn counted(shared: &SharedAcquisition) -> u64 {
+    shared.frame_to_buffer().map_or(0, |latency| latency.times.count)
 }
 
 fn reader(network: &Network) -> SampleReader {
@@ -68,7 +75,7 @@ fn nothing_is_allocated_per_frame() {
     // The library's loan of a slot takes one small block and gives it back, per batch of 64.
     assert!(cost.count_total <= 60_000 / 64, "{cost:?}");
     assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
-    assert_eq!(shared.frame_to_buffer().unwrap().count, 60_000, "the latencies are part of it");
+    assert_eq!(counted(&shared), 60_000, "the latencies are part of it");
     // The slot being filled may still be on loan, or have been before.
     assert!(cost.count_current.abs() <= 1, "{cost:?}");
     let counts = acquisition.run(&AtomicBool::new(false)).map(|_| shared.counts()).unwrap();
@@ -90,17 +97,23 @@ fn nothing_is_allocated_while_waiting_for_a_bus_at_5_khz() {
     let frames = frames(before + during, |_| true);
     let bus = std::thread::spawn(move || send_at_5_khz(&sender, &frames));
     // The first batches connect the reader.
-    while shared.frame_to_buffer().is_none_or(|latency| latency.count < before) {
+    while counted(&shared) < before {
         assert_eq!(acquisition.step().unwrap(), None);
     }
-    let cost = allocation_counter::measure(|| while acquisition.step().unwrap().is_none() {});
+    let mut turns = 0;
+    let cost = allocation_counter::measure(|| {
+        while acquisition.step().unwrap().is_none() {
+            turns += 1;
+        }
+    });
     bus.join().unwrap();
+    assert!(turns >= during / 2, "{turns} turns: most frames were waited for");
     // A batch is sent full, or at its age of 50 ms.
     let batches = shared.counts().batches;
     assert!(cost.count_total <= batches, "{cost:?}, {batches} batches");
     assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
     assert!(cost.count_current.abs() <= 1, "{cost:?}");
-    assert_eq!(shared.frame_to_buffer().unwrap().count, before + during);
+    assert_eq!(counted(&shared), before + during);
     assert!(reader.receive().unwrap().is_some());
 }
 
@@ -233,9 +246,13 @@ impl Source for Faulty {
     }
 }
 
+fn faulty_frames(length: u64) -> Faulty {
+    let frames = frames(length, |_| true).into_iter();
+    Faulty { frames, handed_out: 0, names: [interface()] }
+}
+
 fn faulty() -> Box<dyn Source> {
-    let names = [interface()];
-    Box::new(Faulty { frames: frames(10, |_| true).into_iter(), handed_out: 0, names })
+    Box::new(faulty_frames(10))
 }
 
 #[test]
@@ -272,6 +289,60 @@ fn a_log_that_cannot_be_read_is_not_replayed_past_the_fault() {
     let acquisition = Acquisition::start(&options, faulty(), assembler(), &shared).unwrap();
     assert!(acquisition.run(&AtomicBool::new(false)).is_err());
     assert_eq!(shared.counts().bus, BusState::Down);
+}
+
+/// How long frames were queued before they are read.
+const QUEUED: Duration = Duration::from_millis(5);
+
+/// Hands out a frame a millisecond, stamped by the computer's clock as long before as it was queued.
+struct Queued(Faulty);
+
+impl Source for Queued {
+    fn receive(&mut self, batch: &mut Vec<Frame>, _: Duration) -> Result<Received, SourceError> {
+        std::thread::sleep(Duration::from_millis(1));
+        let Some(frame) = self.0.frames.next() else { return Ok(Received::End) };
+        let stamp = SystemTime::now().duration_since(UNIX_EPOCH).unwrap() - QUEUED;
+        batch.push(frame.at(u64::try_from(stamp.as_nanos()).unwrap()));
+        Ok(Received::Frames)
+    }
+
+    fn counters(&self) -> SourceCounters {
+        self.0.counters()
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        self.0.interfaces()
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Realtime
+    }
+}
+
+fn latency_of(source: Box<dyn Source>) -> FrameLatency {
+    let network = Network::new();
+    let _reader = reader(&network);
+    let shared = SharedAcquisition::default();
+    let options = options(&network, Pace::Live);
+    let acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    assert_eq!(acquisition.run(&AtomicBool::new(false)).unwrap(), AcquireEnd::SourceEnded);
+    shared.frame_to_buffer().unwrap()
+}
+
+#[test]
+fn the_time_of_a_stamped_frame_includes_its_queueing() {
+    let FrameLatency { from, times } = latency_of(Box::new(Queued(faulty_frames(100))));
+    assert_eq!((from, times.count), (FrameTime::Stamp, 100));
+    let queued_ns = u64::try_from(QUEUED.as_nanos()).unwrap();
+    assert!(times.p50_ns >= queued_ns && times.max_ns < 60_000_000_000, "{times:?}");
+}
+
+#[test]
+fn the_time_of_a_frame_without_a_stamp_begins_when_it_is_read() {
+    let FrameLatency { from, times } = latency_of(Box::new(faulty_frames(10)));
+    assert_eq!((from, times.count), (FrameTime::Read, 10));
+    // The stamps themselves lie at the start of a log.
+    assert!(times.p50_ns > 0 && times.max_ns < 60_000_000_000, "{times:?}");
 }
 
 /// The cost of the bus thread at 5 kHz: run by hand, `--ignored --nocapture`.

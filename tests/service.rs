@@ -127,6 +127,7 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     let estimation = report.snapshot.estimation.unwrap();
     assert_eq!((estimation.windows_opened, estimation.windows_identified), (3, 3));
     assert_eq!((estimation.samples, estimation.samples_missing), (12_000, 0));
+    assert_eq!(estimation.buffer_to_worker.unwrap().count, 12_000);
     assert_eq!(report.snapshot.acquisition.unwrap().bus, BusState::Ended);
     // The queue takes one window, so a live bus would have lost some.
     let slowly: Identify = Box::new(|window| {
@@ -440,7 +441,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let acquisition = snapshot.acquisition.unwrap();
     assert!((800.0..1200.0).contains(&acquisition.samples_per_second), "{acquisition:?}");
     assert!(folder.path().join("results/latest.json").exists());
-    plausible(acquisition.frame_to_buffer);
+    plausible(acquisition.frame_to_buffer.map(|latency| latency.times));
     let estimation = snapshot.estimation.unwrap();
     plausible(estimation.buffer_to_worker);
     plausible(estimation.batch_to_worker);

@@ -25,7 +25,7 @@ use common::program::{
     Daemon, Finished, Installation, command, didim, difference, json, parameters, results, succeed,
 };
 use common::recording::{EXPECTED, datasets, rounding, write_csv};
-use didim::acquire::{AcquisitionStatus, BusState};
+use didim::acquire::{AcquisitionStatus, BusState, FrameTime};
 use didim::status::Snapshot;
 use didim::worker::{EstimationStatus, WindowState};
 use didim_drivers::frame::Frame;
@@ -288,6 +288,8 @@ fn everything_is_accounted_for(
     assert_eq!((bus.frames, bus.queue_drops, bus.error_frames), (frames, 0, 0), "{bus:#?}");
     assert_eq!(work.samples, bus.samples);
     let (written, taken) = (bus.frame_to_buffer.unwrap(), work.buffer_to_worker.unwrap());
+    assert_eq!(written.from, FrameTime::Stamp);
+    let written = written.times;
     assert_eq!(taken.count, bus.samples);
     // Where the bus has SYNCs, cycles before a pause are decided by silence and not by a frame.
     let by_frames = if name == PACKED { bus.samples } else { 1 };

@@ -9,4 +9,7 @@ mod state;
 
 pub use real_time::{Grant, RealTimeGrants, RealTimeOptions};
 pub use run::{AcquireEnd, AcquireError, AcquireOptions, Acquisition};
-pub use state::{AcquisitionCounts, AcquisitionStatus, BusState, ReceiveBuffer, SharedAcquisition};
+pub use state::{
+    AcquisitionCounts, AcquisitionStatus, BusState, FrameLatency, FrameTime, ReceiveBuffer,
+    SharedAcquisition,
+};

@@ -11,7 +11,7 @@ use didim_drivers::socket::{clock_pair, monotonic_ns};
 use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
 use super::real_time::RealTimeOptions;
-use super::state::{AcquisitionCounts, BusState, SharedAcquisition};
+use super::state::{AcquisitionCounts, BusState, FrameTime, SharedAcquisition};
 use crate::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
 
 /// The longest the thread waits for a frame, and so the longest it takes to see a stop.
@@ -67,6 +67,9 @@ pub struct Acquisition {
     /// Maps stamps of CLOCK_REALTIME; nothing when the source has a clock of its own.
     clock: Option<ClockMap>,
     batch: Vec<Frame>,
+    /// Of each sample of the batch, the time of the frame that completed it \[ns, CLOCK_MONOTONIC\].
+    /// Empty between two turns, and kept for its memory.
+    completed_ns: Vec<u64>,
     pace: Pace,
     silence_after: Duration,
     counts: AcquisitionCounts,
@@ -92,6 +95,10 @@ impl Acquisition {
             StampClock::Realtime => Some(ClockMap::new(clock_pair())),
             StampClock::Own => None,
         };
+        let frame_time = if clock.is_some() { FrameTime::Stamp } else { FrameTime::Read };
+        let counts = AcquisitionCounts { frame_time, ..AcquisitionCounts::default() };
+        // Before the first latency, what it begins with.
+        shared.publish(&counts);
         let now = Instant::now();
         Ok(Self {
             source,
@@ -99,9 +106,10 @@ impl Acquisition {
             writer,
             clock,
             batch: Vec::with_capacity(BATCH_FRAMES),
+            completed_ns: Vec::with_capacity(BATCH_FRAMES),
             pace: options.pace,
             silence_after: options.silence_after,
-            counts: AcquisitionCounts::default(),
+            counts,
             shared: shared.clone(),
             last_frame: now,
             last_published: now,
@@ -176,25 +184,31 @@ impl Acquisition {
         self.last_frame = now;
         self.counts.bus = BusState::Ok;
         let read_ns = if let Some(clock) = &mut self.clock {
-            clock.handle_pair(clock_pair());
+            let pair = clock_pair();
+            clock.handle_pair(pair);
             for frame in &mut self.batch {
                 frame.stamp_ns = clock.map(frame.stamp_ns);
             }
-            None
+            pair.monotonic_ns
         } else {
-            Some(monotonic_ns())
+            monotonic_ns()
         };
+        let is_stamped = self.clock.is_some();
         let drops = self.source.counters().queue_drops;
-        // Once for all that was read together: where a clock is a system call, a reading for each
-        // sample would cost more than the sample.
-        let mut first_ns = None;
+        // Where a clock is a system call, a reading for each sample would cost more than the sample:
+        // the worker is told of a time before all that was read together, and the time after all of
+        // it is counted here. Either latency is too long by what writing takes, and never too short.
         for frame in &self.batch {
             self.assembler.handle_frame(frame);
             while let Some(sample) = self.assembler.poll_sample() {
-                let written_ns = *first_ns.get_or_insert_with(monotonic_ns);
-                self.writer.write(&sample, drops, now, written_ns)?;
-                let received_ns = read_ns.unwrap_or(frame.stamp_ns);
-                self.shared.record_frame_to_buffer(written_ns.saturating_sub(received_ns));
+                self.writer.write(&sample, drops, now, read_ns)?;
+                self.completed_ns.push(if is_stamped { frame.stamp_ns } else { read_ns });
+            }
+        }
+        if !self.completed_ns.is_empty() {
+            let written_ns = monotonic_ns();
+            for completed_ns in self.completed_ns.drain(..) {
+                self.shared.record_frame_to_buffer(written_ns.saturating_sub(completed_ns));
             }
         }
         Ok(())
@@ -244,6 +258,9 @@ impl Acquisition {
 
     fn count(&mut self) {
         self.counts.source = self.source.counters();
+        if self.counts.source.stamped_late > 0 {
+            self.counts.frame_time = FrameTime::Read;
+        }
         self.counts.losses = *self.assembler.losses();
         if let Some(clock) = &self.clock {
             self.counts.clock = clock.counters();

@@ -43,8 +43,33 @@ pub struct AcquisitionCounts {
     pub source_failures: u64,
     /// What mapping the stamps of CLOCK_REALTIME counted.
     pub clock: ClockCounters,
+    /// Where the latencies of frames begin.
+    pub frame_time: FrameTime,
     /// Turns of the thread's loop: they go on as long as the thread is well, frames or not.
     pub turns: u64,
+}
+
+/// Where the way of a frame begins in [`FrameLatency`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrameTime {
+    /// The stamp that the kernel or the controller gave the frame.
+    Stamp,
+    /// When the frame was read: how long it had lain in a queue before is not known. The bus has a
+    /// time of its own (a log, an in-process bus), or frames came without a stamp
+    /// ([`AcquisitionStatus::frames_stamped_late`]).
+    #[default]
+    Read,
+}
+
+/// How long frames are under way to the buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrameLatency {
+    /// Where the times begin; at [`FrameTime::Read`] when only some frames had no stamp.
+    pub from: FrameTime,
+    /// The times.
+    #[serde(flatten)]
+    pub times: LatencySummary,
 }
 
 /// The bus thread's counts as others see them: it writes them now and then, and skips a turn when
@@ -66,8 +91,9 @@ impl SharedAcquisition {
     }
 
     /// [`AcquisitionStatus::frame_to_buffer`].
-    pub fn frame_to_buffer(&self) -> Option<LatencySummary> {
-        self.0.frame_to_buffer.summary()
+    pub fn frame_to_buffer(&self) -> Option<FrameLatency> {
+        let times = self.0.frame_to_buffer.summary()?;
+        Some(FrameLatency { from: self.counts().frame_time, times })
     }
 
     pub(super) fn record_frame_to_buffer(&self, ns: u64) {
@@ -138,12 +164,11 @@ pub struct AcquisitionStatus {
     /// Stamps that lay in the future and were put to the present.
     pub stamps_in_future: u64,
     /// How long it took from the frame that completed a sample (where there are SYNCs, the next one)
-    /// until the sample was in the buffer, since the start; nothing before the first. The frame's
-    /// time is the stamp that the kernel or the controller gave it, or when it was read where the
-    /// bus has a time of its own (a log, an in-process bus). Of frames read together, up to 256, all
-    /// samples count as written with the first. A sample that no frame completed, but a
-    /// silence, does not count.
-    pub frame_to_buffer: Option<LatencySummary>,
+    /// until the sample was in the buffer, since the start; nothing before the first. Its `from`
+    /// tells what the frame's time is. Of frames read together, up to 256, all samples count as
+    /// written with the last: too long by the time of writing, never too short. A sample that no
+    /// frame completed, but a silence, does not count.
+    pub frame_to_buffer: Option<FrameLatency>,
     /// Frames not used, by cause; causes that did not occur are left out.
     pub frames_unused: BTreeMap<String, u64>,
     /// Bus cycles without a sample, by cause; likewise.
@@ -168,8 +193,16 @@ pub struct ReceiveBuffer {
 impl AcquisitionStatus {
     /// The counts in the form of the snapshot; rates and latencies are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
-        let AcquisitionCounts { bus, source, losses, batches, source_failures, clock, turns: _ } =
-            counts;
+        let AcquisitionCounts {
+            bus,
+            source,
+            losses,
+            batches,
+            source_failures,
+            clock,
+            frame_time: _,
+            turns: _,
+        } = counts;
         Self {
             bus: *bus,
             frames: source.frames,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::snapshot::Snapshot;
-use crate::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::acquire::{AcquisitionStatus, BusState, FrameLatency, FrameTime, Grant};
 use crate::latency::LatencySummary;
 use crate::worker::{EstimationStatus, WindowState};
 
@@ -56,7 +56,13 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     rows.judged("bus", bus, matches!(status.bus, BusState::Ok | BusState::Ended));
     rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
     rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
-    rows.latency("frame to buffer", status.frame_to_buffer);
+    if let Some(FrameLatency { from, times }) = status.frame_to_buffer {
+        let since = match from {
+            FrameTime::Stamp => "from its stamp",
+            FrameTime::Read => "from when it was read",
+        };
+        rows.plain("frame to buffer", format!("{}, {since}", quantiles(times)));
+    }
     rows.counted("frames dropped unread", status.queue_drops);
     rows.counted("error frames", status.error_frames);
     rows.counted("times down", status.link_down);
@@ -146,9 +152,8 @@ impl Rows {
     }
 
     fn latency(&mut self, name: &'static str, latency: Option<LatencySummary>) {
-        if let Some(LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns }) = latency {
-            let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
-            self.plain(name, format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}"));
+        if let Some(times) = latency {
+            self.plain(name, quantiles(times));
         }
     }
 
@@ -189,6 +194,13 @@ fn clean(text: &str) -> String {
 #[expect(clippy::cast_precision_loss, reason = "one decimal for people")]
 fn megabytes(bytes: u64) -> f64 {
     bytes as f64 / 1e6
+}
+
+/// The quantiles of a latency in a line.
+fn quantiles(times: LatencySummary) -> String {
+    let LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns } = times;
+    let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
+    format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}")
 }
 
 /// A short time with three digits.

@@ -21,8 +21,8 @@ pub struct StreamSample {
     /// Frames dropped unread before this sample, since the acquisition began. A change since the
     /// sample before means that something was lost between the two.
     pub queue_drops: u64,
-    /// When it was written here \[ns, CLOCK_MONOTONIC\]; of samples whose frames were read together,
-    /// when the first was.
+    /// When it was written here, at the earliest \[ns, CLOCK_MONOTONIC\]: of samples whose frames were
+    /// read together, when those had been read.
     pub written_ns: u64,
     /// [`JointSample::motor_position_rad`] \[rad\].
     pub motor_position_rad: [f64; MAX_JOINTS],

@@ -19,8 +19,14 @@ pub const DEFAULT_BUFFER_S: f64 = 20.0;
 /// A batch that is not full is sent at this age.
 const MAX_BATCH_AGE: Duration = Duration::from_millis(50);
 
-/// Version of the services: processes of different versions do not meet.
-const VERSION: &str = "v2";
+/// Version of the samples' services: processes of different versions do not meet.
+const SAMPLES_VERSION: &str = "v2";
+/// Version of the services of the documents, estimates and status.
+const DOCUMENTS_VERSION: &str = "v1";
+/// Name of the samples' service.
+pub(super) const SAMPLES: &str = "samples";
+/// Name of the service by which a reader says what it has read.
+pub(super) const ACKNOWLEDGEMENTS: &str = "acknowledgements";
 /// Longest root path: the library puts names of its own behind it, and a socket's path has 108
 /// bytes; 71 characters were seen to fail.
 const MAX_ROOT: usize = 40;
@@ -179,6 +185,10 @@ impl StreamOptions {
 
     /// Name of one of the cell's services.
     pub(super) fn service_name(&self, topic: &str) -> String {
-        format!("didim/{VERSION}/{}/{topic}", self.cell)
+        let version = match topic {
+            SAMPLES | ACKNOWLEDGEMENTS => SAMPLES_VERSION,
+            _ => DOCUMENTS_VERSION,
+        };
+        format!("didim/{version}/{}/{topic}", self.cell)
     }
 }

@@ -19,7 +19,7 @@ type AcknowledgementService = publish_subscribe::PortFactory<ipc::Service, Ackno
 
 /// The sample service, made by whoever comes first.
 pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService), StreamError> {
-    let (name, service) = node.service("samples")?;
+    let (name, service) = node.service(options::SAMPLES)?;
     let service = node
         .node
         .service_builder(&service)
@@ -41,7 +41,7 @@ pub(super) fn sample_service(node: &StreamNode) -> Result<(String, SampleService
 pub(super) fn notification_service(
     node: &StreamNode,
 ) -> Result<event::PortFactory<ipc::Service>, StreamError> {
-    let (name, service) = node.service("samples")?;
+    let (name, service) = node.service(options::SAMPLES)?;
     node.node
         .service_builder(&service)
         .event()
@@ -55,7 +55,7 @@ pub(super) fn notification_service(
 pub(super) fn acknowledgement_service(
     node: &StreamNode,
 ) -> Result<(String, AcknowledgementService), StreamError> {
-    let (name, service) = node.service("acknowledgements")?;
+    let (name, service) = node.service(options::ACKNOWLEDGEMENTS)?;
     let service = node
         .node
         .service_builder(&service)

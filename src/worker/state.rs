@@ -82,7 +82,8 @@ pub struct EstimationStatus {
     /// Times the acquisition was restarted under a running worker.
     pub restarts: u64,
     /// How long samples lay in the buffer until the worker took them, since the start; nothing
-    /// before the first. A sample waits for its batch, of 64 samples or 50 ms.
+    /// before the first; of samples whose frames were read together, from when those had been read. A
+    /// sample waits for its batch, of 64 samples or 50 ms.
     pub buffer_to_worker: Option<LatencySummary>,
     /// The same from the sending of their batch: what it takes to wake the worker, and longer where
     /// that is busy.

@@ -11,12 +11,15 @@ fn snapshot() -> Snapshot {
         frames_per_second: 4999.7,
         samples: 1_234_000,
         samples_per_second: 4998.2,
-        frame_to_buffer: Some(LatencySummary {
-            count: 1_234_000,
-            p50_ns: 991,
-            p99_ns: 53_247,
-            p999_ns: 180_223,
-            max_ns: 2_104_931,
+        frame_to_buffer: Some(FrameLatency {
+            from: FrameTime::Read,
+            times: LatencySummary {
+                count: 1_234_000,
+                p50_ns: 991,
+                p99_ns: 53_247,
+                p999_ns: 180_223,
+                max_ns: 2_104_931,
+            },
         }),
         queue_drops: 3,
         frames_stamped_late: 5,
@@ -88,7 +91,7 @@ buffer                     20 s at 5000 Hz, 56.0 MB of shared memory
 bus                        silent
 frames                     1234567 (5000/s)
 samples                    1234000 (4998/s)
-frame to buffer            p50 0.99 µs, p99 53.2 µs, p99.9 180 µs, max 2.10 ms
+frame to buffer            p50 0.99 µs, p99 53.2 µs, p99.9 180 µs, max 2.10 ms, from when it was read
 frames dropped unread      3
 frames stamped late        5
 samples without reference  7
