@@ -101,10 +101,10 @@ pub(crate) fn sin_cos<const L: usize>(angles: &[f64; L]) -> ([f64; L], [f64; L])
         #[inline(always)]
         |l| turned(cos[l], sin[l], quarters(l), quarters(l).wrapping_add(1)),
     );
-    // Neither does this hold for NaN.
-    if !angles.iter().all(|x| x.abs() <= LARGEST_ANGLE) {
+    // Of NaN, NaN has come out already.
+    if angles.iter().any(|x| x.abs() > LARGEST_ANGLE) {
         for ((sine, cosine), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
-            if !(x.abs() <= LARGEST_ANGLE) {
+            if x.abs() > LARGEST_ANGLE {
                 (*sine, *cosine) = (x.sin(), x.cos());
             }
         }
