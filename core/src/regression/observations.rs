@@ -1,21 +1,33 @@
 //! The overdetermined system of equation 7 and what is computed from it.
 
 use core::ops::Range;
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
-use super::solution::{self, Solution};
+use super::solution::{self, Solution, Triangles};
 
 /// `y = X θ + ε` with the rows of joint 1 first, then joint 2, … (equations 7 and 8).
 ///
 /// Sizes fit, everything is finite, there are more rows than columns, and no joint's measurements
 /// are all zero: guaranteed by [`Observations::new`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Observations {
     matrix: DMatrix<f64>,
     measurements: DVector<f64>,
     joints: usize,
+    /// What every solution begins with, whatever the weights; none until the first.
+    triangles: OnceLock<Triangles>,
+}
+
+/// Of the same equations, whichever have been solved.
+impl PartialEq for Observations {
+    fn eq(&self, other: &Self) -> bool {
+        self.joints == other.joints
+            && self.matrix == other.matrix
+            && self.measurements == other.measurements
+    }
 }
 
 impl Observations {
@@ -46,7 +58,7 @@ impl Observations {
             let (joint, row) = (row / per_joint, row % per_joint);
             return Err(RegressionError::NotFinite { joint, row });
         }
-        let system = Self { matrix, measurements, joints };
+        let system = Self { matrix, measurements, joints, triangles: OnceLock::new() };
         for joint in 0..joints {
             let square = system.joint_of(&system.measurements, joint).norm_squared();
             if !square.is_finite() {
@@ -82,6 +94,11 @@ impl Observations {
     /// The measurements y (r).
     pub fn measurements(&self) -> &DVector<f64> {
         &self.measurements
+    }
+
+    /// The triangles of the joints' rows, computed once.
+    pub(super) fn triangles(&self) -> &Triangles {
+        self.triangles.get_or_init(|| Triangles::of(self))
     }
 
     /// `y − X θ` (r), unweighted, in the unit of the measurements.

@@ -46,7 +46,7 @@ impl Solution {
 
 /// Equation 9 with the sandwich covariance.
 pub(super) fn ordinary(system: &Observations) -> Result<Solution, RegressionError> {
-    let triangles = Triangles::of(system);
+    let triangles = system.triangles();
     let even = vec![1.0; system.joints()];
     let factor = triangles.factor(system, &even)?;
     let residuals = system.residuals(&factor.parameters);
@@ -73,7 +73,7 @@ pub(super) fn weighted(
         }
     }
     let weights: Vec<f64> = noise_levels.iter().map(|level| 1.0 / level).collect();
-    let factor = Triangles::of(system).factor(system, &weights)?;
+    let factor = system.triangles().factor(system, &weights)?;
     let residuals = system.residuals(&factor.parameters);
     // (XᵀΩ⁻¹X)⁻¹ = R⁻¹ R⁻ᵀ
     let half = factor.r_inverse.clone();
@@ -104,10 +104,11 @@ fn finish(
 
 /// The rows of each joint in X and y, `[X_j y_j] = Q_j T_j`, by T_j alone: all that weights of joints
 /// leave of an equation (Golub & Van Loan, section 5.1.9 on factoring rows in blocks).
-struct Triangles(Vec<DMatrix<f64>>);
+#[derive(Clone, Debug)]
+pub(super) struct Triangles(Vec<DMatrix<f64>>);
 
 impl Triangles {
-    fn of(system: &Observations) -> Self {
+    pub(super) fn of(system: &Observations) -> Self {
         let (columns, rows) = (system.matrix().ncols(), system.rows_per_joint());
         let triangle = |joint| {
             let range = system.joint_rows(joint);
