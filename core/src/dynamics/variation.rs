@@ -56,45 +56,34 @@ impl Model {
     ) {
         vectorised(
             #[inline(always)]
-            || self.vary(ws, solved, parameters, [dq, ddq], variation, out),
+            || {
+                let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
+                self.partials_of_poses(solved, parameters, dq, ddq, by_position, by_velocity);
+                self.regressor_of_poses(solved, columns, dq, ddq, regressor);
+                let (n, width) = (self.joints(), columns.width());
+                for (i, out) in out.chunks_exact_mut(width).enumerate() {
+                    let row = i * width..(i + 1) * width;
+                    for ((out, torque), entry) in
+                        out.iter_mut().zip(&variation.torque[row.clone()]).zip(&regressor[row])
+                    {
+                        *out = torque - entry;
+                    }
+                    for j in 0..n {
+                        let (by_q, by_dq) = (by_position[i * n + j], by_velocity[i * n + j]);
+                        // Many torques do not depend on the joint at all.
+                        if by_q == 0.0 && by_dq == 0.0 {
+                            continue;
+                        }
+                        let rows = j * width..(j + 1) * width;
+                        let changes = (variation.position[rows.clone()].iter())
+                            .zip(&variation.velocity[rows]);
+                        for (out, (dq, ddq)) in out.iter_mut().zip(changes) {
+                            *out -= by_q * dq + by_dq * ddq;
+                        }
+                    }
+                }
+                self.solve_mass(solved, width, out);
+            },
         );
-    }
-
-    #[inline(always)]
-    fn vary(
-        &self,
-        ws: &mut VariationWorkspace,
-        solved: &mut Workspace<f64>,
-        parameters: &[f64],
-        [dq, ddq]: [&[f64]; 2],
-        variation: Variation<'_>,
-        out: &mut [f64],
-    ) {
-        let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
-        self.partials_of_poses(solved, parameters, dq, ddq, by_position, by_velocity);
-        self.regressor_of_poses(solved, columns, dq, ddq, regressor);
-        let (n, width) = (self.joints(), columns.width());
-        for (i, out) in out.chunks_exact_mut(width).enumerate() {
-            let row = i * width..(i + 1) * width;
-            for ((out, torque), entry) in
-                out.iter_mut().zip(&variation.torque[row.clone()]).zip(&regressor[row])
-            {
-                *out = torque - entry;
-            }
-            for j in 0..n {
-                let (by_q, by_dq) = (by_position[i * n + j], by_velocity[i * n + j]);
-                // Many torques do not depend on the joint at all.
-                if by_q == 0.0 && by_dq == 0.0 {
-                    continue;
-                }
-                let rows = j * width..(j + 1) * width;
-                let changes =
-                    (variation.position[rows.clone()].iter()).zip(&variation.velocity[rows]);
-                for (out, (dq, ddq)) in out.iter_mut().zip(changes) {
-                    *out -= by_q * dq + by_dq * ddq;
-                }
-            }
-        }
-        self.solve_mass(solved, width, out);
     }
 }

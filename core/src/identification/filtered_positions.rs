@@ -8,6 +8,7 @@ use super::options::PositionFilter;
 use super::prefilter::GROUP;
 use crate::MAX_JOINTS;
 use crate::lanes::{Lanes, each};
+use crate::signal::neighbours;
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are formed
 /// where they are asked for: memory for all of them takes longer to get than they take to compute.
@@ -84,16 +85,8 @@ impl FilteredPositions {
     }
 }
 
-/// The samples whose difference times the factor is the [`central_difference`](crate::signal::central_difference) at a sample.
-#[inline(always)]
-fn neighbours(sample: usize, samples: usize, rate_hz: f64) -> (usize, usize, f64) {
-    let (before, after) = (sample.saturating_sub(1), (sample + 1).min(samples - 1));
-    let inside = after - before == 2;
-    (before, after, if inside { 0.5 * rate_hz } else { rate_hz })
-}
-
-/// The [`central_difference`](crate::signal::central_difference) of a signal at the samples from `first` on, beyond the last sample
-/// that of the last.
+/// The [`central_difference`](crate::signal::central_difference) of a signal at the samples from
+/// `first` on, beyond the last sample that of the last.
 #[inline(always)]
 pub(super) fn derivative_of(signal: &[f64], rate_hz: f64, first: usize) -> Lanes<GROUP> {
     let last = signal.len() - 1;

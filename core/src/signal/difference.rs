@@ -35,6 +35,15 @@ pub fn central_difference(
     Ok(())
 }
 
+/// The samples whose difference, times the factor, is the [`central_difference`] at one sample of a
+/// signal, where that of the whole is not wanted.
+#[inline(always)]
+pub(crate) fn neighbours(sample: usize, samples: usize, rate_hz: f64) -> (usize, usize, f64) {
+    let (before, after) = (sample.saturating_sub(1), (sample + 1).min(samples - 1));
+    let inside = after - before == 2;
+    (before, after, if inside { 0.5 * rate_hz } else { rate_hz })
+}
+
 /// Whether every sample is finite.
 fn check_finite(signal: &[f64]) -> Result<(), SignalError> {
     // Without a branch for each sample.

@@ -19,6 +19,7 @@ mod zero_phase;
 pub use decimation::ParallelDecimation;
 pub use design::{MAX_ORDER, butterworth_low_pass, chebyshev1_low_pass};
 pub use difference::central_difference;
+pub(crate) use difference::neighbours;
 pub use error::SignalError;
 pub use interpolation::delay_linear;
 pub use sections::SecondOrderSections;

@@ -314,16 +314,9 @@ impl<R: Reference> ClosedLoop<R> {
         at_sample: bool,
     ) -> Result<(), SimulationError> {
         let (integrator, substeps) = (self.config.integrator, self.config.substeps);
-        let h = length_s / f64::from(substeps);
         let (plant, stages, y) = (&mut self.plant, &mut self.stages, &mut self.state);
-        for k in 0..substeps {
-            let t = start_s + f64::from(k) * h;
-            if k > 0 || !at_sample {
-                plant.rate(t, y, stages.first_rate_mut())?;
-            }
-            stages.advance(integrator, t, h, y, |t, y, rate| plant.rate(t, y, rate))?;
-        }
-        Ok(())
+        let rate = |t: f64, y: &[f64], rate: &mut [f64]| plant.rate(t, y, rate);
+        stages.advance_over(integrator, substeps, (start_s, length_s), at_sample, y, rate)
     }
 
     /// Measures at the state that was reached, and commands.

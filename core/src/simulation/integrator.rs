@@ -36,6 +36,31 @@ impl Stages {
         &mut self.rates[0]
     }
 
+    /// Advances `y` over an interval in so many steps of one length. Where `first_known`, the rate at
+    /// its beginning is [`Self::first_rate_mut`] already.
+    ///
+    /// # Errors
+    /// Those of `f`; `y` is then where the step that failed began.
+    pub(super) fn advance_over<E>(
+        &mut self,
+        method: Integrator,
+        steps: u32,
+        (start, length): (f64, f64),
+        first_known: bool,
+        y: &mut [f64],
+        mut f: impl FnMut(f64, &[f64], &mut [f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let h = length / f64::from(steps);
+        for k in 0..steps {
+            let t = start + f64::from(k) * h;
+            if k > 0 || !first_known {
+                f(t, y, &mut self.rates[0])?;
+            }
+            self.advance(method, t, h, y, &mut f)?;
+        }
+        Ok(())
+    }
+
     /// Advances `y` by `h` from time `t` when [`Self::first_rate_mut`] holds f(t, y).
     ///
     /// # Errors

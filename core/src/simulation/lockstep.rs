@@ -122,19 +122,11 @@ impl<R: Reference, const L: usize> Lockstep<R, L> {
         let Self { loops, dynamics, state, stages, .. } = self;
         let [first, ..] = &loops[..] else { return Ok(()) };
         let (integrator, substeps) = (first.config.integrator, first.config.substeps);
-        let h = length_s / f64::from(substeps);
-        let mut between = |t: f64, y: &[f64], rate: &mut [f64]| {
+        let between = |t: f64, y: &[f64], rate: &mut [f64]| {
             let references = loops.each_ref().map(|one| one.plant.reference_between(t));
             dynamics.rates(loops, &references, t, y, rate)
         };
-        for k in 0..substeps {
-            let t = start_s + f64::from(k) * h;
-            if k > 0 || !at_sample {
-                between(t, state, stages.first_rate_mut())?;
-            }
-            stages.advance(integrator, t, h, state, &mut between)?;
-        }
-        Ok(())
+        stages.advance_over(integrator, substeps, (start_s, length_s), at_sample, state, between)
     }
 }
 
