@@ -5,6 +5,10 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use crate::elementary;
 use crate::scalar::Scalar;
 
+/// Lanes of the widest vector register that is looked for, AVX2's. Sums over lanes have other bits with
+/// another width.
+pub const WIDTH: usize = 4;
+
 /// What `value` gives for each lane, in order. Unlike `core::array::from_fn` it is always inlined, so
 /// that it has the vector instructions of its caller.
 #[inline(always)]

@@ -4,7 +4,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::elementary;
+use crate::{elementary, lanes};
 
 /// A field with the few functions that rigid-body dynamics and friction use.
 ///
@@ -59,9 +59,8 @@ pub trait Scalar:
     }
 }
 
-/// Numbers that go through an elementary function at once: those of the widest vector register that
-/// is looked for.
-const TOGETHER: usize = 4;
+/// Numbers that go through an elementary function at once.
+const TOGETHER: usize = lanes::WIDTH;
 
 /// [`TOGETHER`] of the numbers from `start` on; zeros beyond the end.
 #[inline(always)]

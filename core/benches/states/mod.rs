@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use didim_core::lanes::Lanes;
+use didim_core::lanes::{self, Lanes};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -21,8 +21,8 @@ pub(crate) fn states(count: usize) -> Vec<State> {
     (0..count).map(|_| [vector(3.0), vector(5.0), vector(20.0), vector(20.0)]).collect()
 }
 
-/// States side by side: what a vector register of AVX2 holds.
-pub(crate) const L: usize = 4;
+/// States side by side.
+pub(crate) const L: usize = lanes::WIDTH;
 
 /// The states by groups of so many.
 pub(crate) fn in_lanes(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {

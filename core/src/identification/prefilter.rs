@@ -8,7 +8,7 @@ use super::filtered_positions::FilteredPositions;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
 use crate::dispatch::vectorised;
-use crate::lanes::Lanes;
+use crate::lanes::{self, Lanes};
 use crate::regression::RowFilter;
 use crate::signal::{ParallelDecimation, central_difference, delay_linear};
 
@@ -25,7 +25,7 @@ pub struct Motion {
 }
 
 /// Samples of a motion that go through the dynamics at once.
-pub(super) const GROUP: usize = 4;
+pub(super) const GROUP: usize = lanes::WIDTH;
 
 /// q, q̇ and q̈ of every joint at so many consecutive samples.
 pub(super) struct MotionGroup {

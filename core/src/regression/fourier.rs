@@ -1,11 +1,11 @@
 //! Fourier transforms of real signals, several at once.
 
 use crate::dispatch::vectorised;
-use crate::lanes::Lanes;
+use crate::lanes::{self, Lanes};
 use crate::scalar::Scalar;
 
 /// Signals side by side. Each has the bits that it would have alone, on every processor.
-pub(super) const SIGNALS: usize = 4;
+pub(super) const SIGNALS: usize = lanes::WIDTH;
 
 /// As many complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]

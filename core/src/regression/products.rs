@@ -5,11 +5,11 @@ use core::ops::Range;
 use nalgebra::DMatrix;
 
 use crate::dispatch::vectorised;
-use crate::lanes::Lanes;
+use crate::lanes::{self, Lanes};
 use crate::scalar::Scalar;
 
 /// Numbers of a column that are computed side by side.
-const TOGETHER: usize = 4;
+const TOGETHER: usize = lanes::WIDTH;
 
 /// AᵀB of matrices with as many rows. Where columns of B begin or end with zeros, it takes less time.
 pub(super) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {

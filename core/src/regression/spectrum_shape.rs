@@ -1,7 +1,7 @@
 //! The shape of a power spectrum from few numbers: linear prediction on a part of the band.
 
 use crate::dispatch::vectorised;
-use crate::lanes::Lanes;
+use crate::lanes::{self, Lanes};
 use crate::scalar::Scalar;
 
 /// Rows per coefficient at least, so that a short record does not choose a shape of its own.
@@ -14,7 +14,7 @@ const MAX_ORDER: usize = 24;
 const TESTED_LAGS: usize = 12;
 
 /// Values of a spectrum that are computed side by side.
-const TOGETHER: usize = 4;
+const TOGETHER: usize = lanes::WIDTH;
 
 /// What spectra on one band have in common.
 #[derive(Clone, Debug)]

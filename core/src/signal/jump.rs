@@ -14,11 +14,11 @@ use super::modes::{Mode, Modes};
 use super::record::Record;
 use super::sections::SecondOrderSections;
 use crate::dispatch::vectorised;
-use crate::lanes::Lanes;
+use crate::lanes::{self, Lanes};
 use crate::scalar::Scalar;
 
 /// Oscillations that are computed side by side.
-const TOGETHER: usize = 4;
+const TOGETHER: usize = lanes::WIDTH;
 
 type Four = Lanes<TOGETHER>;
 

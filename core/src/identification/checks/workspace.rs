@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix};
 
 use crate::dynamics::{Model, Workspace};
-use crate::lanes::Lanes;
+use crate::lanes::{self, Lanes};
 use crate::robot::Robot;
 use crate::scalar::Scalar;
 
@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 const POSTURES: u32 = 1000;
 
 /// Postures that go through the dynamics at once, a divisor of their number.
-const TOGETHER: usize = 4;
+const TOGETHER: usize = lanes::WIDTH;
 
 /// Bases of the low-discrepancy sequence, one per joint.
 const PRIMES: [u32; crate::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];

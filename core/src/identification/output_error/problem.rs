@@ -9,6 +9,7 @@ use crate::identification::idim_ls::EquationErrorFit;
 use crate::identification::method::Method;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
+use crate::lanes;
 use crate::regression::{Observations, RegressionError};
 use crate::simulation::{SimulationError, set_row};
 
@@ -17,7 +18,7 @@ use crate::simulation::{SimulationError, set_row};
 const DIFFERENCE: f64 = 1e-6;
 
 /// Simulations for differences that run side by side.
-const LANES: usize = 4;
+const LANES: usize = lanes::WIDTH;
 
 /// The signal whose error is minimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
