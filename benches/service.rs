@@ -203,7 +203,7 @@ fn main() {
         estimation(&cell, &places, &LastIdentification::default()).unwrap(),
     );
     let options = ServiceOptions {
-        status: Some(SocketOptions { path: places.status_socket(), mode: 0o600 }),
+        status: Some(SocketOptions { path: places.status_socket(), mode: 0o600, group: None }),
         control: None,
         receive_buffer: opened.receive_buffer,
     };

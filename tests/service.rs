@@ -15,7 +15,7 @@ use didim::service::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceError, ServiceOptions,
     ServiceReport, SocketOptions, run,
 };
-use didim::status::{ClientError, fetch_status, send_command};
+use didim::status::{ClientError, Request, fetch_status, send_request};
 use didim::stream::{Pace, StreamNode, Topic};
 use didim::worker::{
     Command, Identified, Identify, Rejection, Trigger, Window, WindowOptions, WorkerOptions,
@@ -304,8 +304,8 @@ fn two_processes_give_the_same_bytes_as_one() {
 
 fn live_options(folder: &Path) -> ServiceOptions {
     ServiceOptions {
-        status: Some(SocketOptions { path: folder.join("status"), mode: 0o660 }),
-        control: Some(SocketOptions { path: folder.join("control"), mode: 0o600 }),
+        status: Some(SocketOptions { path: folder.join("status"), mode: 0o660, group: None }),
+        control: Some(SocketOptions { path: folder.join("control"), mode: 0o600, group: None }),
         receive_buffer: None,
     }
 }
@@ -429,14 +429,27 @@ fn a_living_service_is_asked_commanded_and_stopped() {
 
     // A window by command, from another process.
     eventually("the bus", || fetch_status(&status).unwrap().health.ok);
-    send_command(&control, Command::Begin).unwrap();
-    let again = send_command(&control, Command::Begin);
+    send_request(&control, &Request::Window(Command::Begin)).unwrap();
+    let again = send_request(&control, &Request::Window(Command::Begin));
     assert!(matches!(&again, Err(ClientError::Refused { why }) if why.contains("open already")));
     std::thread::sleep(Duration::from_millis(600));
-    send_command(&control, Command::End).unwrap();
+    send_request(&control, &Request::Window(Command::End)).unwrap();
     let identified =
         |wanted| fetch_status(&status).unwrap().estimation.unwrap().windows_identified == wanted;
     eventually("the window is identified", || identified(1));
+    let now = Request::Window(Command::Identify);
+    let none = send_request(&control, &now);
+    assert!(matches!(&none, Err(ClientError::Refused { why }) if why.contains("no window")));
+    send_request(&control, &Request::Window(Command::Begin)).unwrap();
+    eventually("enough counts", || match send_request(&control, &now) {
+        Ok(()) => true,
+        Err(ClientError::Refused { why }) => {
+            assert!(why.contains("no window is open") || why.contains("too little"), "{why}");
+            false
+        }
+        Err(other) => panic!("{other}"),
+    });
+    eventually("the second window is identified", || identified(2));
     let snapshot = fetch_status(&status).unwrap();
     let acquisition = snapshot.acquisition.unwrap();
     assert!((800.0..1200.0).contains(&acquisition.samples_per_second), "{acquisition:?}");

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::{Read, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use didim::acquire::{ReceiveBuffer, SharedAcquisition};
 use didim::status::{
-    ClientError, Collector, ListenError, Socket, fetch_status, parse_command, send_command,
-    serve_status,
+    ClientError, Collector, Dispatcher, ListenError, MAX_REQUEST, ReloadSender, Request, Socket,
+    fetch_status, send_request, serve_commands, serve_status,
 };
 use didim::stream::StreamOptions;
 use didim::worker::{Command, SharedEstimation};
@@ -34,7 +34,7 @@ fn document() -> Arc<[u8]> {
 
 /// Serves a document on a thread of its own until the test is over.
 fn serving(path: &Path, document: Arc<[u8]>) -> tokio::sync::oneshot::Sender<()> {
-    let socket = Socket::listen(path, 0o660).unwrap();
+    let socket = Socket::listen(path, 0o660, None).unwrap();
     let (stop, stopped) = tokio::sync::oneshot::channel();
     std::thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
@@ -72,7 +72,7 @@ fn whoever_connects_gets_one_object() {
 fn the_socket_has_its_permissions_and_leaves_nothing_beside_it() {
     let folder = folder();
     let path = folder.path().join("status");
-    let socket = Socket::listen(&path, 0o640).unwrap();
+    let socket = Socket::listen(&path, 0o640, None).unwrap();
     assert_eq!(std::fs::symlink_metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
     assert_eq!(names(folder.path()), std::slice::from_ref(&path));
     drop(socket);
@@ -86,13 +86,13 @@ fn a_dead_service_is_replaced_a_living_one_and_a_file_are_not() {
     // A dead process leaves its name.
     drop(UnixListener::bind(&path).unwrap());
     assert!(path.exists());
-    let living = Socket::listen(&path, 0o660).unwrap();
-    let second = Socket::listen(&path, 0o660);
+    let living = Socket::listen(&path, 0o660, None).unwrap();
+    let second = Socket::listen(&path, 0o660, None);
     assert!(matches!(second, Err(ListenError::InUse { .. })), "{second:?}");
     assert!(UnixStream::connect(&path).is_ok(), "the living one is still there");
     drop(living);
     std::fs::write(&path, "notes").unwrap();
-    let third = Socket::listen(&path, 0o660);
+    let third = Socket::listen(&path, 0o660, None);
     assert!(matches!(third, Err(ListenError::NotASocket { .. })), "{third:?}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "notes");
 }
@@ -101,9 +101,9 @@ fn a_dead_service_is_replaced_a_living_one_and_a_file_are_not() {
 fn a_name_that_another_took_over_is_left_to_it() {
     let folder = folder();
     let path = folder.path().join("status");
-    let first = Socket::listen(&path, 0o660).unwrap();
+    let first = Socket::listen(&path, 0o660, None).unwrap();
     std::fs::remove_file(&path).unwrap();
-    let _second = Socket::listen(&path, 0o660).unwrap();
+    let _second = Socket::listen(&path, 0o660, None).unwrap();
     drop(first);
     assert!(path.exists());
 }
@@ -165,14 +165,136 @@ fn a_client_is_told_what_is_wrong() {
     assert!(matches!(fetch_status(&path), Err(ClientError::Busy { .. })));
 }
 
+/// Takes commands on a thread of its own until the test is over. Reloads are refused in words, after
+/// a while.
+fn commanded(path: &Path) -> tokio::sync::oneshot::Sender<()> {
+    let socket = Socket::listen(path, 0o600, None).unwrap();
+    let (stop, stopped) = tokio::sync::oneshot::channel();
+    std::thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let (reload, mut asked) = ReloadSender::channel();
+            let dispatcher = Dispatcher { windows: None, reload: Some(reload) };
+            let refuse = async {
+                while let Some(answer) = asked.recv().await {
+                    tokio::time::sleep(Duration::from_millis(300)).await;
+                    let _ = answer.send(Err("line 7\n  | wrong".to_owned()));
+                }
+            };
+            tokio::select! {
+                failed = serve_commands(&socket, dispatcher) => panic!("{failed:?}"),
+                () = refuse => {}
+                _ = stopped => {}
+            }
+        });
+    });
+    stop
+}
+
+/// What the socket answers to these bytes, whatever becomes of the connection then.
+fn answer_to(path: &Path, bytes: &[u8]) -> String {
+    let mut stream = UnixStream::connect(path).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    let _ = stream.write_all(bytes);
+    let _ = stream.shutdown(std::net::Shutdown::Write);
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8(answer).unwrap()
+}
+
 #[test]
-fn commands_are_two_lines() {
-    assert_eq!(parse_command("window begin\n"), Ok(Command::Begin));
-    assert_eq!(parse_command("window end\r\n"), Ok(Command::End));
-    for bad in ["", "window", "window begin now", "WINDOW BEGIN", "window begin\nwindow end"] {
-        assert!(parse_command(bad).is_err(), "{bad:?}");
-    }
+fn a_command_has_one_line_and_one_answer() {
     let folder = folder();
-    let nobody = send_command(&folder.path().join("control"), Command::Begin);
+    let path = folder.path().join("command");
+    let nobody = send_request(&path, &Request::Reload);
     assert!(matches!(nobody, Err(ClientError::NoService { .. })));
+    let _stop = commanded(&path);
+    let mode = std::fs::symlink_metadata(&path).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode, 0o600);
+    assert_eq!(answer_to(&path, b"reload\n"), "error: line 7 | wrong\n");
+    let refused = send_request(&path, &Request::Window(Command::Identify)).unwrap_err();
+    assert_eq!(refused.to_string(), "the service refused: this process has no windows");
+    // What follows the line is not read as another.
+    assert_eq!(answer_to(&path, b"window begin\nreload\n"), "error: this process has no windows\n");
+}
+
+#[test]
+fn what_is_no_command_is_refused_in_words() {
+    let folder = folder();
+    let path = folder.path().join("command");
+    let _stop = commanded(&path);
+    let mut random = 1_u32;
+    let mut garbage = Vec::new();
+    for _ in 0..100_000 {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        garbage.push((random >> 24) as u8);
+    }
+    let exactly = [vec![b'x'; MAX_REQUEST - 1], b"\n".to_vec()].concat();
+    let longer = [vec![b'x'; MAX_REQUEST], b"\n".to_vec()].concat();
+    for (bytes, words) in [
+        (exactly.as_slice(), "there are: window"),
+        (longer.as_slice(), "one line of at most 512 bytes"),
+        (&[b'x'; 1 << 20], "one line of at most 512 bytes"),
+        (b"", "one line of at most"),
+        (b"reload", "one line of at most"),
+        (b"\0\0\0\0\n", "UTF-8 text"),
+        (b"window begin\xff\n", "UTF-8 text"),
+        (&garbage, "error: a command is"),
+    ] {
+        let answer = answer_to(&path, bytes);
+        assert!(answer.starts_with("error: ") && answer.contains(words), "{words}: {answer:?}");
+        assert_eq!(answer.lines().count(), 1);
+    }
+}
+
+#[test]
+fn clients_that_say_nothing_hold_no_command_up() {
+    let folder = folder();
+    let path = folder.path().join("command");
+    let _stop = commanded(&path);
+    let silent: Vec<_> = (0..4).map(|_| UnixStream::connect(&path).unwrap()).collect();
+    std::thread::sleep(Duration::from_millis(200));
+    // All places are taken: one more is sent away at once.
+    let start = Instant::now();
+    let fifth = send_request(&path, &Request::Reload);
+    assert!(matches!(fifth, Err(ClientError::Busy { .. } | ClientError::Io { .. })), "{fifth:?}");
+    assert!(start.elapsed() < Duration::from_secs(1));
+    // A client that sends a byte now and then has no more time than one that sends none.
+    let mut slow = &silent[0];
+    for _ in 0..5 {
+        let _ = slow.write_all(b"r");
+        std::thread::sleep(Duration::from_millis(460));
+    }
+    let refused = send_request(&path, &Request::Reload);
+    assert!(matches!(refused, Err(ClientError::Refused { .. })), "{refused:?}");
+    drop(silent);
+}
+
+#[test]
+fn bytes_at_the_status_socket_change_nothing() {
+    let folder = folder();
+    let path = folder.path().join("status");
+    let _stop = serving(&path, document());
+    for bytes in [&b"reload\n"[..], b"\0\xff\n", &[b'x'; 1 << 20]] {
+        let told: serde_json::Value = serde_json::from_str(&answer_to(&path, bytes)).unwrap();
+        assert_eq!(told["cell"], "cell");
+    }
+}
+
+#[test]
+fn a_socket_is_given_to_its_group() {
+    let folder = folder();
+    let path = folder.path().join("status");
+    let unknown = Socket::listen(&path, 0o660, Some("no-such-group")).unwrap_err();
+    assert!(unknown.to_string().contains("no such group"), "{unknown}");
+    assert!(!path.exists());
+    // A group that this user is a member of, or any for root.
+    let own = nix::unistd::Group::from_gid(nix::unistd::getgid()).unwrap();
+    let name = own.map_or_else(|| "root".to_owned(), |group| group.name);
+    let wanted = if nix::unistd::geteuid().is_root() { "daemon".to_owned() } else { name };
+    let id = nix::unistd::Group::from_name(&wanted).unwrap().unwrap().gid.as_raw();
+    let _socket = Socket::listen(&path, 0o660, Some(&wanted)).unwrap();
+    let data = std::fs::symlink_metadata(&path).unwrap();
+    assert_eq!((data.permissions().mode() & 0o777, data.gid()), (0o660, id));
+    assert_eq!(names(folder.path()), std::slice::from_ref(&path));
 }

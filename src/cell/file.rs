@@ -140,6 +140,15 @@ pub struct ServiceSection {
     pub state_directory: PathBuf,
     /// Where the sockets and the stream's own files are; short, because socket paths are.
     pub runtime_directory: PathBuf,
+    /// Who may ask for the status, as the permissions of its socket: `0o660`, the service's user and
+    /// the socket's group, unless another is said.
+    pub status_mode: u32,
+    /// Group of the status socket; the service's own when left out.
+    pub status_group: Option<String>,
+    /// Who may give commands, likewise: `0o600`, or `0o660` with a `command_group`.
+    pub command_mode: Option<u32>,
+    /// Group of the command socket; the service's own when left out.
+    pub command_group: Option<String>,
     /// Results kept; older ones are removed.
     pub keep_results: usize,
     /// How long the worker may be busy before samples are lost \[s\].
@@ -155,11 +164,23 @@ impl Default for ServiceSection {
         Self {
             state_directory: PathBuf::from("/var/lib/didim"),
             runtime_directory: PathBuf::from("/run/didim"),
+            status_mode: 0o660,
+            status_group: None,
+            command_mode: None,
+            command_group: None,
             keep_results: crate::store::DEFAULT_KEEP,
             buffer_s: crate::stream::DEFAULT_BUFFER_S,
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
         }
+    }
+}
+
+impl ServiceSection {
+    /// Permissions of the command socket.
+    pub fn command_mode(&self) -> u32 {
+        let usual = if self.command_group.is_some() { 0o660 } else { 0o600 };
+        self.command_mode.unwrap_or(usual)
     }
 }
 

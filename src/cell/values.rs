@@ -1,6 +1,6 @@
 //! Values of a cell file that the types let pass and the service could not run with.
 
-use super::{BusAddress, CellFile};
+use super::{BusAddress, CellFile, ServiceSection};
 use crate::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// The key of a value that cannot be meant, and what is wrong with it.
@@ -10,6 +10,7 @@ pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Resu
     check_sources(&file.bus.source)?;
     check_stream(file, joints, sample_rate_hz)?;
     check_limits(file)?;
+    check_sockets(&file.service)?;
     if file.service.keep_results == 0 {
         return Err(("service.keep_results", "has to be at least 1".to_owned()));
     }
@@ -30,6 +31,38 @@ fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
         }
         if sources[..k].contains(source) {
             return wrong(format!("`{source}` is listed more than once; list it once"));
+        }
+    }
+    Ok(())
+}
+
+/// Who may connect. To connect is to write (unix(7)), and the status answers whoever may.
+fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
+    let command = service.command_mode();
+    for (key, mode) in
+        [("service.status_mode", service.status_mode), ("service.command_mode", command)]
+    {
+        if mode & !0o666 != 0 || mode & 0o600 != 0o600 {
+            let problem = format!(
+                "{mode:#o} has to be 0o600 plus rights to read and write, as in 0o660; octal \
+                 numbers begin with 0o"
+            );
+            return Err((key, problem));
+        }
+    }
+    if command & 0o006 != 0 {
+        let problem = format!("{command:#o} lets everyone command; name a service.command_group");
+        return Err(("service.command_mode", problem));
+    }
+    for (key, group, mode) in [
+        ("service.status_group", &service.status_group, service.status_mode),
+        ("service.command_group", &service.command_group, command),
+    ] {
+        if let Some(group) = group
+            && (group.is_empty() || mode & 0o020 == 0)
+        {
+            let problem = format!("`{group}` cannot connect with the permissions {mode:#o}");
+            return Err((key, problem));
         }
     }
     Ok(())

@@ -11,6 +11,7 @@ mod error;
 mod identify;
 mod outcome;
 mod output;
+mod reload;
 mod replay;
 mod run;
 mod signals;
@@ -54,8 +55,10 @@ enum Command {
     Convert(convert::Arguments),
     /// Show what a running service knows
     Status(status::Arguments),
-    /// Open or close the running service's window by hand
+    /// Open, close or identify the running service's window by hand
     Window(window::Arguments),
+    /// Have the running service read its cell file again
+    Reload(reload::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -83,6 +86,7 @@ pub fn main() -> ExitCode {
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
+        Command::Reload(arguments) => reload::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {

@@ -60,13 +60,20 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Some(Part::Acquisition) => Parts::Acquisition(acquire().map_err(CliError::failed)?),
         Some(Part::Estimation) => Parts::Estimation(estimate().map_err(CliError::failed)?),
     };
-    // The status is for the group, commands are for the service's own user.
-    let socket = |path, mode| Some(SocketOptions { path, mode });
+    let service = &cell.service;
+    let status = |path| {
+        let group = service.status_group.clone();
+        Some(SocketOptions { path, mode: service.status_mode, group })
+    };
     if part == Some(Part::Acquisition) {
-        options.status = socket(places.acquisition_socket(), 0o660);
+        options.status = status(places.acquisition_socket());
     } else {
-        options.status = socket(places.status_socket(), 0o660);
-        options.control = socket(places.command_socket(), 0o600);
+        options.status = status(places.status_socket());
+        options.control = Some(SocketOptions {
+            path: places.command_socket(),
+            mode: service.command_mode(),
+            group: service.command_group.clone(),
+        });
     }
     let buses: Vec<String> = cell.sources.iter().map(ToString::to_string).collect();
     tracing::info!(

@@ -1,15 +1,15 @@
-//! `didim window`: opens and closes the running service's window by hand.
+//! `didim window`: opens, closes and identifies the running service's window by hand.
 
 use clap::{Args, ValueEnum};
 
 use super::CliError;
 use super::status::WhichService;
-use crate::status::send_command;
+use crate::status::{Request, send_request};
 use crate::worker::Command;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// What to do; the cell's windows have to be `by = "command"`
+    /// What to do; to begin and end, the cell's windows have to be `by = "command"`
     action: Action,
     #[command(flatten)]
     service: WhichService,
@@ -21,6 +21,8 @@ enum Action {
     Begin,
     /// Close it, once it has its margin, and identify
     End,
+    /// Close the open window at once, whatever opened it, and identify
+    Identify,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -28,6 +30,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let command = match arguments.action {
         Action::Begin => Command::Begin,
         Action::End => Command::End,
+        Action::Identify => Command::Identify,
     };
-    send_command(&socket, command).map_err(CliError::failed)
+    send_request(&socket, &Request::Window(command)).map_err(CliError::failed)
 }

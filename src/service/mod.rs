@@ -26,6 +26,8 @@ pub struct SocketOptions {
     pub path: PathBuf,
     /// Its permissions: whoever may write to it may connect.
     pub mode: u32,
+    /// Its group; nothing leaves that of the service.
+    pub group: Option<String>,
 }
 
 /// What the service is beside its parts.

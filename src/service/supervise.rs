@@ -16,7 +16,7 @@ use tokio::sync::watch;
 use super::threads::{Report, start_acquisition, start_estimation};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::acquire::SharedAcquisition;
-use crate::status::{Collector, Snapshot, Socket, serve_commands, serve_status};
+use crate::status::{Collector, Dispatcher, Snapshot, Socket, serve_commands, serve_status};
 use crate::stream::{DocumentWriter, StreamNode, Topic};
 use crate::worker::{Commands, SharedEstimation};
 
@@ -59,7 +59,7 @@ async fn supervise(options: &ServiceOptions, parts: Parts) -> Result<ServiceRepo
         return Err(error);
     }
     let (latest, documents) = watch::channel(service.tick().1);
-    let commands = service.commands.clone();
+    let dispatcher = Dispatcher { windows: service.commands.clone(), reload: None };
     let status = async {
         match &status_socket {
             Some(socket) => serve_status(socket, documents).await,
@@ -67,9 +67,9 @@ async fn supervise(options: &ServiceOptions, parts: Parts) -> Result<ServiceRepo
         }
     };
     let control = async {
-        match (&control_socket, commands) {
-            (Some(socket), Some(commands)) => serve_commands(socket, commands).await,
-            _ => pending().await,
+        match &control_socket {
+            Some(socket) => serve_commands(socket, dispatcher).await,
+            None => pending().await,
         }
     };
     tokio::pin!(status, control);
@@ -267,7 +267,8 @@ impl Signals {
 }
 
 fn listen(options: Option<&SocketOptions>) -> Result<Option<Socket>, ServiceError> {
-    options.map(|at| Socket::listen(&at.path, at.mode)).transpose().map_err(Into::into)
+    let listen = |at: &SocketOptions| Socket::listen(&at.path, at.mode, at.group.as_deref());
+    Ok(options.map(listen).transpose()?)
 }
 
 fn server_failed(failed: io::Result<Infallible>) -> ServiceError {

@@ -5,9 +5,8 @@ use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
-use super::control::line;
+use super::request::Request;
 use super::snapshot::{SCHEMA, Snapshot};
-use crate::worker::Command;
 
 /// How long the service may take.
 const TIMEOUT: Duration = Duration::from_secs(5);
@@ -88,10 +87,10 @@ pub fn fetch_status(path: &Path) -> Result<Snapshot, ClientError> {
 ///
 /// # Errors
 /// [`ClientError`].
-pub fn send_command(path: &Path, command: Command) -> Result<(), ClientError> {
+pub fn send_request(path: &Path, request: &Request) -> Result<(), ClientError> {
     let mut stream = connect(path)?;
     stream
-        .write_all(line(command).as_bytes())
+        .write_all(format!("{request}\n").as_bytes())
         .map_err(|cause| ClientError::Io { path: path.to_owned(), cause })?;
     let answer = read(stream, path)?;
     match answer.trim_end() {

@@ -1,4 +1,4 @@
-//! The control socket: one line, one answer.
+//! The command socket: one line, one answer.
 
 use core::convert::Infallible;
 use core::time::Duration;
@@ -9,77 +9,67 @@ use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 use tokio::sync::Semaphore;
 
+use super::dispatch::Dispatcher;
 use super::listen::Socket;
+use super::request::{MAX_REQUEST, parse_request};
 use super::serve::accept;
-use crate::worker::{Command, Commands};
 
 /// Clients at a time.
 const CLIENTS: usize = 4;
-/// How long a client may take for its line and for reading the answer.
+/// How long a client may take for its line, and again for reading the answer.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
-/// How long the worker may take.
-const WORKER_TIMEOUT: Duration = Duration::from_secs(1);
-/// The longest line \[bytes\].
-const MAX_LINE: u64 = 64;
+/// The longest answer, in characters: an error may quote a file.
+const MAX_ANSWER: usize = 2048;
 
-/// A line that is no command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not a command: write `window begin` or `window end`, and a newline")]
-pub struct CommandLineError;
-
-/// Reads a command.
-///
-/// # Errors
-/// [`CommandLineError`].
-pub fn parse_command(line: &str) -> Result<Command, CommandLineError> {
-    match line.trim_end_matches(['\r', '\n']) {
-        "window begin" => Ok(Command::Begin),
-        "window end" => Ok(Command::End),
-        _ => Err(CommandLineError),
-    }
-}
-
-/// The line of a command.
-pub(super) fn line(command: Command) -> &'static str {
-    match command {
-        Command::Begin => "window begin\n",
-        Command::End => "window end\n",
-    }
-}
-
-/// Takes commands until it is dropped. The answer is `ok` or `error: ` and the reason.
+/// Takes requests until it is dropped. The answer is `ok` or `error: ` and the reason, in one line.
 ///
 /// # Errors
 /// Only at the start, when the runtime cannot take the socket.
-pub async fn serve_commands(socket: &Socket, commands: Commands) -> io::Result<Infallible> {
+pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
     let listener = socket.tokio()?;
     let places = Arc::new(Semaphore::new(CLIENTS));
     loop {
         let (client, place) = accept(&listener, &places).await;
-        let commands = commands.clone();
+        let dispatcher = dispatcher.clone();
         tokio::spawn(async move {
             let _place = place;
-            let _ = converse(client, commands).await;
+            let _ = converse(client, dispatcher).await;
         });
     }
 }
 
-async fn converse(client: UnixStream, commands: Commands) -> io::Result<()> {
+async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> {
     let (read, mut write) = client.into_split();
-    let mut line = String::new();
-    let mut read = BufReader::new(read.take(MAX_LINE));
-    tokio::time::timeout(CLIENT_TIMEOUT, read.read_line(&mut line)).await??;
-    let answer = match parse_command(&line) {
-        Err(error) => format!("error: {error}\n"),
-        Ok(command) => {
-            // The worker answers between two batches.
-            let submitted =
-                tokio::task::spawn_blocking(move || commands.submit(command, WORKER_TIMEOUT));
-            match submitted.await.map_err(io::Error::other)? {
-                Ok(()) => "ok\n".to_owned(),
-                Err(error) => format!("error: {error}\n"),
-            }
-        }
+    let mut line = Vec::with_capacity(MAX_REQUEST);
+    // One byte more than a line may have: it tells a line that is too long from one that ends.
+    let mut read = BufReader::with_capacity(MAX_REQUEST, read.take(MAX_REQUEST as u64 + 1));
+    tokio::time::timeout(CLIENT_TIMEOUT, read.read_until(b'\n', &mut line)).await??;
+    let answer = match parse_request(&line) {
+        Err(error) => refusal(&error.to_string()),
+        Ok(request) => match dispatcher.dispatch(request).await {
+            Ok(()) => "ok\n".to_owned(),
+            Err(error) => refusal(&error.to_string()),
+        },
     };
     tokio::time::timeout(CLIENT_TIMEOUT, write.write_all(answer.as_bytes())).await?
+}
+
+/// Any reason in one line.
+fn refusal(why: &str) -> String {
+    let words = why.split(|each: char| each.is_whitespace() || each.is_control());
+    let line = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
+    let line: String = line.chars().take(MAX_ANSWER).collect();
+    format!("error: {line}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_is_one_bounded_line() {
+        let quoted = "cell.toml: TOML parse error\n  |\n7 | x\u{1b}[2J = \n  | ^\n";
+        assert_eq!(refusal(quoted), "error: cell.toml: TOML parse error | 7 | x [2J = | ^\n");
+        assert_eq!(refusal(&"ä".repeat(5000)).chars().count(), MAX_ANSWER + 8);
+    }
 }

@@ -23,6 +23,21 @@ pub enum ListenError {
         /// The path.
         path: PathBuf,
     },
+    /// The socket cannot be given to the group. It must exist, and the service's user must be a
+    /// member (`SupplementaryGroups=` in a unit).
+    #[error(
+        "cannot give the socket {} to the group `{group}`: {problem}; the group must exist and \
+         the service's user be a member, as by SupplementaryGroups={group} in its unit",
+        path.display()
+    )]
+    Group {
+        /// The path.
+        path: PathBuf,
+        /// The group.
+        group: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// Something that is no socket has the name. Remove it, or give another path.
     #[error("{} exists and is not a socket", path.display())]
     NotASocket {
@@ -41,7 +56,7 @@ pub enum ListenError {
 }
 
 impl Socket {
-    /// Listens at `path` with permissions `mode`. The name of a dead process is taken over.
+    /// Listens at `path` with permissions `mode`, and as the `group`'s, if one is named. The name of a dead process is taken over.
     ///
     /// The socket is made in a folder of its own that nobody else can enter, gets its permissions
     /// there, and is then moved to its name: nobody can connect before, and there is no moment
@@ -49,9 +64,10 @@ impl Socket {
     ///
     /// # Errors
     /// [`ListenError`].
-    pub fn listen(path: &Path, mode: u32) -> Result<Self, ListenError> {
+    pub fn listen(path: &Path, mode: u32, group: Option<&str>) -> Result<Self, ListenError> {
         let at = |cause| ListenError::Io { path: path.to_owned(), cause };
         refuse_living(path)?;
+        let group = group.map(|group| Ok((group, group_id(path, group)?))).transpose()?;
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
@@ -64,10 +80,10 @@ impl Socket {
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
         DirBuilder::new().mode(0o700).create(&private).map_err(at)?;
-        let made = make(&private.join("s"), path, mode);
+        let made = make(&private.join("s"), path, mode, group);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
-        let (listener, inode) = made.map_err(at)?;
+        let (listener, inode) = made?;
         Ok(Self { listener, path: path.to_owned(), inode })
     }
 
@@ -105,10 +121,34 @@ fn refuse_living(path: &Path) -> Result<(), ListenError> {
     }
 }
 
-fn make(private: &Path, path: &Path, mode: u32) -> io::Result<(UnixListener, u64)> {
-    let listener = UnixListener::bind(private)?;
-    fs::set_permissions(private, Permissions::from_mode(mode))?;
-    let inode = fs::symlink_metadata(private)?.ino();
-    fs::rename(private, path)?;
+fn make(
+    private: &Path,
+    path: &Path,
+    mode: u32,
+    group: Option<(&str, u32)>,
+) -> Result<(UnixListener, u64), ListenError> {
+    let at = |cause| ListenError::Io { path: path.to_owned(), cause };
+    let listener = UnixListener::bind(private).map_err(at)?;
+    if let Some((group, id)) = group {
+        // Before the permissions: chown(2) may take some away.
+        std::os::unix::fs::chown(private, None, Some(id))
+            .map_err(|cause| no_group(path, group, &cause))?;
+    }
+    fs::set_permissions(private, Permissions::from_mode(mode)).map_err(at)?;
+    let inode = fs::symlink_metadata(private).map_err(at)?.ino();
+    fs::rename(private, path).map_err(at)?;
     Ok((listener, inode))
+}
+
+fn group_id(path: &Path, name: &str) -> Result<u32, ListenError> {
+    let found = nix::unistd::Group::from_name(name);
+    match found.map_err(|cause| no_group(path, name, &cause))? {
+        Some(group) => Ok(group.gid.as_raw()),
+        None => Err(no_group(path, name, &"there is no such group")),
+    }
+}
+
+fn no_group(path: &Path, group: &str, problem: &dyn core::fmt::Display) -> ListenError {
+    let (path, group) = (path.to_owned(), group.to_owned());
+    ListenError::Group { path, group, problem: problem.to_string() }
 }

@@ -53,6 +53,8 @@ pub(super) enum WhenBusy {
 #[derive(Debug)]
 pub(super) struct Identification {
     queue: SyncSender<Window>,
+    /// Windows that the queue holds.
+    places: usize,
     shared: SharedEstimation,
     thread: JoinHandle<Result<(), WorkerError>>,
 }
@@ -68,7 +70,8 @@ impl Identification {
             Some(folder) => Some(Store::open(folder, options.keep)?),
             None => None,
         };
-        let (queue, windows) = sync_channel(options.queue.max(1));
+        let places = options.queue.max(1);
+        let (queue, windows) = sync_channel(places);
         let (options, job_shared) = (options.clone(), shared.clone());
         let thread = std::thread::Builder::new()
             .name("identify".into())
@@ -81,7 +84,7 @@ impl Identification {
                 Ok(())
             })
             .map_err(WorkerError::Thread)?;
-        Ok(Self { queue, shared: shared.clone(), thread })
+        Ok(Self { queue, places, shared: shared.clone(), thread })
     }
 
     /// Queues a window; false when `stop` was set while it waited for a place. It is pending still,
@@ -110,6 +113,11 @@ impl Identification {
             self.shared.turn();
             std::thread::sleep(POLL);
         }
+    }
+
+    /// Whether a window would find a place now: one is identified, the others wait.
+    pub(super) fn has_room(&self) -> bool {
+        self.shared.pending() <= self.places
     }
 
     /// Whether the thread has ended, which it does by itself only when it failed.
@@ -141,7 +149,7 @@ impl Identification {
         drop(self.queue);
         let since = Instant::now();
         while !self.thread.is_finished() {
-            if !self.shared.is_pending() && since.elapsed() > ABANDON_AFTER {
+            if self.shared.pending() == 0 && since.elapsed() > ABANDON_AFTER {
                 return;
             }
             if since.elapsed() > STORE_TIMEOUT {

@@ -75,6 +75,8 @@ pub enum Command {
     Begin,
     /// Close it.
     End,
+    /// Close it at once, whatever opened it, and identify it.
+    Identify,
 }
 
 type Answer = Result<(), CommandError>;
@@ -156,7 +158,7 @@ impl Worker {
             }
             self.shared.turn();
             self.reader.wait(NAP)?;
-            self.answer();
+            self.answer(stop)?;
             while let Some(batch) = self.reader.receive()? {
                 self.shared.record_taken(&batch, monotonic_ns());
                 let kind = batch.kind();
@@ -191,15 +193,32 @@ impl Worker {
         Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
 
-    fn answer(&mut self) {
+    fn answer(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
         while let Ok((command, answer)) = self.requests.try_recv() {
             let outcome = match command {
                 Command::Begin => self.windower.handle_begin(),
                 Command::End => self.windower.handle_end(),
+                Command::Identify => self.identify_now(stop)?,
             };
             // Whoever asked may have gone.
             let _ = answer.try_send(outcome);
         }
+        Ok(())
+    }
+
+    /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
+    /// that would not be identified.
+    fn identify_now(&mut self, stop: &AtomicBool) -> Result<Answer, WorkerError> {
+        if !self.identification.has_room() {
+            return Ok(Err(CommandError::Busy));
+        }
+        let closed = match self.windower.handle_identify() {
+            Ok(closed) => closed,
+            Err(refused) => return Ok(Err(refused)),
+        };
+        self.handle(Some(closed), WhenBusy::Reject, stop)?;
+        self.shared.update().window = WindowState::Idle;
+        Ok(Ok(()))
     }
 
     fn take(&mut self, batch: &Batch, stop: &AtomicBool) -> Result<(), WorkerError> {

@@ -139,7 +139,7 @@ impl SharedEstimation {
     /// A copy of the counts.
     pub fn snapshot(&self) -> EstimationStatus {
         let mut status = self.update().clone();
-        status.windows_pending = lock(&self.0.pending).len() as u64;
+        status.windows_pending = self.pending() as u64;
         status.buffer_to_worker = self.0.buffer_to_worker.summary();
         status.batch_to_worker = self.0.batch_to_worker.summary();
         status
@@ -201,9 +201,9 @@ impl SharedEstimation {
         given_up.into_iter().for_each(|window| self.reject(window));
     }
 
-    /// Whether a window is not counted yet.
-    pub(super) fn is_pending(&self) -> bool {
-        !lock(&self.0.pending).is_empty()
+    /// Windows that are not counted yet.
+    pub(super) fn pending(&self) -> usize {
+        lock(&self.0.pending).len()
     }
 
     pub(super) fn reject(&self, rejected: RejectedWindow) {

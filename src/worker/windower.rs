@@ -2,6 +2,7 @@
 //!
 //! It knows no clock and no stamp: a replayed log gives the same windows, whatever the pace.
 
+use core::ops::Range;
 use std::collections::VecDeque;
 
 use didim_core::JointSample;
@@ -42,9 +43,20 @@ pub enum CommandError {
     /// `begin` when one is open.
     #[error("a window is open already")]
     AlreadyOpen,
-    /// `end` when none is open.
+    /// `end` or `identify` when none is open.
     #[error("no window is open")]
     NotOpen,
+    /// `identify` when too little counts; the window stays open.
+    #[error("too little of the open window counts: {counted} samples, {minimum} are needed")]
+    TooShort {
+        /// Samples that count.
+        counted: usize,
+        /// Samples that must count.
+        minimum: usize,
+    },
+    /// `identify` when earlier windows wait; the window stays open.
+    #[error("the identification is busy with earlier windows")]
+    Busy,
 }
 
 impl Windower {
@@ -140,6 +152,20 @@ impl Windower {
         }
     }
 
+    /// Closes the open window here, its last samples being its margin.
+    ///
+    /// # Errors
+    /// [`CommandError`] when none is open, or too little of it counts: then it stays open.
+    pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
+        let open = self.open.take().ok_or(CommandError::NotOpen)?;
+        let counted = self.counted(&open).len();
+        if counted < self.plan.min {
+            self.open = Some(open);
+            return Err(CommandError::TooShort { counted, minimum: self.plan.min });
+        }
+        Ok(self.close(open, WindowEnd::Command))
+    }
+
     /// The stream has ended: what is open is closed.
     pub fn finish(&mut self) -> Option<WindowEvent> {
         let open = self.open.take()?;
@@ -213,10 +239,15 @@ impl Windower {
         Some(self.close(open, end))
     }
 
-    fn close(&self, open: OpenWindow, end: WindowEnd) -> WindowEvent {
+    /// What counts of a window that is closed here.
+    fn counted(&self, open: &OpenWindow) -> Range<usize> {
         let before = self.plan.margin_before;
-        let end_of_counted = open.samples.len().saturating_sub(self.plan.margin_after);
-        let counted = before..end_of_counted.max(before);
+        let end = open.samples.len().saturating_sub(self.plan.margin_after);
+        before..end.max(before)
+    }
+
+    fn close(&self, open: OpenWindow, end: WindowEnd) -> WindowEvent {
+        let counted = self.counted(&open);
         if counted.len() < self.plan.min {
             let rejection = Rejection::TooShort { counted: counted.len(), minimum: self.plan.min };
             return rejected(open.number, &open.samples, rejection);

@@ -274,3 +274,26 @@ fn the_cell_file_s_form() {
     );
     assert!(unknown.unwrap_err().to_string().contains("lenght_s"));
 }
+
+#[test]
+fn an_open_window_is_identified_at_once_whatever_opened_it() {
+    let options = motion();
+    let mut windower = windower(&options);
+    assert_eq!(windower.handle_identify(), Err(CommandError::NotOpen));
+    let stream = samples(3000, &[500..2500]);
+    // Noticed 5 samples after its beginning, with 50 and 10 before that; 200 have to count.
+    assert!(events(&mut windower, &stream[..700]).is_empty());
+    let early = windower.handle_identify();
+    assert!(matches!(early, Err(CommandError::TooShort { minimum: 200, .. })), "{early:?}");
+    assert!(windower.open_samples().is_some(), "it stays open");
+    assert!(events(&mut windower, &stream[700..1200]).is_empty());
+    let event = windower.handle_identify().unwrap();
+    let window = closed(&event);
+    assert_eq!((window.number, window.last_sequence(), window.end), (0, 1199, WindowEnd::Command));
+    assert_eq!(window.counted.end, window.samples.len() - 50);
+    assert_eq!(windower.handle_identify(), Err(CommandError::NotOpen));
+    // The motion goes on, and with it the next window.
+    let rest = events(&mut windower, &stream[1200..]);
+    assert_eq!(closed(&rest[0]).number, 1);
+    assert_eq!(closed(&rest[0]).first_sequence(), 1200 - 60);
+}

@@ -1,0 +1,88 @@
+//! From a request to whoever does it.
+
+use core::time::Duration;
+
+use tokio::sync::{mpsc, oneshot};
+
+use super::request::Request;
+use crate::worker::{Commands, SubmitError};
+
+/// How long the worker may take.
+const WORKER_TIMEOUT: Duration = Duration::from_secs(1);
+/// How long a reload may take: less than a client waits, so that it is told.
+const RELOAD_TIMEOUT: Duration = Duration::from_secs(4);
+/// Reloads that may wait.
+const RELOADS: usize = 4;
+
+/// The handles of those who do what is asked; nothing where this process has none.
+#[derive(Clone, Debug, Default)]
+pub struct Dispatcher {
+    /// Windows: the worker.
+    pub windows: Option<Commands>,
+    /// The configuration: the supervision.
+    pub reload: Option<ReloadSender>,
+}
+
+/// Why a request was not done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DispatchError {
+    /// Nobody in this process does it: ask the process that has that part.
+    #[error("this process {0}")]
+    NotHere(&'static str),
+    /// The worker did not.
+    #[error(transparent)]
+    Worker(#[from] SubmitError),
+    /// The new configuration is not used; the one before goes on.
+    #[error("{0}")]
+    Reload(String),
+    /// Whoever does it is busy, or the service ends: ask again later.
+    #[error("the service is busy: ask again")]
+    Busy,
+}
+
+impl Dispatcher {
+    /// Has a request done, in a bounded time.
+    ///
+    /// # Errors
+    /// [`DispatchError`].
+    pub async fn dispatch(&self, request: Request) -> Result<(), DispatchError> {
+        match request {
+            Request::Window(command) => {
+                let windows = self.windows.clone();
+                let windows = windows.ok_or(DispatchError::NotHere("has no windows"))?;
+                // The worker answers between two batches.
+                let submitted =
+                    tokio::task::spawn_blocking(move || windows.submit(command, WORKER_TIMEOUT));
+                Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
+            }
+            Request::Reload => {
+                let reload = self.reload.as_ref();
+                reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await
+            }
+        }
+    }
+}
+
+/// Who asks for a reload, to be told what came of it.
+pub type ReloadAnswer = oneshot::Sender<Result<(), String>>;
+
+/// Asks the supervision to read the configuration again.
+#[derive(Clone, Debug)]
+pub struct ReloadSender(mpsc::Sender<ReloadAnswer>);
+
+impl ReloadSender {
+    /// With the end at which the supervision hears of it.
+    pub fn channel() -> (Self, mpsc::Receiver<ReloadAnswer>) {
+        let (sender, receiver) = mpsc::channel(RELOADS);
+        (Self(sender), receiver)
+    }
+
+    async fn reload(&self) -> Result<(), DispatchError> {
+        let (answer, answered) = oneshot::channel();
+        self.0.try_send(answer).map_err(|_| DispatchError::Busy)?;
+        let answered = tokio::time::timeout(RELOAD_TIMEOUT, answered).await;
+        let outcome =
+            answered.map_err(|_| DispatchError::Busy)?.map_err(|_| DispatchError::Busy)?;
+        outcome.map_err(DispatchError::Reload)
+    }
+}

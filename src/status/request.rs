@@ -1,0 +1,118 @@
+//! What the command socket takes: one line of words each.
+
+use core::fmt;
+use core::str::FromStr;
+
+use crate::worker::Command;
+
+/// The longest line of a request, its newline included \[bytes\].
+pub const MAX_REQUEST: usize = 512;
+
+/// What may be asked of a running service.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// `window begin`, `window end`, `window identify`.
+    Window(Command),
+    /// `reload`: read the configuration again.
+    Reload,
+}
+
+/// The lines that are requests, for who wrote another.
+const KNOWN: &str = "window begin|end|identify, reload";
+
+/// A line that is no request: write one of those that it names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RequestError {
+    /// Its words are not known.
+    #[error("not a command; there are: {KNOWN}")]
+    Unknown,
+    /// It is longer than [`MAX_REQUEST`], or has no end.
+    #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
+    NoLine,
+    /// It is not text.
+    #[error("a command is UTF-8 text without control characters")]
+    NotText,
+}
+
+impl FromStr for Request {
+    type Err = RequestError;
+
+    /// Reads the words of a line, which has lost its newline already.
+    fn from_str(line: &str) -> Result<Self, Self::Err> {
+        if line.chars().any(char::is_control) {
+            return Err(RequestError::NotText);
+        }
+        let (verb, rest) = line.split_once(' ').unwrap_or((line, ""));
+        match (verb, rest) {
+            ("window", "begin") => Ok(Self::Window(Command::Begin)),
+            ("window", "end") => Ok(Self::Window(Command::End)),
+            ("window", "identify") => Ok(Self::Window(Command::Identify)),
+            ("reload", "") if line == verb => Ok(Self::Reload),
+            _ => Err(RequestError::Unknown),
+        }
+    }
+}
+
+impl fmt::Display for Request {
+    /// The words that [`FromStr`] reads, without the newline.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Window(Command::Begin) => "window begin",
+            Self::Window(Command::End) => "window end",
+            Self::Window(Command::Identify) => "window identify",
+            Self::Reload => "reload",
+        })
+    }
+}
+
+/// The request of a line as it came, with its newline.
+///
+/// # Errors
+/// [`RequestError`].
+pub fn parse_request(line: &[u8]) -> Result<Request, RequestError> {
+    if line.len() > MAX_REQUEST {
+        return Err(RequestError::NoLine);
+    }
+    let line = line.strip_suffix(b"\n").ok_or(RequestError::NoLine)?;
+    let line = line.strip_suffix(b"\r").unwrap_or(line);
+    core::str::from_utf8(line).map_err(|_| RequestError::NotText)?.parse()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        for request in [
+            Request::Window(Command::Begin),
+            Request::Window(Command::End),
+            Request::Window(Command::Identify),
+            Request::Reload,
+        ] {
+            for end in ["\n", "\r\n"] {
+                let line = format!("{request}{end}");
+                assert_eq!(parse_request(line.as_bytes()), Ok(request.clone()));
+            }
+        }
+    }
+
+    #[test]
+    fn anything_else_is_refused_with_what_there_is() {
+        for line in
+            ["\n", "window\n", "window begin now\n", "WINDOW BEGIN\n", "reload \n", " reload\n"]
+        {
+            let error = parse_request(line.as_bytes()).unwrap_err();
+            assert_eq!(error, RequestError::Unknown, "{line:?}");
+            assert!(error.to_string().contains("window begin|end|identify"));
+        }
+        for line in ["", "reload", "window begin"] {
+            assert_eq!(parse_request(line.as_bytes()), Err(RequestError::NoLine), "{line:?}");
+        }
+        let long = format!("{}\n", "x".repeat(MAX_REQUEST));
+        assert_eq!(parse_request(long.as_bytes()), Err(RequestError::NoLine));
+        for line in [&b"reload\0\n"[..], b"\xff\xfe\n", b"reload\nreload\n", b"\x1b[2J\n"] {
+            assert_eq!(parse_request(line), Err(RequestError::NotText), "{line:?}");
+        }
+    }
+}
