@@ -4,6 +4,7 @@
 //! identification never makes the stream overflow. What is decided depends on sequence numbers
 //! only, never on when something arrived.
 
+mod configuration;
 mod identify;
 mod log_rate;
 mod options;
@@ -12,6 +13,7 @@ mod state;
 mod window;
 mod windower;
 
+pub use configuration::Configuration;
 pub use identify::{Identified, Identify, IdentifyError};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Command, Commands, SubmitError, Worker, WorkerEnd, WorkerError, WorkerOptions};

@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use didim_drivers::socket::monotonic_ns;
 
+use super::configuration::{Configuration, Identifier};
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
 use super::state::{SharedEstimation, WindowState};
@@ -80,7 +81,12 @@ pub enum Command {
 }
 
 type Answer = Result<(), CommandError>;
-type Request = (Command, SyncSender<Answer>);
+type Request = (Asked, SyncSender<Answer>);
+
+enum Asked {
+    Command(Command),
+    Configure(Box<Configuration>),
+}
 
 /// Hands commands to the worker.
 #[derive(Clone, Debug)]
@@ -103,8 +109,25 @@ impl Commands {
     /// # Errors
     /// [`SubmitError`].
     pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
+        self.ask(Asked::Command(command), timeout)
+    }
+
+    /// Hands over another configuration, likewise. It is valid from the next window on; one that is
+    /// open, or waits, keeps the one that it began with.
+    ///
+    /// # Errors
+    /// [`SubmitError::Unavailable`].
+    pub fn configure(
+        &self,
+        configuration: Configuration,
+        timeout: Duration,
+    ) -> Result<(), SubmitError> {
+        self.ask(Asked::Configure(Box::new(configuration)), timeout)
+    }
+
+    fn ask(&self, asked: Asked, timeout: Duration) -> Result<(), SubmitError> {
         let (answer, answered) = sync_channel(1);
-        self.0.try_send((command, answer)).map_err(|_| SubmitError::Unavailable)?;
+        self.0.try_send((asked, answer)).map_err(|_| SubmitError::Unavailable)?;
         Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)
     }
 }
@@ -114,6 +137,10 @@ impl Commands {
 pub struct Worker {
     reader: SampleReader,
     windower: Windower,
+    /// Of the open window, or of the next one.
+    identifier: Identifier,
+    /// What is valid once no window is open.
+    next: Option<Box<Configuration>>,
     identification: Identification,
     shared: SharedEstimation,
     requests: Receiver<Request>,
@@ -130,11 +157,15 @@ impl Worker {
         identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
-        let identification = Identification::start(options, identify, shared)?;
+        let identification = Identification::start(options, shared)?;
         let (submit, requests) = sync_channel(COMMANDS);
+        let identifier = Identifier::new(identify, options.configuration.clone());
+        shared.update().configuration.clone_from(&options.configuration);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
             windower: Windower::new(options.windows.clone()),
+            identifier,
+            next: None,
             identification,
             shared: shared.clone(),
             requests,
@@ -194,16 +225,38 @@ impl Worker {
     }
 
     fn answer(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
-        while let Ok((command, answer)) = self.requests.try_recv() {
-            let outcome = match command {
-                Command::Begin => self.windower.handle_begin(),
-                Command::End => self.windower.handle_end(),
-                Command::Identify => self.identify_now(stop)?,
+        while let Ok((asked, answer)) = self.requests.try_recv() {
+            let outcome = match asked {
+                Asked::Command(Command::Begin) => self.windower.handle_begin(),
+                Asked::Command(Command::End) => self.windower.handle_end(),
+                Asked::Command(Command::Identify) => self.identify_now(stop)?,
+                Asked::Configure(configuration) => {
+                    self.shared.update().configuration_waits = true;
+                    self.next = Some(configuration);
+                    self.change_between_windows();
+                    Ok(())
+                }
             };
             // Whoever asked may have gone.
             let _ = answer.try_send(outcome);
         }
         Ok(())
+    }
+
+    /// Takes the next configuration, if there is one and no window is open.
+    fn change_between_windows(&mut self) {
+        if self.windower.open_samples().is_some() {
+            return;
+        }
+        let Some(next) = self.next.take() else { return };
+        let Configuration { windows, identify, sha256 } = *next;
+        tracing::info!(configuration = sha256, "another configuration is valid from here on");
+        let mut status = self.shared.update();
+        status.configuration.clone_from(&sha256);
+        status.configuration_waits = false;
+        drop(status);
+        self.windower.change_plan(windows);
+        self.identifier = Identifier::new(identify, sha256);
     }
 
     /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
@@ -238,6 +291,9 @@ impl Worker {
         }
         let mut missing = 0;
         for sample in batch.samples() {
+            if self.next.is_some() {
+                self.change_between_windows();
+            }
             if let Some(last) = self.last {
                 missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
                 if sample.queue_drops > last.queue_drops {
@@ -273,8 +329,9 @@ impl Worker {
         match event {
             None => Ok(()),
             Some(WindowEvent::Closed(window)) => {
+                let identifier = self.identifier.clone();
                 // A stop is seen by whoever called.
-                self.identification.submit(window, when_busy, stop).map(drop)
+                self.identification.submit(window, identifier, when_busy, stop).map(drop)
             }
             Some(WindowEvent::Rejected(rejected)) => {
                 self.shared.reject(rejected);

@@ -6,6 +6,7 @@
 )]
 
 pub(crate) mod bus;
+pub(crate) mod manager;
 pub(crate) mod program;
 pub(crate) mod recording;
 

@@ -1,0 +1,59 @@
+//! What a reload may change of a running worker.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::identify::{Identified, Identify, IdentifyError};
+use super::options::WindowPlan;
+use super::window::Window;
+
+/// How windows are cut and identified, valid from one window to another.
+pub struct Configuration {
+    /// The windows; their sample rate is the stream's.
+    pub windows: WindowPlan,
+    /// What identifies one.
+    pub identify: Identify,
+    /// Hash of the configuration, for the results.
+    pub sha256: String,
+}
+
+/// What identifies a window and names the configuration that it did so with. A window has that of
+/// its beginning, also when it waits over a reload.
+#[derive(Clone)]
+pub(super) struct Identifier(Arc<Inner>);
+
+struct Inner {
+    /// One thread identifies; the lock is never waited for.
+    identify: Mutex<Identify>,
+    sha256: String,
+}
+
+impl Identifier {
+    pub(super) fn new(identify: Identify, sha256: String) -> Self {
+        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256 }))
+    }
+
+    pub(super) fn sha256(&self) -> &str {
+        &self.0.sha256
+    }
+
+    pub(super) fn identify(&self, window: &Window) -> Result<Identified, IdentifyError> {
+        let mut identify = self.0.identify.lock().unwrap_or_else(PoisonError::into_inner);
+        (*identify)(window)
+    }
+}
+
+impl core::fmt::Debug for Identifier {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("Identifier").field(&self.0.sha256).finish()
+    }
+}
+
+impl core::fmt::Debug for Configuration {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { windows, identify: _, sha256 } = self;
+        f.debug_struct("Configuration")
+            .field("windows", windows)
+            .field("sha256", sha256)
+            .finish_non_exhaustive()
+    }
+}
