@@ -89,7 +89,8 @@ impl Health {
                 }
                 BusState::Ok | BusState::Ended => {}
             }
-            let grants = acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu]);
+            let grants =
+                acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu, &is.memory]);
             for grant in grants {
                 if let Grant::Refused { why } = grant {
                     reasons.push(format!("not granted: {why}"));

@@ -3,10 +3,11 @@
 use core::time::Duration;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 
 use didim_drivers::socket::monotonic_ns;
 
+use super::command::{Answer, Asked, Command, Commands, Request};
 use super::configuration::{Configuration, Identifier};
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
@@ -69,69 +70,6 @@ pub enum WorkerEnd {
     StreamEnded,
 }
 
-/// What somebody wants of the windows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
-    /// Open one.
-    Begin,
-    /// Close it.
-    End,
-    /// Close it at once, whatever opened it, and identify it.
-    Identify,
-}
-
-type Answer = Result<(), CommandError>;
-type Request = (Asked, SyncSender<Answer>);
-
-enum Asked {
-    Command(Command),
-    Configure(Box<Configuration>),
-}
-
-/// Hands commands to the worker.
-#[derive(Clone, Debug)]
-pub struct Commands(SyncSender<Request>);
-
-/// The worker did not take a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SubmitError {
-    /// Too many wait, or it has ended: ask again later.
-    #[error("the worker takes no commands now")]
-    Unavailable,
-    /// The command does not fit the state.
-    #[error(transparent)]
-    Refused(#[from] CommandError),
-}
-
-impl Commands {
-    /// Hands over a command and waits for the answer, at most `timeout`.
-    ///
-    /// # Errors
-    /// [`SubmitError`].
-    pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
-        self.ask(Asked::Command(command), timeout)
-    }
-
-    /// Hands over another configuration, likewise. It is valid from the next window on; one that is
-    /// open, or waits, keeps the one that it began with.
-    ///
-    /// # Errors
-    /// [`SubmitError::Unavailable`].
-    pub fn configure(
-        &self,
-        configuration: Configuration,
-        timeout: Duration,
-    ) -> Result<(), SubmitError> {
-        self.ask(Asked::Configure(Box::new(configuration)), timeout)
-    }
-
-    fn ask(&self, asked: Asked, timeout: Duration) -> Result<(), SubmitError> {
-        let (answer, answered) = sync_channel(1);
-        self.0.try_send((asked, answer)).map_err(|_| SubmitError::Unavailable)?;
-        Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)
-    }
-}
-
 /// The worker, joined to the stream and ready to run on the thread that made it.
 #[derive(Debug)]
 pub struct Worker {
@@ -171,7 +109,7 @@ impl Worker {
             requests,
             last: None,
         };
-        Ok((worker, Commands(submit)))
+        Ok((worker, Commands::new(submit)))
     }
 
     /// Follows the stream until it ends or `stop` is set.

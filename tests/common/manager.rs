@@ -1,5 +1,7 @@
 //! The service manager's end of the notification socket, for processes that a test starts.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,6 +24,8 @@ impl Manager {
     pub(crate) fn listen(folder: &Path, name: &str) -> Self {
         let path = folder.join(name);
         let socket = UnixDatagram::bind(&path).unwrap();
+        // For processes of other users too.
+        std::fs::set_permissions(&path, Permissions::from_mode(0o666)).unwrap();
         socket.set_read_timeout(Some(Duration::from_secs(1))).unwrap();
         let (sender, messages) = channel();
         let name = path.clone();

@@ -29,6 +29,7 @@ fn snapshot() -> Snapshot {
         real_time: Some(RealTimeGrants {
             priority: Grant::Refused { why: "SCHED_FIFO 20: EPERM".into() },
             cpu: Grant::NotAsked,
+            memory: Grant::NotAsked,
         }),
         ..AcquisitionStatus::default()
     };
