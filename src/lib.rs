@@ -2,6 +2,7 @@
 
 pub mod acquire;
 pub mod cell;
+pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod experiment;

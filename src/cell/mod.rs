@@ -7,6 +7,7 @@ mod address;
 mod error;
 mod file;
 mod library;
+mod near;
 mod values;
 
 use std::path::Path;
@@ -45,6 +46,10 @@ pub struct Cell {
     pub sources: Vec<BusAddress>,
     /// Receive buffer of each socket \[bytes\].
     pub receive_buffer_bytes: u32,
+    /// Bit rate of the bus, if the cell says so \[bit/s\].
+    pub bitrate_bps: Option<u32>,
+    /// Bit rate of the data phase of CAN FD frames, likewise \[bit/s\].
+    pub data_bitrate_bps: Option<u32>,
     /// What the frames mean.
     pub layout: CompiledLayout,
     /// The drives as they were described.
@@ -238,6 +243,8 @@ impl Cell {
             base,
             sources: file.bus.source.into_iter().map(|s| resolve(s, folder)).collect(),
             receive_buffer_bytes: file.bus.receive_buffer_bytes,
+            bitrate_bps: file.bus.bitrate_bps,
+            data_bitrate_bps: file.bus.data_bitrate_bps,
             layout,
             drives: file.bus.drives,
             scales,

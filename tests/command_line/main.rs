@@ -13,6 +13,7 @@
 mod support;
 
 mod arguments;
+mod check;
 mod comparison;
 mod configuration;
 mod conversion;

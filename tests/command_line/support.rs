@@ -35,6 +35,15 @@ impl Outcome {
         self.stdout
     }
 
+    /// It ended with this code, and stderr has every one of these; stdout may have its say too.
+    #[track_caller]
+    pub(crate) fn says(self, code: i32, says: &[&str]) {
+        assert_eq!(self.code, Some(code), "{self:#?}");
+        for part in says {
+            assert!(self.stderr.contains(part), "should say {part:?}:\n{}", self.stderr);
+        }
+    }
+
     /// It refused with this code, and stderr has every one of these.
     #[track_caller]
     pub(crate) fn refused(self, code: i32, says: &[&str]) -> String {
