@@ -66,13 +66,13 @@ pub enum CellError {
         /// What is wrong with it.
         source: BaseParametersError,
     },
-    /// The layout does not fit the DBC file.
-    #[error("{}: [bus.layout] with {}: {source}", file.display(), dbc.display())]
+    /// The layout does not fit the DBC file, or the device files of its nodes.
+    #[error("{}: [bus.layout] with {}: {source}", file.display(), with.display())]
     Layout {
         /// The cell file.
         file: PathBuf,
-        /// The DBC file.
-        dbc: PathBuf,
+        /// The DBC file, or the folder that the device files' names are relative to.
+        with: PathBuf,
         /// What does not fit.
         source: Box<LayoutError>,
     },

@@ -136,3 +136,26 @@ fn what_is_missing_here_is_told_apart() {
     outcome.says(78, &["1 error would keep"]);
     assert_eq!(folder.names(), [""; 0], "a check writes nothing");
 }
+
+/// A fault in a device file, or in its place, is named with the file, the section and the key.
+#[test]
+fn a_wrong_device_file_is_named() {
+    const EDS: &str = "eds/cia402_drive.eds";
+    const CELL: &str = "cells/tx40-cia402-eds.toml";
+    let wrong = Configuration::with(EDS, "0x60640020", "0x60630020");
+    let says = ["cia402_drive.eds", "`position.object`", "TPDO of node 1", "6064:00", "6063:00"];
+    finds(&wrong.path(CELL), 78, "error bus.layout", &says);
+    let missing = Configuration::with(CELL, "eds/cia402_drive", "eds/nowhere");
+    let says = ["`bus.layout.nodes`", "nowhere.eds", "No such file"];
+    finds(&missing.path(CELL), 78, "error bus.layout.nodes", &says);
+    // Neither the one nor the other.
+    let none = Configuration::with(PACKED, "dbc = \"../dbc/packed_fd_six_axes.dbc\"\n", "");
+    finds(&none.packed_cell(), 78, "error bus.layout:", &["`dbc`", "`nodes`"]);
+    // As older tools write: Latin-1.
+    let latin = Configuration::new();
+    let path = latin.path(EDS);
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes.extend(b"; Antriebsverst\xe4rker\n");
+    std::fs::write(&path, bytes).unwrap();
+    didim(&["check", "--cell", &latin.path(CELL), "--elsewhere"]).done();
+}
