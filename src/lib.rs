@@ -8,6 +8,7 @@ pub mod compare;
 pub mod experiment;
 pub mod identify;
 pub mod latency;
+pub mod metrics;
 pub mod pipeline;
 pub mod report;
 pub mod service;

@@ -9,6 +9,7 @@ mod convert;
 mod demo;
 mod error;
 mod identify;
+mod metrics;
 mod outcome;
 mod output;
 mod replay;
@@ -54,6 +55,8 @@ enum Command {
     Convert(convert::Arguments),
     /// Show what a running service knows
     Status(status::Arguments),
+    /// Tell Prometheus what a running service knows
+    Metrics(metrics::Arguments),
     /// Open or close the running service's window by hand
     Window(window::Arguments),
     /// Say what would not work, before the service is started
@@ -71,7 +74,11 @@ pub fn main() -> ExitCode {
         }
     };
     // A daemon tells what it does; a command that a person waits for tells what is wrong.
-    log_to_stderr(if matches!(arguments.command, Command::Run(_)) { "info" } else { "warn" });
+    log_to_stderr(if matches!(arguments.command, Command::Run(_) | Command::Metrics(_)) {
+        "info"
+    } else {
+        "warn"
+    });
     let outcome = match arguments.command {
         Command::Demo(arguments) => demo::execute(&arguments),
         Command::Run(arguments) => run::execute(&arguments),
@@ -82,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
+        Command::Metrics(arguments) => metrics::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
