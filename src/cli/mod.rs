@@ -9,6 +9,7 @@ mod convert;
 mod demo;
 mod error;
 mod identify;
+mod manual;
 mod metrics;
 mod outcome;
 mod output;
@@ -25,6 +26,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use error::CliError;
+pub use manual::{Generated, completions, man_pages};
 
 /// Identifies a robot's dynamic parameters, with their uncertainty, from the frames on its drive
 /// bus.

@@ -20,6 +20,7 @@ mod conversion;
 mod golden;
 mod identification;
 mod logs;
+mod manual;
 mod outputs;
 mod pipeline;
 mod report;
