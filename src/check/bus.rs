@@ -91,17 +91,17 @@ fn receive_buffer(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
         frames / frames_per_second
     };
     let asked = u64::from(cell.receive_buffer_bytes);
-    // The kernel doubles what is asked for, and counts its own bookkeeping against it.
-    let granted = machine.rmem_max().map_or(asked, |most| asked.min(most));
+    // The kernel grants twice what a socket asks for, so that half of the buffer is asked for.
+    let granted = machine.rmem_max().map_or(asked, |most| asked.min(most.saturating_mul(2)));
     let holds = significant(seconds(granted), 2);
     if granted < asked {
         let what = format!(
-            "{asked} bytes are asked for, and net.core.rmem_max grants {granted}: {holds} s of bus"
+            "{asked} bytes are asked for, and net.core.rmem_max allows {granted}: {holds} s of bus"
         );
         findings.push(Finding::warning(
             BUFFER,
             what,
-            format!("sysctl net.core.rmem_max={asked}, or CAP_NET_ADMIN for the service"),
+            format!("sysctl net.core.rmem_max={}, or CAP_NET_ADMIN for the service", asked / 2),
         ));
     } else if seconds(granted) < SHORT_S {
         let needed = SHORT_S * frames_per_second * QUEUED_FRAME_BYTES;

@@ -76,12 +76,12 @@ fn interfaces_have_to_be_there_up_and_of_the_right_kind() {
     one(&fake.found(inside), &["error bus.source", "has no such bus"]);
 }
 
-/// 768 bytes a frame, 5000 frames a second: 212,992 bytes are 277 frames and 55 ms.
+/// 768 bytes a frame, 5000 frames a second: twice 212,992 bytes are 554 frames and 111 ms.
 #[test]
 fn receive_buffers_hold_so_many_seconds() {
     let fake = Fake::new();
     fake.write("proc/sys/net/core/rmem_max", "212992\n");
-    let says = ["warning bus.receive_buffer_bytes", "grants 212992", "0.055 s of bus"];
+    let says = ["warning bus.receive_buffer_bytes", "allows 425984", "0.11 s of bus"];
     one(&fake.found(|_| ()), &says);
     let small = |cell: &mut Cell| cell.receive_buffer_bytes = 100_000;
     one(&fake.found(small), &["warning bus.receive_buffer_bytes", "hold 0.026 s"]);
