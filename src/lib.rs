@@ -2,11 +2,13 @@
 
 pub mod acquire;
 pub mod cell;
+pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod experiment;
 pub mod identify;
 pub mod latency;
+pub mod metrics;
 pub mod pipeline;
 pub mod reload;
 pub mod report;

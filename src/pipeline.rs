@@ -113,7 +113,7 @@ impl Places {
         self.runtime.join(FOLDER)
     }
 
-    fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
+    pub(crate) fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
         StreamOptions::new(
             &cell.name,
             (&self.stream_root(), &self.prefix),

@@ -7,6 +7,8 @@ use didim_core::robot::RobotError;
 use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
 
+use super::near::Instead;
+
 /// Why a cell cannot be used. Every variant names the file; the inner error names key and line
 /// where they are known.
 #[derive(Debug, thiserror::Error)]
@@ -31,7 +33,7 @@ pub enum CellError {
         source: Box<CellError>,
     },
     /// Not TOML, a key that is missing, unknown, or of the wrong type.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: {source}{}", file.display(), Instead::of(.source.message()))]
     Cell {
         /// The cell file.
         file: PathBuf,
@@ -49,7 +51,7 @@ pub enum CellError {
         problem: String,
     },
     /// The robot file is wrong.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: {source}{}", file.display(), Instead::of(&.source.to_string()))]
     Robot {
         /// The robot file.
         file: PathBuf,
@@ -64,13 +66,13 @@ pub enum CellError {
         /// What is wrong with it.
         source: BaseParametersError,
     },
-    /// The layout does not fit the DBC file.
-    #[error("{}: [bus.layout] with {}: {source}", file.display(), dbc.display())]
+    /// The layout does not fit the DBC file, or the device files of its nodes.
+    #[error("{}: [bus.layout] with {}: {source}", file.display(), with.display())]
     Layout {
         /// The cell file.
         file: PathBuf,
-        /// The DBC file.
-        dbc: PathBuf,
+        /// The DBC file, or the folder that the device files' names are relative to.
+        with: PathBuf,
         /// What does not fit.
         source: Box<LayoutError>,
     },

@@ -51,6 +51,13 @@ pub struct BusSection {
     /// Receive buffer of each socket \[bytes\]. 4 MiB hold about two seconds at 5 kHz.
     #[serde(default = "BusSection::default_receive_buffer_bytes")]
     pub receive_buffer_bytes: u32,
+    /// Bit rate of the bus, in CAN FD that of the arbitration \[bit/s\]; `didim check` tells with it
+    /// whether the frames fit. Nothing is set by it.
+    #[serde(default)]
+    pub bitrate_bps: Option<u32>,
+    /// Bit rate of the data phase of CAN FD frames that switch \[bit/s\].
+    #[serde(default)]
+    pub data_bitrate_bps: Option<u32>,
     /// Which bits of which frame mean what.
     pub layout: LayoutSpec,
     /// Gains of each drive, in the order of the axes.

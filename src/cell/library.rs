@@ -10,10 +10,12 @@ pub const SHIPPED: &[(&str, &str)] = &[
     ("config/robots/tx40.toml", include_str!("../../config/robots/tx40.toml")),
     ("config/robots/tx40-physical.toml", include_str!("../../config/robots/tx40-physical.toml")),
     ("config/dbc/cia402_six_axes.dbc", include_str!("../../config/dbc/cia402_six_axes.dbc")),
+    ("config/eds/cia402_drive.eds", include_str!("../../config/eds/cia402_drive.eds")),
     ("config/dbc/packed_fd_six_axes.dbc", include_str!("../../config/dbc/packed_fd_six_axes.dbc")),
     ("config/cells/tx40-packed-fd.toml", include_str!("../../config/cells/tx40-packed-fd.toml")),
     ("config/cells/tx40-paper.toml", include_str!("../../config/cells/tx40-paper.toml")),
     ("config/cells/tx40-cia402.toml", include_str!("../../config/cells/tx40-cia402.toml")),
+    ("config/cells/tx40-cia402-eds.toml", include_str!("../../config/cells/tx40-cia402-eds.toml")),
 ];
 
 /// A place to read configuration files from.
@@ -42,6 +44,20 @@ impl Library {
             }
         };
         text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
+    }
+
+    /// The text of an EDS or DCF file. Many are not in UTF-8; what else they hold is names and
+    /// comments, so that a character that cannot be read does no harm.
+    ///
+    /// # Errors
+    /// [`CellError::Read`].
+    pub fn read_device_file(self, path: &Path) -> Result<String, CellError> {
+        match self {
+            Self::Shipped => self.read(path),
+            Self::Files => std::fs::read(path)
+                .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+                .map_err(|source| CellError::Read { file: path.to_path_buf(), source }),
+        }
     }
 }
 

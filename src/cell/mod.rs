@@ -6,7 +6,9 @@
 mod address;
 mod error;
 mod file;
+mod layout;
 mod library;
+mod near;
 mod restart;
 mod values;
 
@@ -46,6 +48,10 @@ pub struct Cell {
     pub sources: Vec<BusAddress>,
     /// Receive buffer of each socket \[bytes\].
     pub receive_buffer_bytes: u32,
+    /// Bit rate of the bus, if the cell says so \[bit/s\].
+    pub bitrate_bps: Option<u32>,
+    /// Bit rate of the data phase of CAN FD frames, likewise \[bit/s\].
+    pub data_bitrate_bps: Option<u32>,
     /// What the frames mean.
     pub layout: CompiledLayout,
     /// The drives as they were described.
@@ -64,7 +70,7 @@ pub struct Cell {
     pub output_error: Option<OutputErrorOptions>,
     /// How the service runs.
     pub service: ServiceSection,
-    /// SHA-256 over the cell, robot and DBC file, so that a result names what it was made with.
+    /// SHA-256 over the cell, robot and DBC or device files, so that a result names what it was made with.
     pub configuration_sha256: String,
 }
 
@@ -128,16 +134,12 @@ impl Cell {
         let base = BaseParameters::compute(&model)
             .map_err(|source| CellError::BaseParameters { file: robot_path, source })?;
 
-        let dbc_path = folder.join(&file.bus.layout.dbc);
-        let dbc_text = library.read(&dbc_path).map_err(named("bus.layout.dbc"))?;
         let wrong = |key: &'static str, problem: String| CellError::Value {
             file: path.to_path_buf(),
             key,
             problem,
         };
-        let layout = CompiledLayout::compile(&dbc_text, &file.bus.layout).map_err(|source| {
-            CellError::Layout { file: path.to_path_buf(), dbc: dbc_path, source: source.into() }
-        })?;
+        let (layout, layout_texts) = layout::read(library, path, &file.bus.layout)?;
         if layout.axes() != robot.joints() {
             return Err(CellError::Axes {
                 file: path.to_path_buf(),
@@ -232,13 +234,19 @@ impl Cell {
         }
         Ok(Self {
             name: file.name,
-            configuration_sha256: sha256(&[&text, &robot_text, &dbc_text]),
+            configuration_sha256: {
+                let mut texts = vec![text.as_str(), &robot_text];
+                texts.extend(layout_texts.iter().map(String::as_str));
+                sha256(&texts)
+            },
             robot,
             robot_as_described,
             model,
             base,
             sources: file.bus.source.into_iter().map(|s| resolve(s, folder)).collect(),
             receive_buffer_bytes: file.bus.receive_buffer_bytes,
+            bitrate_bps: file.bus.bitrate_bps,
+            data_bitrate_bps: file.bus.data_bitrate_bps,
             layout,
             drives: file.bus.drives,
             scales,

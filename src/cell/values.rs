@@ -8,6 +8,7 @@ type Wrong = (&'static str, String);
 
 pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
     check_sources(&file.bus.source)?;
+    check_bitrates(file.bus.bitrate_bps, file.bus.data_bitrate_bps)?;
     check_stream(file, joints, sample_rate_hz)?;
     check_limits(file)?;
     check_sockets(&file.service)?;
@@ -64,6 +65,26 @@ fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
             let problem = format!("`{group}` cannot connect with the permissions {mode:#o}");
             return Err((key, problem));
         }
+    }
+    Ok(())
+}
+
+/// ISO 11898: arbitration at up to 1 Mbit/s, data at up to 8 Mbit/s.
+fn check_bitrates(bitrate: Option<u32>, data: Option<u32>) -> Result<(), Wrong> {
+    let nominal = bitrate.unwrap_or(1_000_000);
+    if !(1_000..=1_000_000).contains(&nominal) {
+        let problem = format!("{nominal} bit/s; arbitration takes 1000 to 1000000");
+        return Err(("bus.bitrate_bps", problem));
+    }
+    let Some(data) = data else { return Ok(()) };
+    if bitrate.is_none() {
+        let problem = "needs `bus.bitrate_bps`, the bit rate of the arbitration, beside it";
+        return Err(("bus.data_bitrate_bps", problem.to_owned()));
+    }
+    if !(nominal..=8_000_000).contains(&data) {
+        let problem =
+            format!("{data} bit/s; a data phase has {nominal} (bus.bitrate_bps) to 8000000");
+        return Err(("bus.data_bitrate_bps", problem));
     }
     Ok(())
 }

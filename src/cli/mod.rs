@@ -9,6 +9,8 @@ mod convert;
 mod demo;
 mod error;
 mod identify;
+mod manual;
+mod metrics;
 mod outcome;
 mod output;
 mod reload;
@@ -25,6 +27,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use error::CliError;
+pub use manual::{Generated, completions, man_pages};
 
 /// Identifies a robot's dynamic parameters, with their uncertainty, from the frames on its drive
 /// bus.
@@ -55,6 +58,8 @@ enum Command {
     Convert(convert::Arguments),
     /// Show what a running service knows
     Status(status::Arguments),
+    /// Tell Prometheus what a running service knows
+    Metrics(metrics::Arguments),
     /// Open, close or identify the running service's window by hand
     Window(window::Arguments),
     /// Have the running service read its cell file again
@@ -74,7 +79,11 @@ pub fn main() -> ExitCode {
         }
     };
     // A daemon tells what it does; a command that a person waits for tells what is wrong.
-    log_to_stderr(if matches!(arguments.command, Command::Run(_)) { "info" } else { "warn" });
+    log_to_stderr(if matches!(arguments.command, Command::Run(_) | Command::Metrics(_)) {
+        "info"
+    } else {
+        "warn"
+    });
     let outcome = match arguments.command {
         Command::Demo(arguments) => demo::execute(&arguments),
         Command::Run(arguments) => run::execute(&arguments),
@@ -85,6 +94,7 @@ pub fn main() -> ExitCode {
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
+        Command::Metrics(arguments) => metrics::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
         Command::Reload(arguments) => reload::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),

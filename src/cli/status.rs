@@ -60,7 +60,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
 /// The status of the whole service: where it runs in two processes, of both together. One of them
 /// that does not answer is a reason why all is not well.
-fn fetch(places: &Places) -> Result<Snapshot, ClientError> {
+pub(super) fn fetch(places: &Places) -> Result<Snapshot, ClientError> {
     let mut snapshot = match fetch_status(&places.status_socket()) {
         Ok(snapshot) if snapshot.acquisition.is_some() => return Ok(snapshot),
         Ok(snapshot) => snapshot,

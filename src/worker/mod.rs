@@ -19,6 +19,8 @@ pub use configuration::Configuration;
 pub use identify::{Identified, Identify, IdentifyError};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Worker, WorkerEnd, WorkerError, WorkerOptions};
-pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
+pub use state::{
+    EstimateSummary, EstimationStatus, ParameterSummary, SharedEstimation, WindowState,
+};
 pub use window::{Loss, RejectedWindow, Rejection, Window, WindowEnd, WindowEvent};
 pub use windower::{CommandError, Windower};

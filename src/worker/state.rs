@@ -48,6 +48,20 @@ pub struct EstimateSummary {
     pub applicable: bool,
     /// Why not.
     pub reasons: Vec<String>,
+    /// The parameters with their uncertainty.
+    #[serde(default)]
+    pub values: Vec<ParameterSummary>,
+}
+
+/// One parameter of an estimate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterSummary {
+    /// Its name.
+    pub name: String,
+    /// Its value in SI units; nothing when it is not finite.
+    pub value: Option<f64>,
+    /// Its standard deviation in the same unit; likewise.
+    pub standard_deviation: Option<f64>,
 }
 
 impl EstimateSummary {
@@ -63,6 +77,15 @@ impl EstimateSummary {
             condition_number: finite(estimate.condition_number),
             applicable: estimate.verdict.applicable,
             reasons: estimate.verdict.reasons.clone(),
+            values: estimate
+                .parameters
+                .iter()
+                .map(|parameter| ParameterSummary {
+                    name: parameter.name.clone(),
+                    value: finite(parameter.value),
+                    standard_deviation: finite(parameter.standard_deviation),
+                })
+                .collect(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use didim::cell::Cell;
 use didim::experiment::{Recording, read_csv, read_log};
 
-use crate::support::{Folder, cia402_cell, data, didim, head, packed_cell};
+use crate::support::{Folder, cia402_cell, data, didim, head, packed_cell, shipped};
 
 fn cell(path: &str) -> Cell {
     Cell::read(path.as_ref()).unwrap()
@@ -145,4 +145,23 @@ fn joint_side_tables_become_motor_side_logs() {
     didim::experiment::write_csv(&recording, file, table.as_ref()).unwrap();
     didim(&["convert", "--cell", &packed_cell(), &table, &log]).done();
     assert_eq!(read_log(log.as_ref(), &cell).unwrap(), motor);
+}
+
+/// The same drives described by a DBC file and by their device file: a log gives the same samples, and
+/// the simulated drives send the same frames.
+#[test]
+fn device_files_and_the_dbc_file_read_the_same_samples() {
+    let folder = Folder::new();
+    let (by_dbc, by_eds) = (folder.path("dbc.csv"), folder.path("eds.csv"));
+    let eds = shipped("cells/tx40-cia402-eds.toml");
+    let log = &data().cia402_log;
+    didim(&["convert", "--cell", &cia402_cell(), log, &by_dbc]).done();
+    didim(&["convert", "--cell", &eds, log, &by_eds]).done();
+    let text = std::fs::read_to_string(&by_eds).unwrap();
+    assert!(text.lines().count() > 3000, "{}", text.lines().count());
+    assert!(text == std::fs::read_to_string(&by_dbc).unwrap());
+
+    let sent = folder.path("eds.log");
+    didim(&["sim", "--cell", &eds, "--bus", &format!("log:{sent}")]).done();
+    assert!(std::fs::read(sent).unwrap() == std::fs::read(log).unwrap());
 }

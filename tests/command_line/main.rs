@@ -13,12 +13,14 @@
 mod support;
 
 mod arguments;
+mod check;
 mod comparison;
 mod configuration;
 mod conversion;
 mod golden;
 mod identification;
 mod logs;
+mod manual;
 mod outputs;
 mod pipeline;
 mod report;

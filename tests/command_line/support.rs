@@ -35,6 +35,15 @@ impl Outcome {
         self.stdout
     }
 
+    /// It ended with this code, and stderr has every one of these; stdout may have its say too.
+    #[track_caller]
+    pub(crate) fn says(self, code: i32, says: &[&str]) {
+        assert_eq!(self.code, Some(code), "{self:#?}");
+        for part in says {
+            assert!(self.stderr.contains(part), "should say {part:?}:\n{}", self.stderr);
+        }
+    }
+
     /// It refused with this code, and stderr has every one of these.
     #[track_caller]
     pub(crate) fn refused(self, code: i32, says: &[&str]) -> String {
@@ -139,7 +148,7 @@ pub(crate) struct Configuration(Folder);
 impl Configuration {
     pub(crate) fn new() -> Self {
         let folder = Folder::new();
-        for part in ["cells", "robots", "dbc"] {
+        for part in ["cells", "robots", "dbc", "eds"] {
             std::fs::create_dir(folder.path(part)).unwrap();
             for entry in std::fs::read_dir(shipped(part)).unwrap() {
                 let entry = entry.unwrap();

@@ -1,14 +1,20 @@
 """Our tools against the independent decoder, and the independent decoder against bytes by hand."""
 
+import json
 import math
 import os
 import pathlib
 import random
+import socket
 import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
+import urllib.request
+
+import prometheus_client.parser
 
 import compare
 import decode
@@ -211,6 +217,58 @@ def one_count_rad(drive):
 
 def one_count_nm(drive):
     return decode.torque_nm(drive["torque"], 1)
+
+
+class TheMetrics(unittest.TestCase):
+    """`didim metrics` read by the parser of Prometheus's own Python client."""
+
+    def scrape(self, folder):
+        didim = os.environ.get("DIDIM", str(ROOT / "target" / "debug" / "didim"))
+        if not os.access(didim, os.X_OK):
+            self.skipTest(f"{didim} is not built")
+        command = [didim, "metrics", "--runtime", folder, "--listen", "127.0.0.1:0"]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+            try:
+                url = next(word for line in process.stderr for word in line.split() if "http://" in word)
+                with urllib.request.urlopen(url, timeout=30) as answer:
+                    self.assertTrue(answer.headers["Content-Type"].startswith("text/plain; version=0.0.4"))
+                    text = answer.read().decode()
+            finally:
+                process.terminate()
+        families = list(prometheus_client.parser.text_string_to_metric_families(text))
+        self.assertEqual(len(families), len({family.name for family in families}))
+        for family in families:
+            self.assertTrue(family.documentation and family.type != "unknown", family.name)
+        return {(s.name, *sorted(s.labels.items())): s.value for f in families for s in f.samples}
+
+    def test_a_service_that_is_away(self):
+        with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+            self.assertEqual(self.scrape(folder)[("didim_up",)], 0.0)
+
+    def test_a_service_that_answers(self):
+        status = (ROOT / "tests" / "metrics" / "status.json").read_bytes()
+        with tempfile.TemporaryDirectory(dir="/tmp") as folder, socket.socket(socket.AF_UNIX) as listener:
+            listener.bind(f"{folder}/status.sock")
+            listener.listen()
+
+            def answer():
+                client, _ = listener.accept()
+                with client:
+                    client.sendall(status)
+
+            thread = threading.Thread(target=answer, daemon=True)
+            thread.start()
+            samples = self.scrape(folder)
+            thread.join(30)
+        status = json.loads(status)
+        self.assertEqual(samples[("didim_up",)], 1.0)
+        for cause, count in status["acquisition"]["frames_unused"].items():
+            self.assertEqual(samples[("didim_frames_unused_total", ("cause", cause))], count)
+        for value in status["estimation"]["last_estimate"]["values"]:
+            labels = ("method", "idim-ls"), ("parameter", value["name"])
+            self.assertEqual(samples[("didim_estimate_parameter", *labels)], value["value"])
+        p99 = samples[("didim_frame_to_buffer_seconds", ("quantile", "0.99"))]
+        self.assertAlmostEqual(p99, 1e-9 * status["acquisition"]["frame_to_buffer"]["p99_ns"], delta=1e-15)
 
 
 class TheGoldenFile(unittest.TestCase):

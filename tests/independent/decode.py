@@ -16,6 +16,8 @@ import tomllib
 import can
 import cantools
 
+import nodes
+
 
 def position_rad(gain, value, bits):
     """sign * scale * (value - zero) [rad], modulo the range of the integer where the cell says so."""
@@ -55,11 +57,20 @@ class Bus:
         cell_file = pathlib.Path(cell_file)
         bus = tomllib.loads(cell_file.read_text())["bus"]
         self.layout, self.drives = bus["layout"], bus["drives"]
-        self.database = cantools.database.load_file(cell_file.parent / self.layout["dbc"])
+        if "nodes" in self.layout:
+            self.database = nodes.Database(self.layout, cell_file.parent)
+            for key in ["position", "torque", "reference"]:
+                self.layout[key]["signal"] = self.layout[key]["object"]
+            self.layout["sync"] = "SYNC"
+        else:
+            self.database = cantools.database.load_file(cell_file.parent / self.layout["dbc"])
         self.axes = range(1, self.layout["axes"] + 1)
 
     def names(self, signal):
         """(message, signal) of every axis."""
+        if "nodes" in self.layout:
+            ids = [node["node_id"] for node in self.layout["nodes"]]
+            return [(self.database.find(node_id, signal), signal) for node_id in ids]
         return [signal.replace("{axis}", str(axis)).split(".") for axis in self.axes]
 
     def read(self, values, signal):

@@ -16,18 +16,20 @@ const PERIOD_US: (f64, f64) = (10.0, 1e6);
 const HOLD_PERIODS: f64 = 10.0;
 
 pub(super) fn compile(dbc: &str, spec: &LayoutSpec) -> Result<CompiledLayout, LayoutError> {
-    if !(1..=MAX_JOINTS).contains(&spec.axes) {
-        return refuse("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes));
+    if !spec.nodes.is_empty() {
+        return refuse("nodes", "names device files; give them or `dbc`, not both".into());
     }
-    let period_ns = period_ns(spec)?;
-    check_hold(spec, period_ns)?;
+    check_no_objects(spec)?;
+    let patterns = patterns(spec)?;
+    // A pattern per axis: their number has to be one of an arm's before anything is made of it.
+    check_axes(spec)?;
     let database = Database::parse(dbc)?;
     let mut messages = Vec::new();
     if let Some(name) = &spec.sync {
         let format = database.message("sync", name)?;
         messages.push(MessagePlan { format, role: Role::Sync, extractions: Vec::new() });
     }
-    for (key, quantity, pattern) in patterns(spec) {
+    for (key, quantity, pattern) in patterns {
         for axis in 0..spec.axes {
             let name = pattern.replace("{axis}", &(axis + 1).to_string());
             add(&database, &mut messages, key, &name, quantity, axis)?;
@@ -39,6 +41,24 @@ pub(super) fn compile(dbc: &str, spec: &LayoutSpec) -> Result<CompiledLayout, La
         }
         add(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
     }
+    finish(messages, spec)
+}
+
+fn check_axes(spec: &LayoutSpec) -> Result<(), LayoutError> {
+    if (1..=MAX_JOINTS).contains(&spec.axes) {
+        return Ok(());
+    }
+    refuse("axes", format!("{}; an arm has 1 to {MAX_JOINTS}", spec.axes))
+}
+
+/// The plan of messages, wherever they were described.
+pub(super) fn finish(
+    mut messages: Vec<MessagePlan>,
+    spec: &LayoutSpec,
+) -> Result<CompiledLayout, LayoutError> {
+    check_axes(spec)?;
+    let period_ns = period_ns(spec)?;
+    check_hold(spec, period_ns)?;
     check_overlaps(&messages)?;
     let next_sync = spec.reference.as_ref().is_some_and(|r| r.valid == ReferenceValidity::NextSync);
     for message in &mut messages {
@@ -47,37 +67,62 @@ pub(super) fn compile(dbc: &str, spec: &LayoutSpec) -> Result<CompiledLayout, La
             message.role = Role::Target;
         }
     }
-    let instant = match &spec.sync {
-        Some(_) => Instant::Sync,
-        None if messages.len() == 1 => Instant::Packed,
-        None => {
-            let names: Vec<_> = messages.iter().map(|m| m.format.name.as_str()).collect();
-            let reason = format!(
-                "missing: the signals lie in several messages ({}), so one of the bus has to be \
-                 the instant of the sample",
-                names.join(", ")
-            );
-            return refuse("sync", reason);
-        }
+    let instant = if messages.iter().any(|message| message.role == Role::Sync) {
+        Instant::Sync
+    } else if messages.len() == 1 {
+        Instant::Packed
+    } else {
+        let names: Vec<_> = messages.iter().map(|m| m.format.name.as_str()).collect();
+        let reason = format!(
+            "missing: the signals lie in several messages ({}), so one of the bus has to be the \
+             instant of the sample",
+            names.join(", ")
+        );
+        return refuse("sync", reason);
     };
     let timing = torque_timing(spec);
     let by = spec.cycles_by;
     Ok(CompiledLayout::new(messages, instant, spec.axes, period_ns, timing, next_sync, by))
 }
 
-fn patterns(spec: &LayoutSpec) -> impl Iterator<Item = (&'static str, Quantity, &str)> {
-    [
-        Some(("position.signal", Quantity::Position, spec.position.signal.as_str())),
-        Some(("torque.signal", Quantity::Torque, spec.torque.signal.as_str())),
-        spec.reference
-            .as_ref()
-            .map(|r| ("reference.signal", Quantity::Reference, r.signal.as_str())),
-        spec.status_word
-            .as_ref()
-            .map(|pattern| ("status_word", Quantity::StatusWord, pattern.as_str())),
-    ]
-    .into_iter()
-    .flatten()
+/// Keys that only a layout from device files has.
+fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
+    let (position, torque, reference) = (&spec.position, &spec.torque, spec.reference.as_ref());
+    let keys = [
+        ("position.object", position.object.is_some()),
+        ("position.unit", position.unit.is_some()),
+        ("torque.object", torque.object.is_some()),
+        ("torque.unit", torque.unit.is_some()),
+        ("reference.object", reference.is_some_and(|r| r.object.is_some())),
+        ("reference.unit", reference.is_some_and(|r| r.unit.is_some())),
+    ];
+    match keys.into_iter().find(|(_, given)| *given) {
+        Some((key, _)) => {
+            refuse(key, "goes with `nodes`; a DBC file has `signal` and units".into())
+        }
+        None => Ok(()),
+    }
+}
+
+type Patterns<'a> = Vec<(&'static str, Quantity, &'a str)>;
+
+fn patterns(spec: &LayoutSpec) -> Result<Patterns<'_>, LayoutError> {
+    let mut patterns = Vec::new();
+    let signals = [
+        Some(("position.signal", Quantity::Position, &spec.position.signal)),
+        Some(("torque.signal", Quantity::Torque, &spec.torque.signal)),
+        spec.reference.as_ref().map(|r| ("reference.signal", Quantity::Reference, &r.signal)),
+    ];
+    for (key, quantity, signal) in signals.into_iter().flatten() {
+        let Some(signal) = signal else {
+            return refuse(key, "missing: name the signal, as \"Message.Signal\"".into());
+        };
+        patterns.push((key, quantity, signal.as_str()));
+    }
+    if let Some(signal) = &spec.status_word {
+        patterns.push(("status_word", Quantity::StatusWord, signal.as_str()));
+    }
+    Ok(patterns)
 }
 
 /// Adds one signal to the plan of its message.
@@ -114,7 +159,7 @@ fn add(
 }
 
 /// A status word is a word and a counter counts: neither has a scale.
-fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
+pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
     let fault = match quantity {
         Quantity::Position | Quantity::Torque | Quantity::Reference => None,
         Quantity::StatusWord | Quantity::Counter
@@ -191,7 +236,7 @@ fn torque_timing(spec: &LayoutSpec) -> didim_core::identification::SignalTiming 
     }
 }
 
-fn refuse<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {
+pub(super) fn refuse<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {
     Err(LayoutError::Key { key, reason })
 }
 

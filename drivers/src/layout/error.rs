@@ -100,6 +100,9 @@ pub enum LayoutError {
         /// The other.
         second: String,
     },
+    /// A device file of the layout's nodes does not make a plan.
+    #[error(transparent)]
+    Eds(#[from] super::eds::EdsError),
     /// A key of the layout has a value that makes no sense.
     #[error("`{key}`: {reason}")]
     Key {

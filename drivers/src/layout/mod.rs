@@ -3,12 +3,14 @@
 //! A DBC file says where signals lie in frames; a [`LayoutSpec`] says which of them are the arm's
 //! positions, torques and references, and when each is valid. Both are read once, at start, and
 //! compiled to a [`CompiledLayout`]: a table from identifier to message and, per message, the bits of
-//! each signal. CiA 402 is a DBC file, not code.
+//! each signal. CiA 402 is a DBC file, not code; or the device files of the drives (EDS, DCF), whose
+//! PDOs are read the same way.
 //!
 //! Values here are in the units of the DBC file; [`crate::units`] makes them SI.
 
 mod compile;
 mod dbc;
+mod eds;
 mod encode;
 mod error;
 mod field;
@@ -16,11 +18,12 @@ mod plan;
 mod spec;
 
 pub use dbc::{Database, MessageFormat, SignalFormat};
+pub use eds::EdsError;
 pub use encode::{AxisValues, CycleValues, EncodeError};
 pub use error::LayoutError;
 pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};
 pub use plan::{CompiledLayout, Extraction, Instant, MessagePlan, Quantity, Role, Unreadable};
 pub use spec::{
-    CyclesBy, LayoutSpec, PositionSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
-    TorqueSpec, TorqueValidity,
+    CyclesBy, LayoutSpec, NodeSpec, PositionSpec, PositionValidity, ReferenceSpec,
+    ReferenceValidity, TorqueSpec, TorqueValidity,
 };

@@ -136,6 +136,15 @@ impl CompiledLayout {
         compile(dbc, spec)
     }
 
+    /// Compiles the texts of the device files (EDS, DCF) of a specification's nodes, in their order,
+    /// to a plan.
+    ///
+    /// # Errors
+    /// [`LayoutError`] says what does not fit, and where.
+    pub fn compile_nodes(texts: &[&str], spec: &LayoutSpec) -> Result<Self, LayoutError> {
+        super::eds::compile(texts, spec)
+    }
+
     pub(super) fn new(
         mut messages: Vec<MessagePlan>,
         instant: Instant,

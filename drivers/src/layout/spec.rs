@@ -6,14 +6,19 @@ use serde::{Deserialize, Serialize};
 
 /// The table `[bus.layout]` of a cell file: which signals of which DBC file are the arm's.
 ///
-/// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1. Every
-/// signal says when it is valid, relative to the instant of its sample: the SYNC, or the arrival of
+/// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1. With
+/// `nodes` it is an object of every node's dictionary, as `6064:00`, and its unit. Every signal says when it is valid, relative to the instant of its sample: the SYNC, or the arrival of
 /// the packed frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayoutSpec {
-    /// The DBC file, relative to the cell file. Whoever reads the cell file reads this one too.
-    pub dbc: PathBuf,
+    /// The DBC file, relative to the cell file; or `nodes`, not both. Whoever reads the cell file
+    /// reads this one too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dbc: Option<PathBuf>,
+    /// The nodes of CANopen drives with their device files, one per axis, in the order of the axes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<NodeSpec>,
     /// Number of axes.
     pub axes: usize,
     /// The nominal period of the bus cycle \[µs\]; or `rate_hz`, not both.
@@ -45,6 +50,31 @@ pub struct LayoutSpec {
     pub counter: Option<String>,
 }
 
+/// One node of `nodes`: a CANopen drive, or one axis of it.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct NodeSpec {
+    /// Its number on the bus, 1 to 127.
+    pub node_id: u8,
+    /// Its EDS file, relative to the cell file: what the drive does after a reset.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eds: Option<PathBuf>,
+    /// Its DCF file instead: how the drive was configured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dcf: Option<PathBuf>,
+    /// Added to the index of every object: 0x800 for the second axis of a drive of several (CiA
+    /// 402), which is listed once per axis.
+    #[serde(default)]
+    pub object_offset: u16,
+}
+
+impl NodeSpec {
+    /// The device file, whichever it is.
+    pub fn file(&self) -> Option<&std::path::Path> {
+        self.eds.as_deref().or(self.dcf.as_deref())
+    }
+}
+
 /// What tells one bus cycle from the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -64,8 +94,15 @@ pub enum CyclesBy {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionSpec {
-    /// `Message.Signal`, with `{axis}`.
-    pub signal: String,
+    /// `Message.Signal` of the DBC file, with `{axis}`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<String>,
+    /// With `nodes`: index and sub-index of the object, as `6064:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// With `nodes`: the unit of the object, which a device file does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// When it is valid.
     pub valid: PositionValidity,
 }
@@ -82,8 +119,15 @@ pub enum PositionValidity {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueSpec {
-    /// `Message.Signal`, with `{axis}`.
-    pub signal: String,
+    /// `Message.Signal` of the DBC file, with `{axis}`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<String>,
+    /// With `nodes`: index and sub-index of the object, as `6064:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// With `nodes`: the unit of the object, which a device file does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// When it is valid.
     pub valid: TorqueValidity,
 }
@@ -108,8 +152,15 @@ pub enum TorqueValidity {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceSpec {
-    /// `Message.Signal`, with `{axis}`.
-    pub signal: String,
+    /// `Message.Signal` of the DBC file, with `{axis}`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<String>,
+    /// With `nodes`: index and sub-index of the object, as `6064:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// With `nodes`: the unit of the object, which a device file does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     /// When it is valid.
     pub valid: ReferenceValidity,
 }

@@ -61,6 +61,7 @@ fn snapshot() -> Snapshot {
             condition_number: Some(174.9),
             applicable: true,
             reasons: vec![],
+            values: vec![],
         }),
         ..EstimationStatus::default()
     };

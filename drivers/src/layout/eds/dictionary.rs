@@ -1,0 +1,193 @@
+//! The object dictionary of one node, as its device file writes it.
+
+use std::path::Path;
+
+use super::error::EdsError;
+use super::ini::{self, Entry, Section, Sections};
+use super::number;
+use crate::layout::Encoding;
+
+/// An object's value with where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Value {
+    pub(super) number: u64,
+    section: String,
+    key: &'static str,
+    line: usize,
+}
+
+/// A device file for one node.
+#[derive(Debug)]
+pub(super) struct Dictionary<'a> {
+    pub(super) file: &'a Path,
+    pub(super) node: u8,
+    /// Whether it is a DCF, whose `ParameterValue` counts.
+    configured: bool,
+    sections: Sections<'a>,
+}
+
+impl<'a> Dictionary<'a> {
+    pub(super) fn parse(
+        text: &'a str,
+        file: &'a Path,
+        node: u8,
+        configured: bool,
+    ) -> Result<Self, EdsError> {
+        let own = Self { file, node, configured, sections: ini::parse(text, file)? };
+        own.check_node()?;
+        Ok(own)
+    }
+
+    /// A DCF belongs to one node; the section's name is spelt so in the standard.
+    fn check_node(&self) -> Result<(), EdsError> {
+        let section = ["devicecomissioning", "devicecommissioning"]
+            .into_iter()
+            .find_map(|name| self.sections.get(name));
+        let Some(section) = section.filter(|_| self.configured) else { return Ok(()) };
+        let Some(entry) = section.get("nodeid") else { return Ok(()) };
+        let found = self.number(section, "NodeID", entry)?;
+        if found.number == u64::from(self.node) {
+            return Ok(());
+        }
+        let reason = format!(
+            "the file was made for node {}, the layout has `node_id = {}`; correct one of them",
+            found.number, self.node
+        );
+        Err(self.refuse(&found, reason))
+    }
+
+    /// Whether there is an object of this index.
+    pub(super) fn has(&self, index: u16) -> bool {
+        self.sections.contains_key(&format!("{index:04x}"))
+            || self.sections.contains_key(&format!("{index:04x}sub0"))
+    }
+
+    /// The indices from `first` to `last` that are there, ascending.
+    pub(super) fn indices(&self, first: u16, last: u16) -> impl Iterator<Item = u16> {
+        (first..=last).filter(|index| self.has(*index))
+    }
+
+    /// The value of an object, if the file gives one.
+    pub(super) fn value(&self, index: u16, sub: u8) -> Result<Option<Value>, EdsError> {
+        if let Some(section) = self.section(index, sub) {
+            return self.value_in(section);
+        }
+        let Some(parent) = self.sections.get(&format!("{index:04x}")) else { return Ok(None) };
+        let Some(count) = parent.get("compactsubobj") else { return Ok(None) };
+        // The values of compact sub-objects stand together, by their numbers in decimal.
+        let count = self.number(parent, "CompactSubObj", count)?;
+        if sub == 0 {
+            return Ok(Some(count));
+        }
+        if u64::from(sub) > count.number {
+            return Ok(None);
+        }
+        let values = self.sections.get(&format!("{index:04x}value"));
+        match values.and_then(|values| Some((values, values.get(&sub.to_string())?))) {
+            Some((values, entry)) => self.number(values, "value", entry).map(Some),
+            None => self.value_in(parent),
+        }
+    }
+
+    /// The value that has to be there.
+    pub(super) fn required(
+        &self,
+        index: u16,
+        sub: u8,
+        remedy: &'static str,
+    ) -> Result<Value, EdsError> {
+        self.value(index, sub)?.ok_or_else(|| EdsError::Missing {
+            file: self.file.to_owned(),
+            section: name(index, sub),
+            key: if self.configured { "ParameterValue or DefaultValue" } else { "DefaultValue" },
+            remedy,
+        })
+    }
+
+    /// How the bits of an object are a number, and how many there are.
+    pub(super) fn data_type(&self, index: u16, sub: u8) -> Result<(Encoding, u64), EdsError> {
+        let parent = || {
+            let parent = self.sections.get(&format!("{index:04x}"))?;
+            parent.get("compactsubobj").is_some().then_some(parent)
+        };
+        let missing = || EdsError::Missing {
+            file: self.file.to_owned(),
+            section: name(index, sub),
+            key: "DataType",
+            remedy: "take the device file that belongs to the drive's firmware",
+        };
+        let section = self.section(index, sub).or_else(parent).ok_or_else(missing)?;
+        let entry = section.get("datatype").ok_or_else(missing)?;
+        let value = self.number(section, "DataType", entry)?;
+        let found = match value.number {
+            0x01 => (Encoding::Unsigned, 1),
+            0x02 => (Encoding::Signed, 8),
+            0x03 => (Encoding::Signed, 16),
+            0x04 => (Encoding::Signed, 32),
+            0x05 => (Encoding::Unsigned, 8),
+            0x06 => (Encoding::Unsigned, 16),
+            0x07 => (Encoding::Unsigned, 32),
+            0x08 => (Encoding::Float32, 32),
+            0x10 => (Encoding::Signed, 24),
+            0x11 => (Encoding::Float64, 64),
+            0x12 => (Encoding::Signed, 40),
+            0x13 => (Encoding::Signed, 48),
+            0x16 => (Encoding::Unsigned, 24),
+            0x18 => (Encoding::Unsigned, 40),
+            0x19 => (Encoding::Unsigned, 48),
+            other => {
+                let reason = format!(
+                    "type 0x{other:04X} is no number that can be read exactly: an integer of up to \
+                     48 bits, REAL32 or REAL64"
+                );
+                return Err(self.refuse(&value, reason));
+            }
+        };
+        Ok(found)
+    }
+
+    /// What is wrong with a value, and where it stands.
+    pub(super) fn refuse(&self, value: &Value, reason: String) -> EdsError {
+        EdsError::Entry {
+            file: self.file.to_owned(),
+            line: value.line,
+            section: value.section.clone(),
+            key: value.key.to_owned(),
+            reason,
+        }
+    }
+
+    /// The section of a sub-object; an object without sub-objects is its own sub-object 0.
+    fn section(&self, index: u16, sub: u8) -> Option<&Section<'a>> {
+        let own = self.sections.get(&format!("{index:04x}sub{sub:x}"));
+        own.or_else(|| {
+            let parent = self.sections.get(&format!("{index:04x}")).filter(|_| sub == 0)?;
+            let simple = parent.get("subnumber").is_none() && parent.get("compactsubobj").is_none();
+            simple.then_some(parent)
+        })
+    }
+
+    fn value_in(&self, section: &Section<'a>) -> Result<Option<Value>, EdsError> {
+        let configured = self.configured.then(|| section.get("parametervalue")).flatten();
+        if let Some(entry) = configured {
+            return self.number(section, "ParameterValue", entry).map(Some);
+        }
+        let Some(entry) = section.get("defaultvalue") else { return Ok(None) };
+        self.number(section, "DefaultValue", entry).map(Some)
+    }
+
+    fn number(
+        &self,
+        section: &Section<'a>,
+        key: &'static str,
+        entry: Entry<'a>,
+    ) -> Result<Value, EdsError> {
+        let at = |number| Value { number, section: section.name.to_owned(), key, line: entry.line };
+        number::parse(entry.value, self.node).map(at).map_err(|reason| self.refuse(&at(0), reason))
+    }
+}
+
+/// The name of a sub-object's section.
+pub(super) fn name(index: u16, sub: u8) -> String {
+    format!("{index:04X}sub{sub:X}")
+}

@@ -1,0 +1,66 @@
+//! Numbers as device files write them: `128`, `0x80`, `$NODEID+0x180`.
+
+/// The value of a number for a node, or what is wrong with it.
+///
+/// A decimal number has no leading zero: some tools read it as octal, others do not.
+pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {
+    let text = text.trim();
+    let compact: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let lower = compact.to_lowercase();
+    const NODE: &str = "$nodeid";
+    if !lower.contains('$') {
+        return constant(&lower).ok_or_else(|| expected(text));
+    }
+    let other = match (lower.strip_prefix(NODE), lower.strip_suffix(NODE)) {
+        (Some(""), _) => return Ok(node.into()),
+        (Some(rest), _) => rest.strip_prefix('+'),
+        (None, Some(rest)) => rest.strip_suffix('+'),
+        (None, None) => None,
+    };
+    let sum = other.and_then(constant).and_then(|value| value.checked_add(node.into()));
+    sum.ok_or_else(|| expected(text))
+}
+
+fn constant(text: &str) -> Option<u64> {
+    match text.strip_prefix("0x") {
+        Some(digits) if digits.bytes().all(|b| b.is_ascii_hexdigit()) => {
+            u64::from_str_radix(digits, 16).ok()
+        }
+        Some(_) => None,
+        None if text.len() > 1 && text.starts_with('0') => None,
+        None if text.bytes().all(|b| b.is_ascii_digit()) => text.parse().ok(),
+        None => None,
+    }
+}
+
+fn expected(text: &str) -> String {
+    let shown: String = text.chars().take(40).collect();
+    format!("`{shown}` is not a number; write 128, 0x80 or $NODEID+0x180")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_formulas() {
+        for (text, value) in [
+            ("128", 128),
+            ("0", 0),
+            ("0x80", 128),
+            ("0X1a", 26),
+            ("$NODEID+0x180", 0x185),
+            ("$NodeId + 384", 389),
+            ("0x80000000+$NODEID", 0x8000_0005),
+            ("$NODEID", 5),
+            ("0x40000180 + $nodeid", 0x4000_0185),
+        ] {
+            assert_eq!(parse(text, 5), Ok(value), "{text}");
+        }
+        for text in ["", "080", "0x", "1.5", "-1", "$NODE+1", "$NODEID+", "$NODEID-1", "+$NODEID"] {
+            assert!(parse(text, 5).is_err(), "{text}");
+        }
+        assert!(parse("0x10000000000000000", 5).is_err());
+        assert!(parse("$NODEID+0xFFFFFFFFFFFFFFFF", 5).is_err());
+    }
+}

@@ -1,0 +1,221 @@
+//! What the PDOs of a node carry, and when (CiA 301, 7.5.2.35 to 7.5.2.38).
+
+use super::dictionary::{Dictionary, name};
+use super::error::EdsError;
+use crate::frame::FrameId;
+
+/// The longest PDO on classic CAN \[bits\].
+const MAX_BITS: u64 = 64;
+/// Bit 31 of a COB-ID: the PDO does not exist.
+const INVALID: u64 = 1 << 31;
+/// Bit 29 of a COB-ID: the identifier has 29 bits.
+const EXTENDED: u64 = 1 << 29;
+
+/// Who sends a PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direction {
+    /// The node.
+    Transmit,
+    /// Its controller.
+    Receive,
+}
+
+impl Direction {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Transmit => "TPDO",
+            Self::Receive => "RPDO",
+        }
+    }
+
+    /// The indices of the first communication and the first mapping object.
+    fn first(self) -> (u16, u16) {
+        match self {
+            Self::Transmit => (0x1800, 0x1A00),
+            Self::Receive => (0x1400, 0x1600),
+        }
+    }
+}
+
+/// An object of the dictionary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Object {
+    pub(super) index: u16,
+    pub(super) sub: u8,
+}
+
+impl Object {
+    /// From `6064:00`, index and sub-index in hexadecimal.
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        let (index, sub) = text.split_once(':')?;
+        let hex = |text: &str| text.bytes().all(|b| b.is_ascii_hexdigit());
+        if index.len() != 4 || sub.len() != 2 || !hex(index) || !hex(sub) {
+            return None;
+        }
+        let index = u16::from_str_radix(index, 16).ok()?;
+        Some(Self { index, sub: u8::from_str_radix(sub, 16).ok()? })
+    }
+}
+
+impl core::fmt::Display for Object {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:04X}:{:02X}", self.index, self.sub)
+    }
+}
+
+/// Where an object lies in a PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Mapped {
+    pub(super) object: Object,
+    pub(super) first_bit: u64,
+    pub(super) bits: u64,
+}
+
+/// One PDO: what it carries.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Pdo {
+    pub(super) direction: Direction,
+    /// From 0.
+    number: u16,
+    pub(super) mapped: Vec<Mapped>,
+    bits: u64,
+}
+
+/// When and under which identifier a PDO is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sent {
+    pub(super) id: FrameId,
+}
+
+impl Pdo {
+    /// Every PDO of a direction that maps something.
+    pub(super) fn all(
+        dictionary: &Dictionary<'_>,
+        direction: Direction,
+    ) -> Result<Vec<Self>, EdsError> {
+        let (_, first) = direction.first();
+        dictionary
+            .indices(first, first + 0x1FF)
+            .map(|index| Self::read(dictionary, direction, index - first))
+            .filter(|read| !matches!(read, Ok(pdo) if pdo.mapped.is_empty()))
+            .collect()
+    }
+
+    fn read(
+        dictionary: &Dictionary<'_>,
+        direction: Direction,
+        number: u16,
+    ) -> Result<Self, EdsError> {
+        let index = direction.first().1 + number;
+        let mut pdo = Self { direction, number, mapped: Vec::new(), bits: 0 };
+        // Without a number of entries, or with that of a multiplexed PDO, nothing is mapped.
+        let Some(count) = dictionary.value(index, 0)? else { return Ok(pdo) };
+        let Ok(count @ 1..=64) = u8::try_from(count.number) else { return Ok(pdo) };
+        for sub in 1..=count {
+            let remedy = "the file says that so many objects are mapped; give them all";
+            let entry = dictionary.required(index, sub, remedy)?;
+            let word = u32::try_from(entry.number).map_err(|_| {
+                dictionary.refuse(&entry, "has more than 32 bits; write index, sub, bits".into())
+            })?;
+            let [high, low, sub, bits] = word.to_be_bytes();
+            let bits = u64::from(bits);
+            if bits == 0 || pdo.bits + bits > MAX_BITS {
+                let reason = format!(
+                    "{bits} bits after {}; a mapped object has at least one, and a PDO at most \
+                     {MAX_BITS}",
+                    pdo.bits
+                );
+                return Err(dictionary.refuse(&entry, reason));
+            }
+            // Objects below 1000h are types: gaps of their size that mean nothing.
+            let object = Object { index: u16::from_be_bytes([high, low]), sub };
+            pdo.mapped.push(Mapped { object, first_bit: pdo.bits, bits });
+            pdo.bits += bits;
+        }
+        Ok(pdo)
+    }
+
+    /// `TPDO1`
+    pub(super) fn name(&self) -> String {
+        format!("{}{}", self.direction.name(), self.number + 1)
+    }
+
+    /// The bytes of its frames.
+    pub(super) fn bytes(&self) -> u8 {
+        u8::try_from(self.bits.div_ceil(8)).unwrap_or(u8::MAX)
+    }
+
+    /// Where an object lies in it.
+    pub(super) fn find(&self, object: Object) -> Option<Mapped> {
+        self.mapped.iter().copied().find(|mapped| mapped.object == object)
+    }
+
+    /// When it is sent. A value has an instant only where the SYNC gives it one.
+    ///
+    /// # Errors
+    /// The PDO does not exist, or goes by events.
+    pub(super) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
+        let index = self.direction.first().0 + self.number;
+        let remedy = "the identifier and the transmission type decide what the layout can say; \
+                      take a DCF that has them";
+        let cob_id = dictionary.required(index, 1, remedy)?;
+        let refuse = |sub, reason: String| EdsError::Pdo {
+            file: dictionary.file.to_owned(),
+            section: name(index, sub),
+            pdo: self.name(),
+            node: dictionary.node,
+            reason,
+        };
+        if cob_id.number & INVALID != 0 {
+            return Err(refuse(
+                1,
+                format!(
+                    "bit 31 of the COB-ID 0x{:X} says that the PDO does not exist; clear it in the \
+                     drive and give its DCF",
+                    cob_id.number
+                ),
+            ));
+        }
+        let id = identifier(cob_id.number).map_err(|reason| dictionary.refuse(&cob_id, reason))?;
+        let kind = dictionary.required(index, 2, remedy)?;
+        match (self.direction, kind.number) {
+            (Direction::Transmit, 1) | (Direction::Receive, 0..=240) => Ok(Sent { id }),
+            (Direction::Transmit, 0) => Err(dictionary.refuse(
+                &kind,
+                "type 0 is sent only when a value has changed, so that samples would be missing; \
+                 set it to 1"
+                    .into(),
+            )),
+            (Direction::Transmit, every @ 2..=240) => Err(dictionary.refuse(
+                &kind,
+                format!("type {every} is sent at every {every}th SYNC only; set it to 1"),
+            )),
+            (_, other) => Err(dictionary.refuse(
+                &kind,
+                format!(
+                    "type {other} does not go by the SYNC, so its values have no instant; set it \
+                     to 1 (synchronous) in the drive and give its DCF"
+                ),
+            )),
+        }
+    }
+}
+
+/// The identifier in a COB-ID.
+pub(super) fn identifier(cob_id: u64) -> Result<FrameId, String> {
+    let number = u32::try_from(cob_id & 0x1FFF_FFFF).unwrap_or(u32::MAX);
+    if cob_id > u64::from(u32::MAX) {
+        return Err(format!("0x{cob_id:X} has more than 32 bits"));
+    }
+    let id = if cob_id & EXTENDED != 0 {
+        FrameId::extended(number).ok()
+    } else {
+        u16::try_from(number).ok().and_then(|number| FrameId::standard(number).ok())
+    };
+    id.filter(|id| id.raw() != 0).ok_or_else(|| {
+        format!(
+            "0x{cob_id:X} holds no identifier of 11 bits, or of 29 with bit 29 set; 0 is that of \
+             network management"
+        )
+    })
+}

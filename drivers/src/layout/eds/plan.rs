@@ -1,0 +1,291 @@
+//! A specification and the device files of its nodes to a plan.
+
+use std::path::Path;
+
+use super::dictionary::Dictionary;
+use super::error::EdsError;
+use super::pdo::{Direction, Mapped, Object, Pdo, Sent, identifier};
+use crate::frame::FrameId;
+use crate::layout::compile::{check_integer, finish, refuse};
+use crate::layout::dbc::{MessageFormat, SignalFormat};
+use crate::layout::error::LayoutError;
+use crate::layout::field::{ByteOrder, Field};
+use crate::layout::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
+use crate::layout::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
+
+/// One object that the layout asks every node for.
+struct Wanted<'a> {
+    key: &'static str,
+    quantity: Quantity,
+    object: Object,
+    unit: &'a str,
+    direction: Direction,
+}
+
+/// A device file, read, with its PDOs.
+struct Node<'a> {
+    dictionary: Dictionary<'a>,
+    offset: u16,
+    transmit: Vec<Pdo>,
+    receive: Vec<Pdo>,
+}
+
+pub(in crate::layout) fn compile(
+    texts: &[&str],
+    spec: &LayoutSpec,
+) -> Result<CompiledLayout, LayoutError> {
+    check_keys(spec)?;
+    if spec.nodes.len() != spec.axes {
+        let reason = format!("{} for {} axes; give one per axis", spec.nodes.len(), spec.axes);
+        return refuse("nodes", reason);
+    }
+    let files = files(spec)?;
+    let wanted = wanted(spec)?;
+    let nodes = read(texts, spec, &files)?;
+    let mut messages = vec![sync(&nodes)?];
+    for wanted in &wanted {
+        for (axis, node) in nodes.iter().enumerate() {
+            add(&mut messages, wanted, axis, node)?;
+        }
+    }
+    finish(messages, spec)
+}
+
+/// Keys that only a layout from a DBC file has.
+fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
+    if spec.sync.is_some() {
+        return refuse("sync", "is object 1005h of the device files; leave it out".into());
+    }
+    if spec.counter.is_some() {
+        return refuse("counter", "counts packed frames; PDOs go by the SYNC".into());
+    }
+    let signals = [
+        ("position.signal", &spec.position.signal),
+        ("torque.signal", &spec.torque.signal),
+        ("reference.signal", spec.reference.as_ref().map_or(&None, |r| &r.signal)),
+    ];
+    match signals.into_iter().find(|(_, signal)| signal.is_some()) {
+        Some((key, _)) => {
+            refuse(key, "names a signal of a DBC file; with `nodes`, `object`".into())
+        }
+        None => Ok(()),
+    }
+}
+
+fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
+    let one = |key, unit_key, quantity, object: Option<&str>, unit, direction| {
+        let Some(object) = object else {
+            return refuse(key, "missing: name the object, as \"6064:00\"".into());
+        };
+        let Some(object) = Object::parse(object) else {
+            let reason = format!("`{object}`: index and sub-index in hexadecimal, as \"6064:00\"");
+            return refuse(key, reason);
+        };
+        let Some(unit) = unit else {
+            let reason = "missing: a device file has no units; \"count\", \"per mille\"… as the \
+                          drive's manual says";
+            return refuse(unit_key, reason.into());
+        };
+        Ok(Wanted { key, quantity, object, unit, direction })
+    };
+    let (position, torque) = (&spec.position, &spec.torque);
+    let mut wanted = vec![
+        one(
+            "position.object",
+            "position.unit",
+            Quantity::Position,
+            position.object.as_deref(),
+            position.unit.as_deref(),
+            Direction::Transmit,
+        )?,
+        one(
+            "torque.object",
+            "torque.unit",
+            Quantity::Torque,
+            torque.object.as_deref(),
+            torque.unit.as_deref(),
+            Direction::Transmit,
+        )?,
+    ];
+    if let Some(reference) = &spec.reference {
+        // What the drive reports is the drive's at the SYNC, what it is told takes effect at the next.
+        let direction = match reference.valid {
+            ReferenceValidity::Instant => Direction::Transmit,
+            ReferenceValidity::NextSync => Direction::Receive,
+        };
+        wanted.push(one(
+            "reference.object",
+            "reference.unit",
+            Quantity::Reference,
+            reference.object.as_deref(),
+            reference.unit.as_deref(),
+            direction,
+        )?);
+    }
+    if let Some(word) = &spec.status_word {
+        let (key, word) = ("status_word", Some(word.as_str()));
+        wanted.push(one(key, key, Quantity::StatusWord, word, Some(""), Direction::Transmit)?);
+    }
+    Ok(wanted)
+}
+
+/// The device file of each node, and whether it is a DCF.
+fn files(spec: &LayoutSpec) -> Result<Vec<(&Path, bool)>, LayoutError> {
+    let file = |node: &'_ NodeSpec| -> Result<bool, LayoutError> {
+        if !(1..=127).contains(&node.node_id) {
+            return refuse("nodes", format!("node_id {}; a node has 1 to 127", node.node_id));
+        }
+        match (&node.eds, &node.dcf) {
+            (Some(_), None) => Ok(false),
+            (None, Some(_)) => Ok(true),
+            _ => refuse("nodes", format!("node {}: give either `eds` or `dcf`", node.node_id)),
+        }
+    };
+    spec.nodes.iter().map(|node| Ok((node.file().unwrap_or(Path::new("")), file(node)?))).collect()
+}
+
+fn read<'a>(
+    texts: &[&'a str],
+    spec: &LayoutSpec,
+    files: &[(&'a Path, bool)],
+) -> Result<Vec<Node<'a>>, LayoutError> {
+    if texts.len() != files.len() {
+        return refuse("nodes", format!("{} texts for {} nodes", texts.len(), files.len()));
+    }
+    let mut nodes = Vec::new();
+    for ((text, node), (file, configured)) in texts.iter().zip(&spec.nodes).zip(files) {
+        let dictionary = Dictionary::parse(text, file, node.node_id, *configured)?;
+        let transmit = Pdo::all(&dictionary, Direction::Transmit)?;
+        let receive = Pdo::all(&dictionary, Direction::Receive)?;
+        nodes.push(Node { dictionary, offset: node.object_offset, transmit, receive });
+    }
+    Ok(nodes)
+}
+
+/// The SYNC, which all nodes have to agree on: 1005h, with a counter where 1019h says so.
+fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
+    let remedy = "the SYNC's COB-ID tells the instant of the samples; 0x80 as a rule";
+    let mut agreed: Option<(FrameId, bool)> = None;
+    for Node { dictionary, .. } in nodes {
+        let cob_id = dictionary.required(0x1005, 0, remedy)?;
+        let id = identifier(cob_id.number).map_err(|reason| dictionary.refuse(&cob_id, reason))?;
+        let counter = dictionary.value(0x1019, 0)?.is_some_and(|value| value.number > 1);
+        match agreed {
+            Some(other) if other != (id, counter) => {
+                let reason = format!(
+                    "SYNC {id}{} where the nodes before have {}; they have to be told alike \
+                     (1005h, 1019h)",
+                    if counter { " with a counter" } else { "" },
+                    other.0
+                );
+                return Err(dictionary.refuse(&cob_id, reason).into());
+            }
+            _ => agreed = Some((id, counter)),
+        }
+    }
+    let Some((id, counter)) = agreed else {
+        return refuse("nodes", "is empty; give one per axis".into());
+    };
+    let format =
+        MessageFormat { name: "SYNC".to_owned(), id, fd: false, length: u8::from(counter) };
+    Ok(MessagePlan { format, role: Role::Sync, extractions: Vec::new() })
+}
+
+/// Adds an object of a node to the plan of the PDO that carries it.
+fn add(
+    messages: &mut Vec<MessagePlan>,
+    wanted: &Wanted<'_>,
+    axis: usize,
+    node: &Node<'_>,
+) -> Result<(), LayoutError> {
+    let object = Object {
+        // Axes of one node have their objects 800h apart (CiA 402).
+        index: wanted.object.index.wrapping_add(node.offset),
+        sub: wanted.object.sub,
+    };
+    let (pdo, mapped, sent) = find(wanted, object, node)?;
+    let dictionary = &node.dictionary;
+    let name = format!("{} of node {}", pdo.name(), dictionary.node);
+    let signal = signal(&name, dictionary, pdo, mapped, wanted.unit)?;
+    check_integer(wanted.quantity, &signal)?;
+    let extraction = Extraction { quantity: wanted.quantity, axis, signal };
+    match messages.iter_mut().find(|plan| plan.format.id == sent.id) {
+        Some(plan) if plan.format.name == name => plan.extractions.push(extraction),
+        Some(plan) => {
+            let reason = format!(
+                "its identifier {} is that of {} too; COB-IDs of nodes differ, as $NODEID+0x180",
+                sent.id, plan.format.name
+            );
+            let (file, node) = (dictionary.file.to_owned(), dictionary.node);
+            let section = "COB-ID".to_owned();
+            return Err(EdsError::Pdo { file, section, pdo: pdo.name(), node, reason }.into());
+        }
+        None => {
+            let format = MessageFormat { name, id: sent.id, fd: false, length: pdo.bytes() };
+            messages.push(MessagePlan {
+                format,
+                role: Role::Sample,
+                extractions: vec![extraction],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The first PDO that carries an object and can be used; if none can, why the first cannot.
+fn find<'n>(
+    wanted: &Wanted<'_>,
+    object: Object,
+    node: &'n Node<'_>,
+) -> Result<(&'n Pdo, Mapped, Sent), EdsError> {
+    let pdos = match wanted.direction {
+        Direction::Transmit => &node.transmit,
+        Direction::Receive => &node.receive,
+    };
+    let mut unusable = None;
+    for pdo in pdos {
+        let Some(mapped) = pdo.find(object) else { continue };
+        match pdo.sent(&node.dictionary) {
+            Ok(sent) => return Ok((pdo, mapped, sent)),
+            Err(error) => unusable = unusable.or(Some(error)),
+        }
+    }
+    Err(unusable.unwrap_or_else(|| EdsError::NotMapped {
+        file: node.dictionary.file.to_owned(),
+        key: wanted.key,
+        direction: wanted.direction.name(),
+        node: node.dictionary.node,
+        object: object.to_string(),
+        carried: pdos
+            .iter()
+            .flat_map(|pdo| &pdo.mapped)
+            .map(|mapped| mapped.object.to_string())
+            .collect(),
+    }))
+}
+
+fn signal(
+    message: &str,
+    dictionary: &Dictionary<'_>,
+    pdo: &Pdo,
+    mapped: Mapped,
+    unit: &str,
+) -> Result<SignalFormat, LayoutError> {
+    let object = mapped.object;
+    let name = format!("{message}.{object}");
+    let (encoding, bits) = dictionary.data_type(object.index, object.sub)?;
+    let wrong = |reason| LayoutError::Signal { signal: name.clone(), line: None, reason };
+    if bits != mapped.bits {
+        return Err(wrong(format!(
+            "{} bits are mapped and the object's data type has {bits}; correct the mapping",
+            mapped.bits
+        )));
+    }
+    let scale = (1.0, 0.0);
+    let length = usize::from(pdo.bytes());
+    let order = ByteOrder::LittleEndian;
+    let field = Field::new(mapped.first_bit, bits, order, encoding, scale, length)
+        .ok_or_else(|| wrong("does not fit its PDO".to_owned()))?;
+    // An object's limits bound what may be written to it, not what it may say.
+    Ok(SignalFormat { name, field, unit: unit.to_owned(), range: None })
+}

@@ -1,0 +1,52 @@
+//! The layout of a cell with the files that it names: a DBC file, or the device files of its nodes.
+
+use std::path::Path;
+
+use didim_drivers::layout::{CompiledLayout, LayoutSpec};
+
+use super::{CellError, Library};
+
+/// The plan and the texts that it was made from.
+pub(super) fn read(
+    library: Library,
+    cell: &Path,
+    spec: &LayoutSpec,
+) -> Result<(CompiledLayout, Vec<String>), CellError> {
+    let folder = cell.parent().unwrap_or(Path::new(""));
+    let named =
+        |key| move |source| CellError::Named { cell: cell.into(), key, source: Box::new(source) };
+    let (texts, with, compiled) = match (&spec.dbc, spec.nodes.is_empty()) {
+        (None, true) => {
+            return Err(CellError::Value {
+                file: cell.into(),
+                key: "bus.layout",
+                problem:
+                    "names neither a `dbc` file nor the device files of its `nodes`; give one \
+                          of them"
+                        .to_owned(),
+            });
+        }
+        (Some(dbc), _) => {
+            let path = folder.join(dbc);
+            let text = library.read(&path).map_err(named("bus.layout.dbc"))?;
+            let compiled = CompiledLayout::compile(&text, spec);
+            (vec![text], path, compiled)
+        }
+        (None, false) => {
+            let files = spec.nodes.iter().filter_map(|node| node.file());
+            let texts = files
+                .map(|file| library.read_device_file(&folder.join(file)))
+                .collect::<Result<Vec<_>, _>>()
+                .map_err(named("bus.layout.nodes"))?;
+            let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
+            let compiled = CompiledLayout::compile_nodes(&borrowed, spec);
+            (texts, folder.to_path_buf(), compiled)
+        }
+    };
+    let layout = compiled.map_err(|source| CellError::Layout {
+        file: cell.into(),
+        with,
+        source: Box::new(source),
+    })?;
+    Ok((layout, texts))
+}

@@ -1,0 +1,54 @@
+//! What was probably meant by a key that is not known.
+
+use core::fmt;
+
+/// How alike two names are to be suggested for one another (1 is equal).
+const NEAR: f64 = 0.5;
+
+/// The known name that is most like the unknown one, as a remark behind the parser's message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Instead(Option<String>);
+
+impl Instead {
+    /// Reads the parser's message: the unknown name comes first, in backticks, as do the known ones
+    /// after it.
+    pub(super) fn of(message: &str) -> Self {
+        if !message.contains("unknown field `") && !message.contains("unknown variant `") {
+            return Self(None);
+        }
+        let at = message.find("unknown ").unwrap_or(0);
+        let mut names = message[at..].split('`').skip(1).step_by(2);
+        let unknown = names.next().unwrap_or_default();
+        let near = names
+            .map(|known| (strsim::normalized_damerau_levenshtein(unknown, known), known))
+            .filter(|(likeness, _)| *likeness >= NEAR)
+            .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)));
+        Self(near.map(|(_, known)| known.to_owned()))
+    }
+}
+
+impl fmt::Display for Instead {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            Some(known) => write!(f, "; did you mean `{known}`?"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_known_name_is_suggested() {
+        for (message, suggestion) in [
+            ("unknown field `sorce`, expected one of `name`, `source`", "; did you mean `source`?"),
+            ("line 3: unknown variant `idim_ls`, expected `idim-ls`", "; did you mean `idim-ls`?"),
+            ("unknown field `qqq`, expected one of `name`, `source`", ""),
+            ("missing field `name`", ""),
+        ] {
+            assert_eq!(Instead::of(message).to_string(), suggestion, "{message}");
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Whether the buses of the cell are there, and whether their receive buffers will do.
+
+use super::finding::Finding;
+use super::machine::Machine;
+use crate::cell::{BusAddress, Cell};
+use crate::report::table::significant;
+
+/// What one queued frame takes of the receive buffer, as the kernel accounts it \[bytes\].
+const QUEUED_FRAME_BYTES: f64 = 768.0;
+/// A bus thread of ordinary priority may be away for so long on a busy machine \[s\].
+const SHORT_S: f64 = 0.1;
+/// The MTU of a CAN FD interface (CANFD_MTU) \[bytes\].
+const FD_MTU: u32 = 72;
+
+const SOURCE: &str = "bus.source";
+const BUFFER: &str = "bus.receive_buffer_bytes";
+
+pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+    let mut listens = false;
+    for source in &cell.sources {
+        match source {
+            BusAddress::Can(name) => {
+                listens = true;
+                interface(cell, machine, name.as_str(), findings);
+            }
+            BusAddress::Log(file) if !file.is_file() => findings.push(Finding::error(
+                SOURCE,
+                format!("{source}: there is no such file"),
+                "correct the path, which is relative to the cell file",
+            )),
+            BusAddress::Log(_) => {}
+            BusAddress::InProcess => findings.push(Finding::error(
+                SOURCE,
+                format!("{source}: `didim run` has no such bus"),
+                "write can:INTERFACE or log:FILE",
+            )),
+        }
+    }
+    if listens {
+        receive_buffer(cell, machine, findings);
+    }
+}
+
+fn interface(cell: &Cell, machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
+    let Some(interface) = machine.interface(name) else {
+        let there = machine.can_interfaces();
+        let there = if there.is_empty() { "none".to_owned() } else { there.join(" ") };
+        findings.push(Finding::error(
+            SOURCE,
+            format!("can:{name}: there is no such interface on this machine"),
+            format!("CAN interfaces here: {there}; for a cell of another machine: --elsewhere"),
+        ));
+        return;
+    };
+    if !interface.is_can {
+        findings.push(Finding::error(
+            SOURCE,
+            format!("can:{name}: is an interface, but not of a CAN bus"),
+            format!("CAN interfaces here: {}", machine.can_interfaces().join(" ")),
+        ));
+        return;
+    }
+    if !interface.is_up {
+        findings.push(Finding::warning(
+            SOURCE,
+            format!("can:{name}: the interface is down; no frame comes until it is up"),
+            format!("ip link set {name} up, with its bit rate before that"),
+        ));
+    }
+    let has_fd = cell.layout.messages().iter().any(|message| message.format.fd);
+    if has_fd && interface.mtu < FD_MTU {
+        findings.push(Finding::error(
+            SOURCE,
+            format!(
+                "can:{name}: the layout has CAN FD frames, the interface carries frames of {} bytes \
+                 only",
+                interface.mtu
+            ),
+            format!("ip link set {name} down; ip link set {name} mtu {FD_MTU} fd on …; then up"),
+        ));
+    }
+}
+
+/// Seconds of bus that the socket's buffer holds, and whether the kernel grants it.
+fn receive_buffer(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+    #[expect(clippy::cast_precision_loss, reason = "at most 64 messages")]
+    let frames_per_second = cell.layout.messages().len() as f64 * cell.sample_rate_hz();
+    let seconds = |bytes: u64| {
+        #[expect(clippy::cast_precision_loss, reason = "a size of memory")]
+        let frames = bytes as f64 / QUEUED_FRAME_BYTES;
+        frames / frames_per_second
+    };
+    let asked = u64::from(cell.receive_buffer_bytes);
+    // The kernel grants twice what a socket asks for, so that half of the buffer is asked for.
+    let granted = machine.rmem_max().map_or(asked, |most| asked.min(most.saturating_mul(2)));
+    let holds = significant(seconds(granted), 2);
+    if granted < asked {
+        let what = format!(
+            "{asked} bytes are asked for, and net.core.rmem_max allows {granted}: {holds} s of bus"
+        );
+        findings.push(Finding::warning(
+            BUFFER,
+            what,
+            format!("sysctl net.core.rmem_max={}, or CAP_NET_ADMIN for the service", asked / 2),
+        ));
+    } else if seconds(granted) < SHORT_S {
+        let needed = SHORT_S * frames_per_second * QUEUED_FRAME_BYTES;
+        findings.push(Finding::warning(
+            BUFFER,
+            format!("{granted} bytes hold {holds} s of bus: a busy machine loses frames"),
+            format!("at least {needed:.0} bytes"),
+        ));
+    }
+}

@@ -1,0 +1,76 @@
+//! Whether the bus has room for the frames of the layout.
+
+use didim_drivers::frame::FrameId;
+use didim_drivers::layout::CompiledLayout;
+
+use super::finding::Finding;
+use super::wire;
+use crate::cell::{BusAddress, Cell};
+use crate::report::table::significant;
+
+/// Above this part of its bit rate a bus carries little else: no room for repetitions and SDOs.
+const CROWDED: f64 = 0.7;
+
+const BITRATE: &str = "bus.bitrate_bps";
+
+pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
+    let buses = cell.sources.iter().filter(|bus| matches!(bus, BusAddress::Can(_))).count();
+    if buses == 0 {
+        return;
+    }
+    let has_fd = cell.layout.messages().iter().any(|message| message.format.fd);
+    let Some(bitrate) = cell.bitrate_bps else {
+        findings.push(Finding::note(
+            BITRATE,
+            "is not given, so whether the bus has room for the layout's frames is not checked"
+                .to_owned(),
+            "give the bit rate of the bus, as 1000000",
+        ));
+        return;
+    };
+    let bitrate = f64::from(bitrate);
+    let data_bitrate = cell.data_bitrate_bps.map_or(bitrate, f64::from);
+    #[expect(clippy::cast_precision_loss, reason = "at most 16 interfaces")]
+    let load = load(&cell.layout, bitrate, data_bitrate) / buses as f64;
+    let percent = significant(100.0 * load, 3);
+    let rate = significant(cell.sample_rate_hz(), 4);
+    let at = match (has_fd, cell.data_bitrate_bps) {
+        (true, Some(data)) => format!("{} and {} Mbit/s", bitrate * 1e-6, f64::from(data) * 1e-6),
+        (true, None) => format!("{} Mbit/s without a faster data phase", bitrate * 1e-6),
+        (false, _) => format!("{} Mbit/s", bitrate * 1e-6),
+    };
+    let split =
+        if buses > 1 { format!(", evenly split over {buses} buses") } else { String::new() };
+    let what = format!(
+        "the layout's {} messages at {rate} Hz take {percent} % of {at}{split}, counted with the \
+         worst stuffing",
+        cell.layout.messages().len()
+    );
+    let remedy = if has_fd && cell.data_bitrate_bps.is_none() {
+        "give `bus.data_bitrate_bps` if the frames switch their bit rate; else a lower rate of the \
+         bus cycle, or more buses"
+    } else {
+        "a lower rate of the bus cycle, a higher bit rate, packed CAN FD frames, or more buses"
+    };
+    if load > 1.0 {
+        findings.push(Finding::error(BITRATE, what, remedy));
+    } else if load > CROWDED {
+        findings.push(Finding::warning(BITRATE, what, remedy));
+    }
+}
+
+/// The part of the time that the bus is busy with the messages of the layout, each once a cycle, at
+/// worst. Frames that the layout does not read come on top.
+fn load(layout: &CompiledLayout, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
+    let seconds: f64 = layout
+        .messages()
+        .iter()
+        .map(|message| bits(message.format.id, message.format.fd, message.format.wire_length()))
+        .map(|bits| bits.seconds(bitrate_bps, data_bitrate_bps))
+        .sum();
+    seconds * 1e9 / layout.period_ns()
+}
+
+fn bits(id: FrameId, fd: bool, bytes: u8) -> wire::Bits {
+    if fd { wire::fd(id, bytes) } else { wire::classic(id, bytes) }
+}

@@ -1,0 +1,67 @@
+//! What a check found, and how bad it is.
+
+use core::fmt;
+
+use serde::Serialize;
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// The run would fail, or its results would be wrong.
+    Error,
+    /// It runs, but not as well as it could, or not always.
+    Warning,
+    /// Worth knowing.
+    Note,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+            Self::Note => "note",
+        })
+    }
+}
+
+/// One thing that was found.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The key of the cell file that it is about.
+    pub key: String,
+    /// What is found.
+    pub what: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl Finding {
+    /// The run would fail, or its results would be wrong.
+    pub fn error(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
+        Self::new(Severity::Error, key, what, remedy)
+    }
+
+    /// It works, but.
+    pub fn warning(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
+        Self::new(Severity::Warning, key, what, remedy)
+    }
+
+    /// Worth knowing.
+    pub fn note(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
+        Self::new(Severity::Note, key, what, remedy)
+    }
+
+    /// Of a severity that was decided elsewhere.
+    pub fn new(
+        severity: Severity,
+        key: impl Into<String>,
+        what: String,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { severity, key: key.into(), what, remedy: remedy.into() }
+    }
+}

@@ -1,0 +1,86 @@
+//! The machine that a cell is checked on, as far as files tell of it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where the kernel tells of the machine. Tests put folders of their own in their place.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    /// `/proc`
+    pub proc: PathBuf,
+    /// `/sys`
+    pub sys: PathBuf,
+    /// Where shared memory is: `/dev/shm`
+    pub shared_memory: PathBuf,
+}
+
+impl Default for Machine {
+    fn default() -> Self {
+        Self { proc: "/proc".into(), sys: "/sys".into(), shared_memory: "/dev/shm".into() }
+    }
+}
+
+/// A network interface as sysfs tells of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Interface {
+    /// Whether it is one of CAN (ARPHRD_CAN).
+    pub(super) is_can: bool,
+    /// Whether it is up (IFF_UP).
+    pub(super) is_up: bool,
+    /// The largest frame \[bytes\]: 16 classic, 72 CAN FD.
+    pub(super) mtu: u32,
+}
+
+impl Machine {
+    /// An interface; nothing when there is none of this name.
+    pub(super) fn interface(&self, name: &str) -> Option<Interface> {
+        const ARPHRD_CAN: u32 = 280;
+        const IFF_UP: u32 = 1;
+
+        let folder = self.sys.join("class/net").join(name);
+        let flags = read(&folder.join("flags"))?;
+        let flags = u32::from_str_radix(flags.trim_start_matches("0x"), 16).ok()?;
+        Some(Interface {
+            is_can: number(&folder.join("type"))? == u64::from(ARPHRD_CAN),
+            is_up: flags & IFF_UP != 0,
+            mtu: number(&folder.join("mtu"))?.try_into().ok()?,
+        })
+    }
+
+    /// The names of the CAN interfaces, sorted.
+    pub(super) fn can_interfaces(&self) -> Vec<String> {
+        let Ok(entries) = fs::read_dir(self.sys.join("class/net")) else { return Vec::new() };
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let mut names: Vec<String> =
+            names.filter(|name| self.interface(name).is_some_and(|is| is.is_can)).collect();
+        names.sort();
+        names
+    }
+
+    /// The largest receive buffer that a process without rights may ask for \[bytes\].
+    pub(super) fn rmem_max(&self) -> Option<u64> {
+        number(&self.proc.join("sys/net/core/rmem_max"))
+    }
+
+    /// Memory that can be had without swapping \[bytes\].
+    pub(super) fn memory_available(&self) -> Option<u64> {
+        let text = fs::read_to_string(self.proc.join("meminfo")).ok()?;
+        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+        let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+        kibibytes.checked_mul(1024)
+    }
+}
+
+/// Space left for an ordinary user where a file lies \[bytes\].
+pub(super) fn space_left(path: &Path) -> Option<u64> {
+    let of = rustix::fs::statvfs(path).ok()?;
+    of.f_bavail.checked_mul(of.f_frsize)
+}
+
+fn read(file: &Path) -> Option<String> {
+    Some(fs::read_to_string(file).ok()?.trim().to_owned())
+}
+
+fn number(file: &Path) -> Option<u64> {
+    read(file)?.parse().ok()
+}

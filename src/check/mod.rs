@@ -1,0 +1,48 @@
+//! What will not work, found before the service is started.
+//!
+//! [`Cell::read`] refuses what cannot be meant; here stands what can be meant and will not do: a bus
+//! without room for its frames, gains that nobody vouches for, parameters that no motion tells, a
+//! machine without the interface. One file per kind of finding.
+
+mod bus;
+mod bus_load;
+mod finding;
+mod identifiable;
+mod machine;
+mod method;
+mod places;
+mod provenance;
+mod real_time;
+mod wire;
+
+pub use finding::{Finding, Severity};
+pub use machine::Machine;
+
+use crate::cell::Cell;
+
+/// What is wrong with a cell wherever it runs, the worst first.
+pub fn check_cell(cell: &Cell) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    bus_load::check(cell, &mut findings);
+    provenance::check(cell, &mut findings);
+    identifiable::check(cell, &mut findings);
+    method::check(cell, &mut findings);
+    sorted(findings)
+}
+
+/// What is wrong with a cell on this machine and for this user, the worst first.
+pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    bus::check(cell, machine, &mut findings);
+    places::check(cell, machine, &mut findings);
+    real_time::check(cell, &mut findings);
+    sorted(findings)
+}
+
+fn sorted(mut findings: Vec<Finding>) -> Vec<Finding> {
+    findings.sort_by_key(|finding| finding.severity);
+    findings
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+//! Whether the folders of the service can be written and memory and disk have room.
+
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Access, access};
+
+use super::finding::Finding;
+use super::machine::{Machine, space_left};
+use super::method::window_bytes;
+use crate::cell::Cell;
+use crate::pipeline::Places;
+
+/// What one result takes with its report, as measured with six joints \[bytes\].
+const RESULT_BYTES: u64 = 400 << 10;
+/// The longest path of a socket \[bytes\]: sun_path without its terminator.
+const SOCKET_PATH: usize = 107;
+
+const STATE: &str = "service.state_directory";
+const RUNTIME: &str = "service.runtime_directory";
+
+pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+    writable(STATE, &cell.service.state_directory, findings);
+    writable(RUNTIME, &cell.service.runtime_directory, findings);
+    sockets(cell, findings);
+    disk(cell, findings);
+    memory(cell, machine, findings);
+}
+
+/// The folder, or the nearest one above it that is there.
+fn existing(folder: &Path) -> PathBuf {
+    folder.ancestors().find(|at| at.exists()).unwrap_or(Path::new("/")).to_owned()
+}
+
+fn writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
+    let there = existing(folder);
+    if !there.is_dir() {
+        findings.push(Finding::error(
+            key,
+            format!("{} is not a folder", there.display()),
+            "name a folder",
+        ));
+    } else if access(&there, Access::WRITE_OK | Access::EXEC_OK).is_err() {
+        let what = if there == folder {
+            format!("{} cannot be written by this user", folder.display())
+        } else {
+            format!(
+                "{} is not there, and this user cannot make it in {}",
+                folder.display(),
+                there.display()
+            )
+        };
+        findings.push(Finding::warning(
+            key,
+            what,
+            "the systemd unit makes it for the service's user; else make it, or name another one",
+        ));
+    }
+}
+
+fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
+    let places = Places::of_service(cell);
+    let longest = [places.status_socket(), places.acquisition_socket(), places.command_socket()]
+        .into_iter()
+        .max_by_key(|path| path.as_os_str().len());
+    if let Some(path) = longest.filter(|path| path.as_os_str().len() > SOCKET_PATH) {
+        findings.push(Finding::error(
+            RUNTIME,
+            format!("a socket's path has at most {SOCKET_PATH} bytes: {}", path.display()),
+            "a shorter folder, as /run/didim",
+        ));
+    }
+}
+
+fn disk(cell: &Cell, findings: &mut Vec<Finding>) {
+    let there = existing(&cell.service.state_directory);
+    let Some(left) = space_left(&there) else { return };
+    let needed = RESULT_BYTES.saturating_mul(cell.service.keep_results as u64);
+    if left < needed {
+        findings.push(Finding::warning(
+            "service.keep_results",
+            format!(
+                "{} results with their reports take about {} MB, and {} has {} MB left",
+                cell.service.keep_results,
+                megabytes(needed),
+                there.display(),
+                megabytes(left)
+            ),
+            "keep fewer results, or name a larger disk",
+        ));
+    }
+}
+
+fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+    let places = Places::of_service(cell);
+    // What does not fit the stream was refused when the cell was read.
+    let Ok(stream) = places.stream(cell) else { return };
+    let shared = stream.shared_memory_bytes();
+    if let Some(left) = space_left(&machine.shared_memory).filter(|left| *left < shared) {
+        findings.push(Finding::error(
+            "service.buffer_s",
+            format!(
+                "the buffer takes {} MB of shared memory, and {} has {} MB left",
+                megabytes(shared),
+                machine.shared_memory.display(),
+                megabytes(left)
+            ),
+            "a shorter buffer, or a larger /dev/shm",
+        ));
+    }
+    let windows = window_bytes(cell);
+    let Some(available) = machine.memory_available() else { return };
+    if windows + shared > available / 2 {
+        findings.push(Finding::warning(
+            "window.max_s",
+            format!(
+                "windows of {} s and the buffer take up to {} MB of the {} MB available",
+                cell.window.max_s,
+                megabytes(windows + shared),
+                megabytes(available)
+            ),
+            "a smaller `window.max_s` or `service.buffer_s`",
+        ));
+    }
+}
+
+fn megabytes(bytes: u64) -> u64 {
+    bytes.div_ceil(1_000_000)
+}

@@ -1,0 +1,81 @@
+//! Gains of which nobody says where they come from.
+
+use super::finding::Finding;
+use crate::cell::Cell;
+
+/// Words of somebody who does not know.
+const GUESSES: &[&str] = &[
+    "unknown",
+    "todo",
+    "tbd",
+    "tbc",
+    "fixme",
+    "xxx",
+    "guess",
+    "guessed",
+    "guesstimate",
+    "assumed",
+    "assumption",
+    "approx",
+    "approximately",
+    "roughly",
+    "about",
+    "probably",
+    "maybe",
+    "perhaps",
+    "likely",
+    "none",
+    "n/a",
+    "na",
+    "dummy",
+    "placeholder",
+    "default",
+    "example",
+    "?",
+    "??",
+    "???",
+];
+
+pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
+    for (drive, axis) in cell.drives.iter().zip(1..) {
+        let gains = [
+            ("position", drive.position.provenance.as_str()),
+            ("torque", drive.torque.provenance.as_str()),
+        ];
+        for (gain, provenance) in gains {
+            if is_guess(provenance) {
+                findings.push(Finding::warning(
+                    format!("bus.drives[{axis}].{gain}.provenance"),
+                    format!("`{provenance}` does not say where the gain comes from"),
+                    "a gain wrong by a factor gives parameters wrong by that factor, which fit as \
+                     well: name the data sheet, the object of the drive, or the measurement",
+                ));
+            }
+        }
+    }
+}
+
+fn is_guess(provenance: &str) -> bool {
+    let text = provenance.to_lowercase();
+    if !text.chars().any(char::is_alphanumeric) {
+        return true;
+    }
+    let apart = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | ':' | '.' | '(' | ')' | '!');
+    let guesses = text.split(apart).any(|word| GUESSES.contains(&word));
+    guesses || text.contains("not known") || text.contains("don't know")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn guesses_are_told_from_sources() {
+        for text in ["unknown", "TODO: ask", "a guess", "?", "-", "n/a", "not known yet"] {
+            assert!(is_guess(text), "{text}");
+        }
+        for text in ["encoder of the simulated arm", "data sheet 12.3", "6076h", "measured 2024"] {
+            assert!(!is_guess(text), "{text}");
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Whether the bus thread may have the priority and the processor that the cell asks for.
+
+use rustix::process::{Resource, geteuid, getrlimit};
+
+use super::finding::Finding;
+use crate::cell::Cell;
+
+pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
+    let asked = cell.service.real_time;
+    if let Some(priority) = asked.priority {
+        let allowed = getrlimit(Resource::Rtprio).maximum.unwrap_or(u64::MAX);
+        if !geteuid().is_root() && allowed < u64::from(priority) {
+            findings.push(Finding::warning(
+                "service.real_time.priority",
+                format!("{priority} is asked for, and this user may have at most {allowed}"),
+                "LimitRTPRIO= in the systemd unit, or rtprio in /etc/security/limits.d",
+            ));
+        }
+    }
+    if asked.lock_memory && !geteuid().is_root() {
+        // Anything below would have a later allocation fail: `run` locks all or nothing.
+        if let Some(bytes) = getrlimit(Resource::Memlock).maximum {
+            findings.push(Finding::warning(
+                "service.real_time.lock_memory",
+                format!("is asked for, and this user may lock at most {bytes} bytes"),
+                "LimitMEMLOCK=infinity in the systemd unit, or memlock in /etc/security/limits.d",
+            ));
+        }
+    }
+    if let Some(cpu) = asked.cpu {
+        // As `run` would: in a thread of its own, so that this one stays where it is.
+        let options = crate::acquire::RealTimeOptions { cpu: Some(cpu), ..Default::default() };
+        let granted = std::thread::spawn(move || options.apply().cpu).join();
+        if let Ok(crate::acquire::Grant::Refused { why }) = granted {
+            findings.push(Finding::warning(
+                "service.real_time.cpu",
+                format!("not granted: {why}"),
+                "name a processor that this machine has and the service may use",
+            ));
+        }
+    }
+}

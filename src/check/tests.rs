@@ -1,0 +1,118 @@
+//! A machine of files, with faults.
+
+use std::fs;
+use std::path::Path;
+
+use super::*;
+use crate::cell::Library;
+
+struct Fake {
+    folder: tempfile::TempDir,
+}
+
+impl Fake {
+    /// A machine with room and one CAN FD interface that is up.
+    fn new() -> Self {
+        let fake = Self { folder: tempfile::tempdir().unwrap() };
+        fake.interface("vcan0", 280, "0xc1", 72);
+        fake.write("proc/sys/net/core/rmem_max", "8388608\n");
+        fake.write("proc/meminfo", "MemTotal: 16000000 kB\nMemAvailable:   8000000 kB\n");
+        fake
+    }
+
+    fn write(&self, file: &str, text: &str) {
+        let path = self.folder.path().join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    fn interface(&self, name: &str, kind: u32, flags: &str, mtu: u32) {
+        let folder = format!("sys/class/net/{name}");
+        self.write(&format!("{folder}/type"), &format!("{kind}\n"));
+        self.write(&format!("{folder}/flags"), &format!("{flags}\n"));
+        self.write(&format!("{folder}/mtu"), &format!("{mtu}\n"));
+    }
+
+    /// The findings of the packed cell, changed, as `severity key: what`.
+    fn found(&self, change: impl FnOnce(&mut Cell)) -> Vec<String> {
+        let path = Path::new("config/cells/tx40-packed-fd.toml");
+        let mut cell = Cell::from_library(Library::Shipped, path).unwrap();
+        cell.service.state_directory = self.folder.path().join("state");
+        cell.service.runtime_directory = self.folder.path().join("run");
+        change(&mut cell);
+        let at = self.folder.path();
+        let machine =
+            Machine { proc: at.join("proc"), sys: at.join("sys"), shared_memory: at.to_owned() };
+        let shown = |f: Finding| format!("{} {}: {}", f.severity, f.key, f.what);
+        check_machine(&cell, &machine).into_iter().map(shown).collect()
+    }
+}
+
+#[track_caller]
+fn one(found: &[String], says: &[&str]) {
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(says.iter().all(|part| found[0].contains(part)), "{says:?} in {found:#?}");
+}
+
+#[test]
+fn a_good_machine_has_no_findings() {
+    assert_eq!(Fake::new().found(|_| ()), [""; 0]);
+}
+
+#[test]
+fn interfaces_have_to_be_there_up_and_of_the_right_kind() {
+    let fake = Fake::new();
+    fake.interface("vcan0", 280, "0xc0", 72);
+    one(&fake.found(|_| ()), &["warning bus.source", "is down"]);
+    fake.interface("vcan0", 280, "0xc1", 16);
+    one(&fake.found(|_| ()), &["error bus.source", "frames of 16 bytes"]);
+    fake.interface("vcan0", 1, "0xc1", 1500);
+    one(&fake.found(|_| ()), &["error bus.source", "not of a CAN bus"]);
+    let missing = |cell: &mut Cell| cell.sources = vec!["can:can7".parse().unwrap()];
+    one(&fake.found(missing), &["error bus.source", "can:can7", "no such interface"]);
+    let missing = |cell: &mut Cell| cell.sources = vec!["log:/no/such.log".parse().unwrap()];
+    one(&fake.found(missing), &["error bus.source", "no such file"]);
+    let inside = |cell: &mut Cell| cell.sources = vec!["inproc:".parse().unwrap()];
+    one(&fake.found(inside), &["error bus.source", "has no such bus"]);
+}
+
+/// 768 bytes a frame, 5000 frames a second: twice 212,992 bytes are 554 frames and 111 ms.
+#[test]
+fn receive_buffers_hold_so_many_seconds() {
+    let fake = Fake::new();
+    fake.write("proc/sys/net/core/rmem_max", "212992\n");
+    let says = ["warning bus.receive_buffer_bytes", "allows 425984", "0.11 s of bus"];
+    one(&fake.found(|_| ()), &says);
+    let small = |cell: &mut Cell| cell.receive_buffer_bytes = 100_000;
+    one(&fake.found(small), &["warning bus.receive_buffer_bytes", "hold 0.026 s"]);
+}
+
+#[test]
+fn memory_and_disk_have_to_have_room() {
+    let fake = Fake::new();
+    let many = |cell: &mut Cell| cell.service.keep_results = usize::MAX / (1 << 20);
+    one(&fake.found(many), &["warning service.keep_results", "MB left"]);
+    fake.write("proc/meminfo", "MemAvailable: 100000 kB\n");
+    one(&fake.found(|_| ()), &["warning window.max_s", "of the 103 MB available"]);
+}
+
+#[test]
+fn folders_have_to_be_folders() {
+    let fake = Fake::new();
+    fake.write("state", "a file");
+    one(&fake.found(|_| ()), &["error service.state_directory", "is not a folder"]);
+}
+
+#[test]
+fn sockets_have_short_paths() {
+    let fake = Fake::new();
+    let deep = "d".repeat(110);
+    let long = |cell: &mut Cell| cell.service.runtime_directory.push(&deep);
+    one(&fake.found(long), &["error service.runtime_directory", "at most 107 bytes"]);
+}
+
+#[test]
+fn a_processor_that_is_not_there_is_refused() {
+    let missing = |cell: &mut Cell| cell.service.real_time.cpu = Some(1_000_000);
+    one(&Fake::new().found(missing), &["warning service.real_time.cpu", "no processor"]);
+}

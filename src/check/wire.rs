@@ -1,0 +1,112 @@
+//! How long a frame is on the wire at worst, ISO 11898-1.
+//!
+//! Stuff bits are counted for the worst payload that there is: a stuff bit after the first five equal
+//! bits and after every four from there, because the stuff bit itself begins the next run.
+
+use didim_drivers::frame::FrameId;
+
+/// Bits after the check sequence of a classic frame: its delimiter, the acknowledgement with its
+/// delimiter, the end of the frame, and the pause before the next.
+const CLASSIC_TAIL: u32 = 1 + 2 + 7 + 3;
+
+/// The same of a CAN FD frame without the delimiter of the check sequence.
+const FD_TAIL: u32 = 2 + 7 + 3;
+
+/// The bits of one frame, by the rate at which they are sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Bits {
+    /// At the bit rate of the arbitration.
+    pub(super) nominal: u32,
+    /// At that of the data phase; none in a classic frame.
+    pub(super) data: u32,
+}
+
+impl Bits {
+    /// How long they take \[s\].
+    pub(super) fn seconds(self, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
+        f64::from(self.nominal) / bitrate_bps + f64::from(self.data) / data_bitrate_bps
+    }
+}
+
+/// A classic frame with so many bytes of data.
+pub(super) fn classic(id: FrameId, bytes: u8) -> Bits {
+    // Start, identifier, RTR, IDE, r0, length, check sequence; an extended one has SRR, 18 more bits
+    // and r1 as well.
+    let fixed = match id {
+        FrameId::Standard(_) => 1 + 11 + 1 + 1 + 1 + 4 + 15,
+        FrameId::Extended(_) => 1 + 11 + 1 + 1 + 18 + 1 + 2 + 4 + 15,
+    };
+    let stuffed = fixed + 8 * u32::from(bytes);
+    Bits { nominal: stuffed + (stuffed - 1) / 4 + CLASSIC_TAIL, data: 0 }
+}
+
+/// A CAN FD frame with so many bytes of data, whose data phase has a bit rate of its own.
+///
+/// The rate changes inside BRS and inside the delimiter of the check sequence; both count as sent at
+/// the lower rate.
+pub(super) fn fd(id: FrameId, bytes: u8) -> Bits {
+    // Start, identifier, RRS, IDE, FDF, res, BRS; an extended one has SRR and 18 more bits as well.
+    let arbitration: u32 = match id {
+        FrameId::Standard(_) => 1 + 11 + 1 + 1 + 1 + 1 + 1,
+        FrameId::Extended(_) => 1 + 11 + 1 + 1 + 18 + 1 + 1 + 1 + 1,
+    };
+    // ESI, length, data. After the last of them stands a fixed stuff bit in any case.
+    let data = 1 + 4 + 8 * u32::from(bytes);
+    let stuff = (arbitration + data - 2) / 4;
+    let early = (arbitration - 1) / 4;
+    // Stuff count and check sequence, with a fixed stuff bit before them and after every four bits.
+    let check: u32 = 4 + if bytes > 16 { 21 } else { 17 };
+    let fixed_stuff = 1 + check / 4;
+    Bits {
+        nominal: arbitration + early + 1 + FD_TAIL,
+        data: data + (stuff - early) + check + fixed_stuff,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STANDARD: FrameId = FrameId::Standard(0x181);
+    const EXTENDED: FrameId = FrameId::Extended(0x181);
+
+    /// The worst cases of the literature (Davis, Burns, Bril and Lukkien, *Controller Area Network
+    /// schedulability analysis*, 2007): (55 + 10 n) and (80 + 10 n) bit times.
+    #[test]
+    fn classic_frames_are_as_long_as_the_literature_says() {
+        for bytes in 0..=8u8 {
+            assert_eq!(classic(STANDARD, bytes).nominal, 55 + 10 * u32::from(bytes));
+            assert_eq!(classic(EXTENDED, bytes).nominal, 80 + 10 * u32::from(bytes));
+        }
+    }
+
+    /// Counted by stuffing the worst sequence bit by bit: runs of equal bits that the stuff bit
+    /// continues.
+    #[test]
+    fn stuffing_bit_by_bit_gives_the_same_count() {
+        for length in [34u32, 98, 54, 118] {
+            let (mut run, mut stuffed, mut sent) = (0, 0, 0);
+            while sent < length {
+                run += 1;
+                sent += 1;
+                if run == 5 {
+                    stuffed += 1;
+                    run = 1;
+                }
+            }
+            assert_eq!(stuffed, (length - 1) / 4, "{length} bits");
+        }
+    }
+
+    /// CRC 17 has six fixed stuff bits, CRC 21 seven; 64 bytes are 34 + 678 bits.
+    #[test]
+    fn fd_frames_have_their_check_sequence_and_fixed_stuff_bits() {
+        assert_eq!(fd(STANDARD, 64), Bits { nominal: 34, data: 678 });
+        let (short, long) = (fd(STANDARD, 16), fd(STANDARD, 20));
+        // Four bytes, their stuff bits, four bits of the check sequence and one fixed stuff bit.
+        assert_eq!(long.data - short.data, 32 + 8 + 4 + 1);
+        assert_eq!(fd(EXTENDED, 8).nominal, 36 + 8 + 1 + 12);
+        let microseconds = 1e6 * fd(STANDARD, 64).seconds(1e6, 8e6);
+        assert!((microseconds - 118.75).abs() < 1e-9, "{microseconds}");
+    }
+}

@@ -1,0 +1,94 @@
+//! Man pages and shell completions, made from the command line's own description.
+
+use std::io;
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use super::Arguments;
+
+/// A generated file: its path below `config/`, and its text.
+pub type Generated = (String, String);
+
+/// Every man page: `didim(1)` and one for each subcommand.
+///
+/// # Errors
+/// None but of the memory that is written to.
+pub fn man_pages() -> io::Result<Vec<Generated>> {
+    let mut whole = command();
+    whole.build();
+    let mut pages = vec![("man/didim.1".to_owned(), page(whole.clone())?)];
+    for sub in whole.get_subcommands().filter(|sub| sub.get_name() != "help") {
+        let name = format!("didim-{}", sub.get_name());
+        // Its own name is what is looked for; the line to type has a space.
+        let sub = sub.clone().display_name(name.clone()).disable_help_subcommand(true);
+        pages.push((format!("man/{name}.1"), page(sub)?));
+    }
+    Ok(pages)
+}
+
+/// Completions for bash, zsh and fish, under the names that these look for.
+///
+/// # Errors
+/// A text that is not UTF-8, which none is.
+pub fn completions() -> io::Result<Vec<Generated>> {
+    [
+        (Shell::Bash, "completions/bash/didim"),
+        (Shell::Zsh, "completions/zsh/_didim"),
+        (Shell::Fish, "completions/fish/didim.fish"),
+    ]
+    .into_iter()
+    .map(|(shell, path)| {
+        let mut text = Vec::new();
+        clap_complete::generate(shell, &mut command(), "didim", &mut text);
+        Ok((path.to_owned(), utf8(text)?))
+    })
+    .collect()
+}
+
+fn command() -> clap::Command {
+    Arguments::command()
+}
+
+/// What is behind every page: what a shell sees of an end, and where more is written.
+const TRAILER: &str = r".SH EXIT STATUS
+.TP
+0
+done
+.TP
+1
+the identification was refused or failed; the reason is on stderr
+.TP
+2
+wrong usage
+.TP
+78
+a cell, robot or layout file is wrong
+.PP
+A result that was computed but should not be used is no failure: read its verdict.
+.SH FILES
+.TP
+/usr/share/didim/config
+example cells, robots and layouts
+.TP
+/var/lib/didim, /run/didim
+results and sockets of the service, unless the cell names others
+.SH SEE ALSO
+/usr/share/doc/didim
+";
+
+fn page(command: clap::Command) -> io::Result<String> {
+    let mut text = Vec::new();
+    // Without a date: the same program makes the same page.
+    clap_mangen::Man::new(command)
+        .section("1")
+        .manual("didim")
+        .source(format!("didim {}", env!("CARGO_PKG_VERSION")))
+        .render(&mut text)?;
+    text.extend_from_slice(TRAILER.as_bytes());
+    utf8(text)
+}
+
+fn utf8(text: Vec<u8>) -> io::Result<String> {
+    String::from_utf8(text).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}

@@ -1,0 +1,101 @@
+//! Text in the exposition format of Prometheus, version 0.0.4.
+
+use core::fmt::Write;
+
+/// What a family is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Goes up and down.
+    Gauge,
+    /// Only grows, until the service starts anew.
+    Counter,
+    /// Quantiles of what was counted.
+    Summary,
+}
+
+/// The text, family by family.
+#[derive(Debug, Default)]
+pub(super) struct Text(String);
+
+impl Text {
+    /// Begins a family; its samples follow.
+    pub(super) fn family<'t>(
+        &'t mut self,
+        name: &'static str,
+        kind: Kind,
+        help: &str,
+    ) -> Family<'t> {
+        let kind = match kind {
+            Kind::Gauge => "gauge",
+            Kind::Counter => "counter",
+            Kind::Summary => "summary",
+        };
+        let help = help.replace('\\', r"\\").replace('\n', r"\n");
+        self.0 += &format!("# HELP {name} {help}\n# TYPE {name} {kind}\n");
+        Family { text: &mut self.0, name }
+    }
+
+    /// All of it.
+    pub(super) fn finish(self) -> String {
+        self.0
+    }
+}
+
+/// A family being written.
+#[derive(Debug)]
+pub(super) struct Family<'t> {
+    text: &'t mut String,
+    name: &'static str,
+}
+
+impl Family<'_> {
+    /// The one sample of a family without labels.
+    pub(super) fn value(&mut self, value: f64) {
+        self.sample("", &[], value);
+    }
+
+    /// A sample with its labels.
+    pub(super) fn labelled(&mut self, labels: &[(&str, &str)], value: f64) {
+        self.sample("", labels, value);
+    }
+
+    /// A sample whose name goes on behind the family's.
+    pub(super) fn sample(&mut self, suffix: &str, labels: &[(&str, &str)], value: f64) {
+        *self.text += self.name;
+        *self.text += suffix;
+        for (k, (label, value)) in labels.iter().enumerate() {
+            *self.text += if k == 0 { "{" } else { "," };
+            let value = value.replace('\\', r"\\").replace('"', "\\\"").replace('\n', r"\n");
+            *self.text += &format!("{label}=\"{value}\"");
+        }
+        if !labels.is_empty() {
+            *self.text += "}";
+        }
+        // Writing to a string does not fail.
+        let _ = match value {
+            value if value.is_nan() => writeln!(self.text, " NaN"),
+            f64::INFINITY => writeln!(self.text, " +Inf"),
+            f64::NEG_INFINITY => writeln!(self.text, " -Inf"),
+            value => writeln!(self.text, " {value}"),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_written_as_the_format_says() {
+        let mut text = Text::default();
+        let mut family = text.family("didim_x", Kind::Gauge, "One\nline, and a \\.");
+        family.labelled(&[("a", "q\"u\\o\nte"), ("b", "µ")], 1.5);
+        family.value(f64::NAN);
+        family.value(f64::NEG_INFINITY);
+        family.value(1e21);
+        let expected = "# HELP didim_x One\\nline, and a \\\\.\n# TYPE didim_x gauge\n\
+                        didim_x{a=\"q\\\"u\\\\o\\nte\",b=\"µ\"} 1.5\ndidim_x NaN\ndidim_x -Inf\n\
+                        didim_x 1000000000000000000000\n";
+        assert_eq!(text.finish(), expected);
+    }
+}

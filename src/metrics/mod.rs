@@ -1,0 +1,12 @@
+//! The status for Prometheus: a process of its own that asks the status socket at every scrape.
+//!
+//! The service itself opens no network port. Names follow the rules of Prometheus: base units in the
+//! names, `_total` for what only grows. What is read is bounded: labels come from the program's own
+//! causes and the cell's parameters, and no more than [`MAX_LABELS`] of a kind are told.
+
+mod exposition;
+mod families;
+mod serve;
+
+pub use families::{MAX_LABELS, exposition};
+pub use serve::{Limits, ServeError, serve};

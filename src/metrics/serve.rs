@@ -1,0 +1,145 @@
+//! A small HTTP server for `GET /metrics`.
+
+use core::convert::Infallible;
+use core::net::SocketAddr;
+use core::time::Duration;
+use std::io;
+use std::sync::Arc;
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{ALLOW, CONTENT_TYPE};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Mutex, Semaphore};
+
+/// The content type of the exposition format.
+const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+/// Longest request line and headers \[bytes\]; the least that hyper takes.
+const MAX_HEAD: usize = 8192;
+/// Most headers of a request.
+const MAX_HEADERS: usize = 64;
+/// Pause after a failed accept: a lack of descriptors does not go away by asking again at once.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
+
+/// What clients may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Clients at a time; one more is sent away.
+    pub clients: usize,
+    /// How long one may take, from its connection to the end of the answer.
+    pub time: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { clients: 8, time: Duration::from_secs(15) }
+    }
+}
+
+/// Why metrics cannot be served.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The address cannot be had: another program may have it. Name another with --listen.
+    #[error("cannot listen at {address}: {cause}; name another address with --listen")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// The system's word.
+        cause: io::Error,
+    },
+}
+
+/// Answers scrapes at `address` with what `metrics` gives, until it is dropped. `ready` gets the
+/// address once it listens. `metrics` may block; it is asked by one client at a time.
+///
+/// # Errors
+/// [`ServeError::Listen`].
+pub async fn serve(
+    address: SocketAddr,
+    limits: Limits,
+    ready: impl FnOnce(SocketAddr),
+    metrics: impl Fn() -> String + Send + Sync + 'static,
+) -> Result<Infallible, ServeError> {
+    let failed = |cause| ServeError::Listen { address, cause };
+    let listener = TcpListener::bind(address).await.map_err(failed)?;
+    ready(listener.local_addr().map_err(failed)?);
+    let places = Arc::new(Semaphore::new(limits.clients));
+    let metrics = Arc::new(Mutex::new(Arc::new(metrics)));
+    loop {
+        let client = match listener.accept().await {
+            Ok((client, _)) => client,
+            Err(cause) => {
+                tracing::debug!("a client could not be accepted: {cause}");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            }
+        };
+        // Without a place the client is dropped, which it sees as an end.
+        let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
+        let metrics = Arc::clone(&metrics);
+        tokio::spawn(async move {
+            let _place = place;
+            let _ = tokio::time::timeout(limits.time, answer(client, limits, metrics)).await;
+        });
+    }
+}
+
+/// One request of one client, and its end.
+async fn answer<F>(client: TcpStream, limits: Limits, metrics: Arc<Mutex<Arc<F>>>)
+where
+    F: Fn() -> String + Send + Sync + 'static,
+{
+    let service = service_fn(|request: Request<Incoming>| {
+        let metrics = Arc::clone(&metrics);
+        async move { Ok::<_, Infallible>(respond(&request, metrics).await) }
+    });
+    let served = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(limits.time)
+        .max_buf_size(MAX_HEAD)
+        .max_headers(MAX_HEADERS)
+        .keep_alive(false)
+        .serve_connection(TokioIo::new(client), service)
+        .await;
+    if let Err(cause) = served {
+        tracing::debug!("a client was not served: {cause}");
+    }
+}
+
+async fn respond<F>(
+    request: &Request<Incoming>,
+    metrics: Arc<Mutex<Arc<F>>>,
+) -> Response<Full<Bytes>>
+where
+    F: Fn() -> String + Send + Sync + 'static,
+{
+    let plain = |status: StatusCode, text: &'static str| {
+        let mut response = Response::new(Full::new(Bytes::from_static(text.as_bytes())));
+        *response.status_mut() = status;
+        response
+    };
+    if request.uri().path() != "/metrics" {
+        return plain(StatusCode::NOT_FOUND, "the metrics are at /metrics\n");
+    }
+    if !matches!(*request.method(), Method::GET | Method::HEAD) {
+        let mut response = plain(StatusCode::METHOD_NOT_ALLOWED, "only GET\n");
+        response.headers_mut().insert(ALLOW, hyper::header::HeaderValue::from_static("GET, HEAD"));
+        return response;
+    }
+    // One at a time, so that many scrapes do not become many clients of the service.
+    let metrics = metrics.lock().await;
+    let ask = Arc::clone(&metrics);
+    match tokio::task::spawn_blocking(move || ask()).await {
+        Ok(text) => {
+            let mut response = Response::new(Full::new(Bytes::from(text)));
+            let kind = hyper::header::HeaderValue::from_static(TEXT);
+            response.headers_mut().insert(CONTENT_TYPE, kind);
+            response
+        }
+        Err(_) => plain(StatusCode::INTERNAL_SERVER_ERROR, "the status could not be read\n"),
+    }
+}

@@ -1,0 +1,161 @@
+//! `didim check`: faults put in on purpose, and what it finds of them.
+
+use serde_json::Value;
+
+use crate::support::{Configuration, Folder, cia402_cell, didim, packed_cell};
+
+const PACKED: &str = "cells/tx40-packed-fd.toml";
+const CIA402: &str = "cells/tx40-cia402.toml";
+const ROBOT: &str = "robots/tx40.toml";
+
+/// The findings of a cell as `severity key: what`, wherever it runs.
+fn found(cell: &str, code: i32) -> Vec<String> {
+    let outcome = didim(&["check", "--cell", cell, "--elsewhere", "--json"]);
+    assert_eq!(outcome.code, Some(code), "{outcome:#?}");
+    let answer: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(answer["schema"], 1);
+    assert_eq!(answer["sound"], code == 0, "{answer:#}");
+    let findings = answer["findings"].as_array().unwrap();
+    findings
+        .iter()
+        .map(|finding| {
+            let part = |key: &str| finding[key].as_str().unwrap().to_owned();
+            assert!(!part("remedy").is_empty(), "{finding}");
+            format!("{} {}: {}", part("severity"), part("key"), part("what"))
+        })
+        .collect()
+}
+
+#[track_caller]
+fn finds(cell: &str, code: i32, beginning: &str, says: &[&str]) {
+    let found = found(cell, code);
+    let finding = found.iter().find(|finding| finding.starts_with(beginning));
+    let finding = finding.unwrap_or_else(|| panic!("no {beginning:?} in {found:#?}"));
+    for part in says {
+        assert!(finding.contains(part), "should say {part:?}: {finding}");
+    }
+}
+
+/// Six drives with a transmit and a receive PDO each and SYNC, 8 bytes: 1.675 Mbit/s at 1 kHz with
+/// the worst stuffing, and half of that at 500 Hz.
+#[test]
+fn six_drives_fit_one_megabit_at_500_hz_and_not_at_1_khz() {
+    finds(&cia402_cell(), 0, "warning bus.bitrate_bps", &["500.0 Hz take 83.7 % of 1 Mbit/s"]);
+    let fast = Configuration::with(CIA402, "rate_hz = 500.0", "rate_hz = 1000.0");
+    let cell = fast.path(CIA402);
+    finds(&cell, 78, "error bus.bitrate_bps", &["1000 Hz take 167 % of 1 Mbit/s"]);
+    didim(&["check", "--cell", &cell, "--elsewhere"]).says(78, &["1 error would keep"]);
+    // Two buses share the frames.
+    fast.edit(CIA402, "\"can:vcan0\"", "[\"can:vcan0\", \"can:vcan1\"]");
+    finds(&cell, 0, "warning bus.bitrate_bps", &["take 83.7 %", "over 2 buses"]);
+}
+
+#[test]
+fn a_packed_frame_needs_a_fast_data_phase() {
+    let found = found(&packed_cell(), 0);
+    assert!(!found.iter().any(|finding| finding.contains("bitrate")), "{found:#?}");
+    let slow = Configuration::with(PACKED, "data_bitrate_bps = 8000000\n", "");
+    let says = ["356 % of 1 Mbit/s without a faster data phase"];
+    finds(&slow.packed_cell(), 78, "error bus.bitrate_bps", &says);
+    slow.edit(PACKED, "bitrate_bps = 1000000\n", "");
+    finds(&slow.packed_cell(), 0, "note bus.bitrate_bps", &["not given"]);
+}
+
+#[test]
+fn gains_that_nobody_vouches_for_are_found() {
+    let guess = Configuration::with(PACKED, "\"drive of the simulated arm\"", "\"a guess\"");
+    let key = "warning bus.drives[1].torque.provenance";
+    finds(&guess.packed_cell(), 0, key, &["`a guess`"]);
+}
+
+/// A joint whose limits leave it no room has no friction of its own; its drive is turned by joint 5.
+#[test]
+fn parameters_of_a_joint_that_cannot_move_are_found() {
+    let locked = Configuration::new();
+    let path = locked.path(ROBOT);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (others, last) = text.split_at(text.rfind("position_min_deg = -270").unwrap());
+    let last = last.replacen("= -270.0", "= 269.99999", 1);
+    assert!(last.contains("position_max_deg = 270"), "{last}");
+    std::fs::write(&path, format!("{others}{last}")).unwrap();
+    let cell = locked.packed_cell();
+    let says = ["fv6 fc6", "joint 6 cannot move"];
+    finds(&cell, 78, "error identification.parameters", &says);
+}
+
+#[test]
+fn filters_windows_and_a_missing_reference_are_found() {
+    let cell = Configuration::with(PACKED, "cutoff_hz = 200.0", "cutoff_hz = 20.0");
+    let key = "warning identification.position_filter";
+    finds(&cell.packed_cell(), 0, key, &["20.0 Hz smooths", "16.0 Hz"]);
+    cell.edit(PACKED, "cutoff_hz = 20.0", "cutoff_hz = 2000.0");
+    finds(&cell.packed_cell(), 0, key, &["2000 Hz", "noise"]);
+    cell.edit(PACKED, "min_s = 3.0", "min_s = 0.1");
+    finds(&cell.packed_cell(), 0, "warning window.min_s", &["24 rows for 28 parameters"]);
+
+    let reference =
+        "reference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }";
+    let without = Configuration::with(CIA402, reference, "");
+    let says = ["didim simulates", "nearly idim-ls"];
+    finds(&without.path(CIA402), 0, "warning bus.layout.reference", &says);
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_a_finding_too() {
+    let unknown = Configuration::with(PACKED, "[bus]\nsource", "[bus]\nsorce");
+    let cell = unknown.packed_cell();
+    finds(&cell, 78, "error :", &["line 7", "`sorce`", "did you mean `source`?"]);
+    didim(&["check", "--cell", &cell]).refused(78, &[&cell, "line 7", "did you mean `source`?"]);
+    let signal = Configuration::with(PACKED, "Sample.Torque_{axis}", "Sample.Torqe_{axis}");
+    finds(&signal.packed_cell(), 78, "error bus.layout", &["Torqe_1", "near it: `Torque_1`"]);
+    for (from, to, key) in [
+        ("bitrate_bps = 1000000\n", "bitrate_bps = 2000000\n", "bus.bitrate_bps"),
+        ("data_bitrate_bps = 8000000", "data_bitrate_bps = 500000", "bus.data_bitrate_bps"),
+    ] {
+        let wrong = Configuration::with(PACKED, from, to);
+        finds(&wrong.packed_cell(), 78, &format!("error {key}:"), &["00000"]);
+    }
+}
+
+/// An interface that no machine has: an error here, and none of the cell's.
+#[test]
+fn what_is_missing_here_is_told_apart() {
+    let folder = Folder::new();
+    let cell = std::fs::read_to_string(packed_cell()).unwrap();
+    let configuration = Configuration::new();
+    std::fs::write(
+        configuration.packed_cell(),
+        cell.replace("can:vcan0", "can:nothere0").replace("/var/lib/didim", &folder.path("state")),
+    )
+    .unwrap();
+    let cell = configuration.packed_cell();
+    didim(&["check", "--cell", &cell, "--elsewhere"]).done();
+    let outcome = didim(&["check", "--cell", &cell]);
+    let says = ["can:nothere0: there is no such interface", "this machine will not do: 1 error"];
+    assert!(says.iter().all(|part| outcome.stdout.contains(part)), "{}", outcome.stdout);
+    outcome.says(78, &["1 error would keep"]);
+    assert_eq!(folder.names(), [""; 0], "a check writes nothing");
+}
+
+/// A fault in a device file, or in its place, is named with the file, the section and the key.
+#[test]
+fn a_wrong_device_file_is_named() {
+    const EDS: &str = "eds/cia402_drive.eds";
+    const CELL: &str = "cells/tx40-cia402-eds.toml";
+    let wrong = Configuration::with(EDS, "0x60640020", "0x60630020");
+    let says = ["cia402_drive.eds", "`position.object`", "TPDO of node 1", "6064:00", "6063:00"];
+    finds(&wrong.path(CELL), 78, "error bus.layout", &says);
+    let missing = Configuration::with(CELL, "eds/cia402_drive", "eds/nowhere");
+    let says = ["`bus.layout.nodes`", "nowhere.eds", "No such file"];
+    finds(&missing.path(CELL), 78, "error bus.layout.nodes", &says);
+    // Neither the one nor the other.
+    let none = Configuration::with(PACKED, "dbc = \"../dbc/packed_fd_six_axes.dbc\"\n", "");
+    finds(&none.packed_cell(), 78, "error bus.layout:", &["`dbc`", "`nodes`"]);
+    // As older tools write: Latin-1.
+    let latin = Configuration::new();
+    let path = latin.path(EDS);
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes.extend(b"; Antriebsverst\xe4rker\n");
+    std::fs::write(&path, bytes).unwrap();
+    didim(&["check", "--cell", &latin.path(CELL), "--elsewhere"]).done();
+}
