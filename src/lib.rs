@@ -8,6 +8,7 @@ pub mod experiment;
 pub mod identify;
 pub mod latency;
 pub mod pipeline;
+pub mod recording;
 pub mod report;
 pub mod service;
 pub mod status;

@@ -6,6 +6,7 @@
 mod check;
 mod compare;
 mod convert;
+mod convert_frames;
 mod demo;
 mod error;
 mod identify;
@@ -42,15 +43,15 @@ enum Command {
     Run(run::Arguments),
     /// Put the simulated TX40 on a bus
     Sim(sim::Arguments),
-    /// Send a candump log through the very same pipeline as `run`
+    /// Send a candump log or an MCAP recording through the very same pipeline as `run`
     Replay(replay::Arguments),
-    /// Identify offline, from a CSV experiment or a candump log
+    /// Identify offline, from a CSV experiment, a candump log or an MCAP recording
     Identify(identify::Arguments),
     /// Identify with every method and compare them
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
     Study(study::Arguments),
-    /// Convert between a CSV experiment and a candump log
+    /// Convert between a CSV experiment, a candump log and an MCAP recording
     Convert(convert::Arguments),
     /// Show what a running service knows
     Status(status::Arguments),

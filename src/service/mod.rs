@@ -13,6 +13,7 @@ use didim_drivers::assemble::Assembler;
 use didim_drivers::source::Source;
 
 use crate::acquire::{AcquireError, AcquireOptions, ReceiveBuffer};
+use crate::recording::RecorderOptions;
 use crate::status::{ListenError, Snapshot};
 use crate::stream::{StreamError, StreamOptions};
 use crate::worker::{Identify, WorkerError, WorkerOptions};
@@ -47,6 +48,8 @@ pub struct AcquisitionPart {
     pub assembler: Assembler,
     /// The rest.
     pub options: AcquireOptions,
+    /// Where its frames are recorded; nothing records none.
+    pub recorder: Option<RecorderOptions>,
 }
 
 /// What the worker is made of.

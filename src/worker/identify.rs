@@ -10,6 +10,7 @@ use didim_core::identification::Estimate;
 use super::run::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::window::{RejectedWindow, Rejection, Window};
+use crate::recording::{Keeper, RecordedWindow};
 use crate::store::{ResultRecord, Store};
 use crate::stream::{DocumentWriter, StreamNode, Topic};
 
@@ -63,6 +64,7 @@ impl Identification {
         options: &WorkerOptions,
         identify: Identify,
         shared: &SharedEstimation,
+        keeper: Option<Keeper>,
     ) -> Result<Self, WorkerError> {
         let store = match &options.folder {
             Some(folder) => Some(Store::open(folder, options.keep)?),
@@ -76,7 +78,8 @@ impl Identification {
                 // Ports stay on the thread that makes them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let mut job = Job { options, identify, store, estimates, shared: job_shared };
+                let mut job =
+                    Job { options, identify, store, estimates, shared: job_shared, keeper };
                 job.run(&windows);
                 Ok(())
             })
@@ -159,6 +162,7 @@ struct Job {
     store: Option<Store>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
+    keeper: Option<Keeper>,
 }
 
 impl Job {
@@ -201,7 +205,12 @@ impl Job {
             &estimate,
         );
         let json = match &mut self.store {
-            Some(store) => store.write(&record, report.as_deref()).map(|stored| stored.json),
+            Some(store) => store.write(&record, report.as_deref()).map(|stored| {
+                if let Some(keeper) = &self.keeper {
+                    keeper.keep_result(stored.number, &RecordedWindow::of(window));
+                }
+                stored.json
+            }),
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;

@@ -8,6 +8,7 @@ mod identify;
 mod log_rate;
 mod options;
 mod run;
+mod silence;
 mod state;
 mod window;
 mod windower;

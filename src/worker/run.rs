@@ -4,14 +4,17 @@ use core::time::Duration;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::Instant;
 
 use didim_drivers::socket::monotonic_ns;
 
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
+use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
-use super::window::{Loss, WindowEvent};
+use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
+use crate::recording::{Keeper, KeeperOptions, KeeperThread, RecordedWindow};
 use crate::store::StoreError;
 use crate::stream::{
     Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
@@ -37,6 +40,10 @@ pub struct WorkerOptions {
     pub keep: usize,
     /// Hash of the configuration, for the results.
     pub configuration: String,
+    /// The window of a recording that is replayed: it is identified, and no other.
+    pub recorded: Option<RecordedWindow>,
+    /// Where recordings are kept; nothing keeps none.
+    pub keeper: Option<KeeperOptions>,
 }
 
 /// Why the worker ended before its time.
@@ -82,7 +89,10 @@ type Request = (Command, SyncSender<Answer>);
 
 /// Hands commands to the worker.
 #[derive(Clone, Debug)]
-pub struct Commands(SyncSender<Request>);
+pub struct Commands {
+    requests: SyncSender<Request>,
+    keeper: Option<Keeper>,
+}
 
 /// The worker did not take a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -102,8 +112,13 @@ impl Commands {
     /// [`SubmitError`].
     pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
         let (answer, answered) = sync_channel(1);
-        self.0.try_send((command, answer)).map_err(|_| SubmitError::Unavailable)?;
+        self.requests.try_send((command, answer)).map_err(|_| SubmitError::Unavailable)?;
         Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)
+    }
+
+    /// Takes captures; nothing where nothing is recorded.
+    pub fn keeper(&self) -> Option<&Keeper> {
+        self.keeper.as_ref()
     }
 }
 
@@ -116,6 +131,8 @@ pub struct Worker {
     shared: SharedEstimation,
     requests: Receiver<Request>,
     last: Option<StreamSample>,
+    keeper: Option<(Keeper, KeeperThread)>,
+    silence: SilenceWatch,
 }
 
 impl Worker {
@@ -128,17 +145,28 @@ impl Worker {
         identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
-        let identification = Identification::start(options, identify, shared)?;
+        let keeper = options.keeper.as_ref().map(Keeper::start).transpose();
+        let keeper = keeper.map_err(WorkerError::Thread)?;
+        let handle = keeper.as_ref().map(|(keeper, _)| keeper.clone());
+        if let Some(keeper) = &handle {
+            shared.set_kept(keeper.shared().clone());
+        }
+        let identification = Identification::start(options, identify, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
-            windower: Windower::new(options.windows.clone()),
+            windower: match &options.recorded {
+                Some(window) => Windower::of_recorded(options.windows.clone(), window.clone()),
+                None => Windower::new(options.windows.clone()),
+            },
             identification,
             shared: shared.clone(),
             requests,
             last: None,
+            keeper,
+            silence: SilenceWatch::default(),
         };
-        Ok((worker, Commands(submit)))
+        Ok((worker, Commands { requests: submit, keeper: handle }))
     }
 
     /// Follows the stream until it ends or `stop` is set.
@@ -157,6 +185,9 @@ impl Worker {
             self.shared.turn();
             self.reader.wait(NAP)?;
             self.answer();
+            if self.silence.is_new(Instant::now()) {
+                self.keep_fault("silence");
+            }
             while let Some(batch) = self.reader.receive()? {
                 self.shared.record_taken(&batch, monotonic_ns());
                 let kind = batch.kind();
@@ -179,6 +210,7 @@ impl Worker {
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
         self.identification.give_up();
+        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
     }
 
@@ -187,7 +219,9 @@ impl Worker {
         let event = self.windower.finish();
         self.handle(event, WhenBusy::Wait, stop)?;
         self.shared.update().window = WindowState::Idle;
-        let all = self.identification.finish(stop)?;
+        let all = self.identification.finish(stop);
+        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
+        let all = all?;
         Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
 
@@ -217,12 +251,16 @@ impl Worker {
             let event = self.windower.handle_loss(loss);
             self.handle(event, when_busy, stop)?;
         }
+        if batch.kind() == BatchKind::Live && !batch.samples().is_empty() {
+            self.silence.handle_samples(Instant::now());
+        }
         let mut missing = 0;
         for sample in batch.samples() {
             if let Some(last) = self.last {
                 missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
+                    self.keep_fault("queue-drops");
                     let event = self.windower.handle_loss(Loss::QueueDrops { frames });
                     self.handle(event, when_busy, stop)?;
                 }
@@ -245,6 +283,13 @@ impl Worker {
         Ok(())
     }
 
+    /// Keeps what was on the bus around the last sample.
+    fn keep_fault(&self, cause: &'static str) {
+        if let (Some((keeper, _)), Some(last)) = (&self.keeper, &self.last) {
+            keeper.keep_fault(cause, last.joint_sample().stamp_ns);
+        }
+    }
+
     fn handle(
         &mut self,
         event: Option<WindowEvent>,
@@ -258,6 +303,9 @@ impl Worker {
                 self.identification.submit(window, when_busy, stop).map(drop)
             }
             Some(WindowEvent::Rejected(rejected)) => {
+                if matches!(rejected.rejection, Rejection::Loss(_)) {
+                    self.keep_fault(rejected.rejection.cause());
+                }
                 self.shared.reject(rejected);
                 Ok(())
             }

@@ -1,9 +1,9 @@
 //! Frames to a recording.
 
-use std::io::{Seek, Write};
+use std::io::Write;
 
 use ::mcap::records::{MessageHeader, Metadata};
-use ::mcap::write::{WriteOptions, Writer};
+use ::mcap::write::{NoSeek, WriteOptions, Writer};
 
 use super::info::{METADATA_NAME, McapInfo};
 use super::{TOPIC, message};
@@ -50,8 +50,8 @@ impl From<::mcap::McapError> for McapWriteError {
 
 /// Writes a recording. Chunks are written whole, one after the other, so that a writer that is
 /// killed leaves every chunk before the last. Dropped without [`Self::finish`], it tries to finish.
-pub struct McapWriter<W: Write + Seek> {
-    writer: Writer<W>,
+pub struct McapWriter<W: Write> {
+    writer: Writer<NoSeek<W>>,
     info: McapInfo,
     channels: Vec<u16>,
     message: Vec<u8>,
@@ -61,7 +61,7 @@ pub struct McapWriter<W: Write + Seek> {
     frames: u64,
 }
 
-impl<W: Write + Seek> McapWriter<W> {
+impl<W: Write> McapWriter<W> {
     /// Writes what stands at the beginning. A frame's interface index selects its name in
     /// `info.interfaces`.
     ///
@@ -76,7 +76,7 @@ impl<W: Write + Seek> McapWriter<W> {
             .chunk_size(Some(CHUNK))
             // Chunks are collected in memory and written whole.
             .disable_seeking(true);
-        let mut writer = options.create(out)?;
+        let mut writer = options.create(NoSeek::new(out))?;
         let metadata = info.to_map();
         let described: usize =
             metadata.iter().map(|(key, value)| key.len() + value.len() + 8).sum();
@@ -157,11 +157,11 @@ impl<W: Write + Seek> McapWriter<W> {
     pub fn finish(mut self) -> Result<W, McapWriteError> {
         self.flush()?;
         self.writer.finish()?;
-        Ok(self.writer.into_inner())
+        Ok(self.writer.into_inner().into_inner())
     }
 }
 
-impl<W: Write + Seek> core::fmt::Debug for McapWriter<W> {
+impl<W: Write> core::fmt::Debug for McapWriter<W> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let mut written = f.debug_struct("McapWriter");
         written.field("info", &self.info).field("bytes", &self.bytes).finish_non_exhaustive()
