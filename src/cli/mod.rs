@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
 //! 78 configuration.
 
+mod capture;
 mod check;
 mod compare;
 mod convert;
@@ -57,6 +58,8 @@ enum Command {
     Status(status::Arguments),
     /// Open or close the running service's window by hand
     Window(window::Arguments),
+    /// Keep a recording of the bus from now on
+    Capture(capture::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -84,6 +87,7 @@ pub fn main() -> ExitCode {
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
+        Command::Capture(arguments) => capture::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {

@@ -47,17 +47,30 @@ pub(super) struct Found {
     pub(super) bytes: u64,
 }
 
-/// Finds a stretch in the run that has it, the latest if several have. Nothing when what must be
-/// there is not there, yet or any more.
-pub(super) fn find(ring: &Path, stretch: Stretch) -> Result<Option<Found>, ExtractError> {
+/// Which runs of the recorder may have a stretch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Runs {
+    /// The latest that had begun by then: its end may be on disk soon.
+    Latest,
+    /// Whichever has it, the latest first: the acquisition may have been started again since.
+    Any,
+}
+
+/// Finds a stretch. Nothing when what must be there is not there, yet or any more.
+pub(super) fn find(
+    ring: &Path,
+    stretch: Stretch,
+    runs: Runs,
+) -> Result<Option<Found>, ExtractError> {
     let mut files: Vec<(PathBuf, McapScan)> = Vec::new();
     let (mut run, mut newest_ns, mut begun) = (None, 0, false);
     for (path, scan) in newest_first(ring)? {
         let (Some(info), Some((first, last))) = (&scan.info, scan.stamps_ns()) else { continue };
         if run.as_ref() != Some(&info.run) {
-            if begun {
+            if begun && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
                 break;
             }
+            begun = false;
             run = Some(info.run.clone());
             newest_ns = last;
             files.clear();
@@ -67,7 +80,7 @@ pub(super) fn find(ring: &Path, stretch: Stretch) -> Result<Option<Found>, Extra
         if last >= stretch.from_ns && first <= stretch.to_ns {
             files.push((path, scan));
         }
-        if first <= stretch.from_ns {
+        if first <= stretch.from_ns && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
             break;
         }
     }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::extract::{ExtractError, Stretch, extract, find, newest};
+use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::kept::{KeptFolder, Kind};
 use super::options::{RecordingOptions, kept_folder, ring_folder};
 use super::ring::RingError;
@@ -386,7 +386,7 @@ impl Keeping {
         let from_ns = capture.from_ns;
         let so_far = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
         let most = self.options.ring_bytes().min(self.options.keep_bytes()) / 2;
-        let too_large = match find(&self.ring, so_far) {
+        let too_large = match find(&self.ring, so_far, Runs::Latest) {
             Ok(Some(found)) => found.bytes > most,
             _ => false,
         };
@@ -400,7 +400,8 @@ impl Keeping {
     /// Keeps what is on disk, or gives up; false when it still has to wait.
     fn settle(&self, one: &Waiting, ended: bool) -> bool {
         let over = ended || Instant::now() >= one.deadline;
-        let found = match find(&self.ring, one.stretch) {
+        let found = match find(&self.ring, one.stretch, if over { Runs::Any } else { Runs::Latest })
+        {
             Ok(Some(found)) if over || found.newest_ns > one.stretch.to_ns => Ok(found),
             Ok(None) if over => Err(ExtractError::NotThere.into()),
             Err(error) if over => Err(error.into()),

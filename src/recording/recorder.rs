@@ -220,7 +220,7 @@ impl Writing {
         self.pause = (2 * self.pause).min(LONGEST_PAUSE);
         let mut status = self.shared.update();
         status.write_errors += 1;
-        status.state = RecordingState::Failed { why: error.to_string() };
+        (status.state, status.why) = (RecordingState::Failed, Some(error.to_string()));
     }
 
     fn open_ring(&mut self) -> Result<&mut Ring, WritingError> {
@@ -332,7 +332,7 @@ impl Writing {
                 .zip(oldest)
                 .map(|(newest, oldest)| 1e-9 * newest.saturating_sub(oldest) as f64);
         }
-        if ended && !matches!(status.state, RecordingState::Failed { .. }) {
+        if ended && status.state != RecordingState::Failed {
             status.state = RecordingState::Ended;
         }
     }

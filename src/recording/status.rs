@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::{Deserialize, Serialize};
 
 /// What the recorder does.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(tag = "state", rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum RecordingState {
     /// No frame has come yet.
     #[default]
@@ -15,10 +15,7 @@ pub enum RecordingState {
     /// It writes.
     Recording,
     /// It does not; it tries again by itself.
-    Failed {
-        /// Why, with the remedy where there is one.
-        why: String,
-    },
+    Failed,
     /// The bus has ended.
     Ended,
 }
@@ -28,8 +25,9 @@ pub enum RecordingState {
 #[serde(default)]
 pub struct RecordingStatus {
     /// What it does.
-    #[serde(flatten)]
     pub state: RecordingState,
+    /// Why it last failed, with the remedy where there is one.
+    pub why: Option<String>,
     /// What the ring takes on disk \[bytes\].
     pub ring_bytes: u64,
     /// The most that it may take \[bytes\].

@@ -5,6 +5,7 @@ use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
+use super::capture::CaptureRequest;
 use super::control::line;
 use super::snapshot::{SCHEMA, Snapshot};
 use crate::worker::Command;
@@ -89,9 +90,21 @@ pub fn fetch_status(path: &Path) -> Result<Snapshot, ClientError> {
 /// # Errors
 /// [`ClientError`].
 pub fn send_command(path: &Path, command: Command) -> Result<(), ClientError> {
+    send_line(path, line(command))
+}
+
+/// Begins or ends a capture.
+///
+/// # Errors
+/// [`ClientError`].
+pub fn send_capture(path: &Path, request: &CaptureRequest) -> Result<(), ClientError> {
+    send_line(path, &format!("{request}\n"))
+}
+
+fn send_line(path: &Path, line: &str) -> Result<(), ClientError> {
     let mut stream = connect(path)?;
     stream
-        .write_all(line(command).as_bytes())
+        .write_all(line.as_bytes())
         .map_err(|cause| ClientError::Io { path: path.to_owned(), cause })?;
     let answer = read(stream, path)?;
     match answer.trim_end() {

@@ -9,6 +9,7 @@ use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 use tokio::sync::Semaphore;
 
+use super::capture::CaptureRequest;
 use super::listen::Socket;
 use super::serve::accept;
 use crate::worker::{Command, Commands};
@@ -24,7 +25,9 @@ const MAX_LINE: u64 = 64;
 
 /// A line that is no command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not a command: write `window begin` or `window end`, and a newline")]
+#[error(
+    "not a command: write `window begin`, `window end`, `capture start NAME` or `capture stop`, and a newline"
+)]
 pub struct CommandLineError;
 
 /// Reads a command.
@@ -69,9 +72,17 @@ async fn converse(client: UnixStream, commands: Commands) -> io::Result<()> {
     let mut line = String::new();
     let mut read = BufReader::new(read.take(MAX_LINE));
     tokio::time::timeout(CLIENT_TIMEOUT, read.read_line(&mut line)).await??;
-    let answer = match parse_command(&line) {
-        Err(error) => format!("error: {error}\n"),
-        Ok(command) => {
+    let capture = line.trim_end_matches(['\r', '\n']).parse::<CaptureRequest>();
+    let answer = match (parse_command(&line), capture) {
+        (_, Ok(request)) => {
+            let submitted = tokio::task::spawn_blocking(move || request.submit(&commands));
+            match submitted.await.map_err(io::Error::other)? {
+                Ok(()) => "ok\n".to_owned(),
+                Err(error) => format!("error: {error}\n"),
+            }
+        }
+        (Err(error), _) => format!("error: {error}\n"),
+        (Ok(command), _) => {
             // The worker answers between two batches.
             let submitted =
                 tokio::task::spawn_blocking(move || commands.submit(command, WORKER_TIMEOUT));

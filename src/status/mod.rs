@@ -4,6 +4,7 @@
 //! socket is write-only: connect, read one JSON object, end. The control socket takes one line and
 //! answers with one. Neither can be held up by a client: their number, time and length are bounded.
 
+mod capture;
 mod client;
 mod collect;
 mod control;
@@ -12,7 +13,8 @@ mod render;
 mod serve;
 mod snapshot;
 
-pub use client::{ClientError, fetch_status, send_command};
+pub use capture::{CaptureRequest, CaptureRequestError};
+pub use client::{ClientError, fetch_status, send_capture, send_command};
 pub use collect::Collector;
 pub use control::{CommandLineError, parse_command, serve_commands};
 pub use listen::{ListenError, Socket};
