@@ -147,6 +147,21 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
     assert_eq!(identify(&kept[0]), identify(&log));
 }
 
+/// What an independent reader is given: see `tests/independent/recordings.py`.
+#[test]
+#[ignore = "writes files for tests/independent"]
+fn write_files_for_an_independent_reader() {
+    let folder = PathBuf::from(std::env::var_os("DIDIM_RECORDINGS").unwrap());
+    let cell = Installation::of("tx40-packed-fd", &[]);
+    let (log, _) = simulate(&cell);
+    let frames = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    live(&cell, frames, 2.0);
+    let recordings = cell.state().join("recordings");
+    fs::copy(&files(&recordings.join("ring"))[0], folder.join("ring.mcap")).unwrap();
+    fs::copy(&files(&recordings.join("kept"))[0], folder.join("kept.mcap")).unwrap();
+    fs::copy(&log, folder.join("ring.log")).unwrap();
+}
+
 #[test]
 fn packed_frames_are_replayed_to_the_same_bytes() {
     a_replay_gives_the_bytes_of_the_live_run("tx40-packed-fd", &[]);

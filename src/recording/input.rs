@@ -65,7 +65,7 @@ impl RingSource {
         let mut waiting: VecDeque<PathBuf> =
             segments(folder).map_err(failed)?.into_iter().map(|segment| segment.path).collect();
         let Some(first) = waiting.pop_front() else {
-            let why = "the folder has no recording; name the ring's, as recordings/ring";
+            let why = "it is a directory without recordings; name a ring's, as recordings/ring";
             return Err(failed(std::io::Error::other(why)).into());
         };
         let current = open_recording(&first, &[])?;

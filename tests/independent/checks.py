@@ -12,6 +12,7 @@ import unittest
 
 import compare
 import decode
+from recordings import Recordings as Recordings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 AXES = range(1, 7)
