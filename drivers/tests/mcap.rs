@@ -5,12 +5,13 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::time::Duration;
 
 use didim_drivers::frame::{Direction, Frame, FrameId, FrameKind, is_fd_length};
 use didim_drivers::source::mcap::{
     Damage, FileEnd, McapError, McapInfo, McapScan, McapSource, McapWriter, repair,
 };
-use didim_drivers::source::{CandumpWriter, InterfaceName, Source, StampDigits};
+use didim_drivers::source::{CandumpWriter, InterfaceName, Received, Source, StampDigits};
 use proptest::prelude::*;
 
 fn info(offset_ns: i64) -> McapInfo {
@@ -248,6 +249,16 @@ fn frames_that_are_missing_are_counted() {
     let (found, _, source) = read(&file).unwrap();
     assert_eq!(found, frames);
     assert_eq!(source.counters().queue_drops, 6);
+    // A batch ends before the frames that are missing: who reads the count after it does not take
+    // them for missing before.
+    let mut source = McapSource::new(&file[..], Path::new("a.mcap"), &[]).unwrap();
+    let mut batch = Vec::with_capacity(100);
+    let mut batches = Vec::new();
+    while source.receive(&mut batch, Duration::ZERO).unwrap() == Received::Frames {
+        batches.push((batch.len(), source.counters().queue_drops));
+        batch.clear();
+    }
+    assert_eq!(batches, [(3, 0), (2, 4), (1, 6)]);
     // The file after one that ended with 9 and lost two frames in between.
     let mut next = McapSource::new(&file[..], Path::new("a.mcap"), &[]).unwrap();
     next.continue_from(Some(u32::MAX - 4));

@@ -18,6 +18,8 @@ use super::window::RecordedWindow;
 
 /// How often the ring is looked at while something waits for it.
 const POLL: Duration = Duration::from_millis(100);
+/// How often the size of a capture is looked at.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// How long the ring may take to have on disk what was on the bus.
 const RING_DELAY: Duration = Duration::from_secs(4);
 /// How long it may take at the end, when the recorder closes its file.
@@ -243,6 +245,8 @@ struct Capture {
     name: String,
     from_ns: u64,
     since: Instant,
+    /// When its size was last looked at.
+    looked: Instant,
 }
 
 struct Keeping {
@@ -358,13 +362,14 @@ impl Keeping {
         let from_ns = newest(&self.ring).map_err(|error| nothing(error.to_string()))?;
         let from_ns = from_ns.ok_or_else(|| nothing("the ring is empty".to_owned()))?;
         lock(&self.shared.0).capture = Some(name.clone());
-        self.capture = Some(Capture { name, from_ns, since: Instant::now() });
+        let now = Instant::now();
+        self.capture = Some(Capture { name, from_ns, since: now, looked: now });
         Ok(())
     }
 
     /// Ends the capture at what will be on disk next.
     fn stop_capture(&mut self) -> Option<()> {
-        let Capture { name, from_ns, since } = self.capture.take()?;
+        let Capture { name, from_ns, since, looked: _ } = self.capture.take()?;
         lock(&self.shared.0).capture = None;
         let length = u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX);
         // What was on the bus until now may be on disk a second later, and the capture began with
@@ -381,7 +386,11 @@ impl Keeping {
 
     /// Stops a capture before the ring loses its beginning, and before it is too long.
     fn watch_capture(&mut self) {
-        let Some(capture) = &self.capture else { return };
+        let Some(capture) = &mut self.capture else { return };
+        if capture.looked.elapsed() < LOOK_EVERY {
+            return;
+        }
+        capture.looked = Instant::now();
         let too_long = capture.since.elapsed().as_secs_f64() > self.options.capture_max_s;
         let from_ns = capture.from_ns;
         let so_far = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };

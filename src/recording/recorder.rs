@@ -316,18 +316,17 @@ impl Writing {
         Ok(())
     }
 
-    fn publish(&self, ended: bool) {
+    fn publish(&mut self, ended: bool) {
         let newest = match self.clock {
             StampClock::Realtime => Some(clock_pair().realtime_ns),
             StampClock::Own => None,
         };
         let mut status = self.shared.update();
-        if let Some(ring) = &self.ring {
+        if let Some(ring) = &mut self.ring {
             let current = self.current.as_ref();
             status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());
             status.segments = ring.whole().len() + usize::from(current.is_some());
-            let oldest = ring.whole().find_map(|segment| segment.first_log_time);
-            let oldest = oldest.or(current.map(|current| current.first_log_time));
+            let oldest = ring.oldest_log_time().or(current.map(|current| current.first_log_time));
             status.oldest_s = newest
                 .zip(oldest)
                 .map(|(newest, oldest)| 1e-9 * newest.saturating_sub(oldest) as f64);

@@ -86,9 +86,6 @@ impl Ring {
             next,
             repaired: 0,
         };
-        for segment in &mut ring.whole {
-            segment.first_log_time = first_log_time(&segment.path);
-        }
         let mut parts: VecDeque<Segment> = parts.into();
         while let Some(part) = parts.pop_front() {
             // While it is repaired it is there twice.
@@ -180,6 +177,15 @@ impl Ring {
         self.whole.iter()
     }
 
+    /// The `log_time` of the oldest frame \[ns\].
+    pub fn oldest_log_time(&mut self) -> Option<u64> {
+        let oldest = self.whole.front_mut()?;
+        if oldest.first_log_time.is_none() {
+            oldest.first_log_time = first_log_time(&oldest.path);
+        }
+        oldest.first_log_time
+    }
+
     /// Files that had no end when it was opened, and have one now.
     pub fn repaired(&self) -> u64 {
         self.repaired
@@ -211,8 +217,7 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
 
 fn segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {
     let bytes = fs::metadata(&path).map_err(at("look at", &path))?.len();
-    let first_log_time = first_log_time(&path);
-    Ok(Segment { number, path, bytes, first_log_time })
+    Ok(Segment { number, path, bytes, first_log_time: None })
 }
 
 fn first_log_time(path: &Path) -> Option<u64> {

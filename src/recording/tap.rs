@@ -49,7 +49,8 @@ impl FrameTap {
         let dropped = drops.saturating_sub(self.drops);
         self.drops = drops;
         // Modulo 2³², as the sequence itself.
-        self.sequence = self.sequence.wrapping_add((dropped & u64::from(u32::MAX)) as u32);
+        let dropped = u32::try_from(dropped & u64::from(u32::MAX)).unwrap_or(0);
+        self.sequence = self.sequence.wrapping_add(dropped);
         for frame in frames {
             let recorded = Recorded { frame: *frame, sequence: self.sequence };
             self.sequence = self.sequence.wrapping_add(1);

@@ -11,6 +11,10 @@ struct Recorded {
 }
 
 impl Recorded {
+    fn of(run: core::ops::Range<u64>) -> Self {
+        Self::new(core::slice::from_ref(&run))
+    }
+
     fn new(runs: &[core::ops::Range<u64>]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         for run in runs {
@@ -66,7 +70,7 @@ fn window(first_stamp_ns: u64) -> RecordedWindow {
 
 #[test]
 fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
-    let recorded = Recorded::new(&[0..20_000]);
+    let recorded = Recorded::of(0..20_000);
     let window = window(2_000_000_000);
     let status = recorded.keep(|keeper| keeper.keep_result(12, &window));
     assert_eq!((status.kept, status.failed, status.files), (1, 0, 1), "{status:?}");
@@ -93,7 +97,7 @@ fn of_two_runs_the_later_one_that_has_it_counts() {
 
 #[test]
 fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
-    let recorded = Recorded::new(&[0..5_000]);
+    let recorded = Recorded::of(0..5_000);
     let status = recorded.keep(|keeper| keeper.keep_result(3, &window(900_000_000)));
     assert_eq!((status.kept, status.failed, status.files), (0, 1, 0));
     let why = status.last_failure.unwrap();
@@ -107,7 +111,7 @@ fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
 
 #[test]
 fn faults_are_numbered_named_and_not_more_often_than_asked() {
-    let mut recorded = Recorded::new(&[0..20_000]);
+    let mut recorded = Recorded::of(0..20_000);
     recorded.options.fault_before_s = 1.0;
     for (n, cause) in ["sample-gap", "queue-drops"].into_iter().enumerate() {
         let status = recorded.keep(|keeper| {
@@ -126,7 +130,7 @@ fn faults_are_numbered_named_and_not_more_often_than_asked() {
 
 #[test]
 fn number_and_size_of_what_is_kept_are_bounded() {
-    let mut recorded = Recorded::new(&[0..20_000]);
+    let mut recorded = Recorded::of(0..20_000);
     recorded.options.keep = 3;
     recorded.keep(|keeper| keeper.keep_fault("silence", 1_000_000_000));
     for n in 0..5 {
@@ -156,7 +160,7 @@ fn number_and_size_of_what_is_kept_are_bounded() {
 
 #[test]
 fn a_capture_keeps_what_comes_between_start_and_stop() {
-    let recorded = Recorded::new(&[0..100]);
+    let recorded = Recorded::of(0..100);
     let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
     let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
@@ -200,7 +204,7 @@ fn a_capture_keeps_what_comes_between_start_and_stop() {
 
 #[test]
 fn a_capture_that_grows_too_large_is_stopped_by_itself() {
-    let mut recorded = Recorded::new(&[0..100]);
+    let mut recorded = Recorded::of(0..100);
     recorded.options.ring_mb = 1;
     let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
     let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");

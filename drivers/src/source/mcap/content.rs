@@ -20,6 +20,8 @@ pub(super) struct Content {
     listed: bool,
     /// Of the last frame.
     pub(super) sequence: Option<u32>,
+    /// Frames that are missing before the last one and not counted yet.
+    pub(super) missing: u64,
     pub(super) counters: SourceCounters,
 }
 
@@ -34,6 +36,7 @@ impl Content {
             interfaces: known,
             listed: !interfaces.is_empty(),
             sequence: None,
+            missing: 0,
             counters: SourceCounters::default(),
         }
     }
@@ -108,7 +111,7 @@ impl Content {
         if let Some(info) = &self.info {
             if let Some(before) = self.sequence.replace(sequence) {
                 let missing = sequence.wrapping_sub(before).wrapping_sub(1);
-                self.counters.queue_drops += u64::from(missing);
+                self.missing += u64::from(missing);
             }
             let stamp_ns = info.stamp_ns(log_time);
             return Ok(self.on(frame.at(stamp_ns), interface));

@@ -28,6 +28,8 @@ pub struct McapSource<R = BufReader<File>> {
     place: Range<usize>,
     /// A message outside of any chunk.
     single: Option<Frame>,
+    /// Handed out by the next call: frames are missing before it, and not before those of this one.
+    held: Option<Frame>,
     /// Reported by the next call, after the frames before it.
     failure: Option<McapError>,
 }
@@ -57,6 +59,7 @@ impl<R: Read> McapSource<R> {
             content: Content::new(interfaces),
             place: 0..0,
             single: None,
+            held: None,
             failure: None,
         };
         // What stands before the first frame tells the interfaces and the time.
@@ -89,6 +92,20 @@ impl<R: Read> McapSource<R> {
     /// # Errors
     /// [`McapError`]; [`McapError::is_recoverable`] tells whether to call again.
     pub fn next_frame(&mut self) -> Result<Option<Frame>, McapError> {
+        let next = match self.held.take() {
+            Some(frame) => Ok(Some(frame)),
+            None => self.read_frame(),
+        };
+        self.count_missing();
+        next
+    }
+
+    fn count_missing(&mut self) {
+        self.content.counters.queue_drops += core::mem::take(&mut self.content.missing);
+    }
+
+    /// The next frame; what is missing before it is not counted yet.
+    fn read_frame(&mut self) -> Result<Option<Frame>, McapError> {
         loop {
             if let Some(frame) = self.single.take() {
                 return Ok(Some(frame));
@@ -167,9 +184,16 @@ impl<R: Read + Send> Source for McapSource<R> {
             return Err(failure.into());
         }
         let before = batch.len();
+        let mut next = self.held.take();
         while room(batch) > 0 {
-            match self.next_frame() {
+            let read = next.take().map_or_else(|| self.read_frame(), |frame| Ok(Some(frame)));
+            match read {
+                Ok(Some(frame)) if self.content.missing > 0 && batch.len() > before => {
+                    self.held = Some(frame);
+                    break;
+                }
                 Ok(Some(frame)) => {
+                    self.count_missing();
                     self.content.counters.frames += 1;
                     self.content.counters.error_frames += u64::from(frame.is_error());
                     batch.push(frame);
