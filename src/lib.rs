@@ -10,6 +10,7 @@ pub mod identify;
 pub mod latency;
 pub mod metrics;
 pub mod pipeline;
+pub mod recording;
 pub mod reload;
 pub mod report;
 pub mod service;

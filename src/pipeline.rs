@@ -6,12 +6,13 @@ use std::time::Duration;
 
 use didim_drivers::assemble::Assembler;
 use didim_drivers::source::{
-    CandumpSource, InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
+    InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
 };
 
 use crate::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::cell::{BusAddress, Cell};
 use crate::identify::{LastIdentification, LastWindow, identify_window};
+use crate::recording::{KeeperOptions, RecorderOptions, RecordingOptions, open_log};
 use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::{AcquisitionPart, EstimationPart};
 use crate::store::WindowProvenance;
@@ -166,6 +167,11 @@ pub fn acquisition(
     pace: Pace,
 ) -> Result<Box<AcquisitionPart>, PipelineError> {
     let period = cell.layout.period_ns() * 1e-9;
+    // A log is recorded already.
+    let recorder =
+        recordings(cell, places).filter(|_| pace == Pace::Live).map(|(options, folder)| {
+            RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
+        });
     Ok(Box::new(AcquisitionPart {
         source,
         assembler: Assembler::new(cell.layout.clone(), cell.scales.clone()),
@@ -175,7 +181,22 @@ pub fn acquisition(
             real_time: cell.service.real_time,
             silence_after: Duration::from_secs_f64((SILENT_PERIODS * period).max(0.5)),
         },
+        recorder,
     }))
+}
+
+/// What is recorded, and the folder for it.
+fn recordings<'a>(cell: &'a Cell, places: &Places) -> Option<(&'a RecordingOptions, PathBuf)> {
+    let options = cell.service.recordings.as_ref()?;
+    Some((options, options.folder(places.state.as_deref()?)))
+}
+
+/// Where `didim run` keeps recordings: what a log brings is recorded already.
+pub fn keeper(cell: &Cell, places: &Places) -> Option<KeeperOptions> {
+    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
+    let (options, folder) =
+        recordings(cell, places).filter(|_| !cell.sources.iter().any(is_log))?;
+    Some(KeeperOptions { folder, recordings: options.clone() })
 }
 
 /// How the cell cuts windows and identifies them. What it identified last is left in `last`.
@@ -228,6 +249,8 @@ pub fn estimation(
             folder: places.state.clone(),
             keep: cell.service.keep_results,
             configuration: sha256,
+            recorded: None,
+            keeper: None,
         },
     })
 }
@@ -252,9 +275,8 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
         match address {
             BusAddress::Can(name) => interfaces.push(*name),
             BusAddress::Log(file) if cell.sources.len() == 1 => {
-                let log = CandumpSource::open(file, &[]).map_err(SourceError::from)?;
                 return Ok(OpenedSource {
-                    source: Box::new(log),
+                    source: open_log(file)?,
                     pace: Pace::Replay,
                     receive_buffer: None,
                 });

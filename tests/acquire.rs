@@ -12,6 +12,7 @@ use didim::acquire::{
     AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, RealTimeOptions,
     SharedAcquisition,
 };
+use didim::recording::frame_queue;
 use didim::stream::{BatchKind, Pace, SampleReader, StreamNode};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{
@@ -60,10 +61,14 @@ fn nothing_is_allocated_per_frame() {
     // A reader that never reads: the buffer overflows all the time, the costliest case.
     let _reader = reader(&network);
     let options = options(&network, Pace::Live);
-    let mut acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    let acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    // A recorder that never writes: its queue is full most of the time, which is counted.
+    let (tap, mut recorded, unrecorded) = frame_queue(Some(20_000));
+    let mut acquisition = acquisition.with_tap(Some(tap));
     // The first wait sets up the thread's parking place.
     assert_eq!(acquisition.step().unwrap(), None);
     let frames = frames(60_000, |_| true);
+    let expected = frames.clone();
     let bus =
         std::thread::spawn(move || frames.iter().for_each(|frame| sender.send(*frame).unwrap()));
     // The first batches connect the reader. A turn takes 256 frames at most.
@@ -80,6 +85,12 @@ fn nothing_is_allocated_per_frame() {
     assert!(cost.count_current.abs() <= 1, "{cost:?}");
     let counts = acquisition.run(&AtomicBool::new(false)).map(|_| shared.counts()).unwrap();
     assert_eq!(counts.losses.samples, 60_000);
+    assert_eq!(unrecorded.load(Ordering::Relaxed), 40_000);
+    let queued: Vec<_> = std::iter::from_fn(|| recorded.pop().ok()).collect();
+    assert_eq!(queued.len(), 20_000);
+    assert!(
+        queued.iter().zip(0..).all(|(of, n)| of.sequence == n && of.frame == expected[n as usize])
+    );
     assert_eq!(counts.batches, 60_000_u64.div_ceil(64) + 1, "all full, but the last, and the end");
 }
 

@@ -128,6 +128,7 @@ fn child_serves() {
             real_time: RealTimeOptions::default(),
             silence_after: Duration::from_millis(1500),
         },
+        recorder: None,
     };
     let windows = WindowOptions {
         trigger: Trigger::Interval { length_s: 0.3 },
@@ -145,6 +146,8 @@ fn child_serves() {
             folder: Some(folder.join("results")),
             keep: 10,
             configuration: "c0ffee".into(),
+            recorded: None,
+            keeper: None,
         },
     };
     let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });

@@ -48,6 +48,8 @@ fn estimation(
             folder: Some(folder.to_owned()),
             keep: 100,
             configuration: "c0ffee".into(),
+            recorded: None,
+            keeper: None,
         },
     }
 }
@@ -63,6 +65,7 @@ fn acquisition(network: &Network, pace: Pace) -> (InProcessSender, Box<Acquisiti
             real_time: RealTimeOptions::default(),
             silence_after: Duration::from_secs(1),
         },
+        recorder: None,
     };
     (sender, Box::new(part))
 }

@@ -13,7 +13,7 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,9 +29,10 @@ use didim::acquire::{AcquisitionStatus, BusState, FrameTime};
 use didim::status::Snapshot;
 use didim::worker::{EstimationStatus, WindowState};
 use didim_drivers::frame::Frame;
+use didim_drivers::source::mcap::{FileEnd, McapScan};
 use didim_drivers::source::{
-    CandumpSource, CandumpWriter, InterfaceName, Received, SocketCanOptions, SocketCanSource,
-    Source, StampDigits,
+    CandumpSource, CandumpWriter, InterfaceName, McapSource, Received, SocketCanOptions,
+    SocketCanSource, Source, StampDigits,
 };
 use didim_sim::{Sink, SocketCanSink};
 use serde_json::Value;
@@ -256,6 +257,50 @@ fn replay(cell: &Installation, log: &Path) -> Vec<String> {
     results(&state)
 }
 
+/// The files of a folder in the cell's recordings, by name.
+fn recordings(cell: &Installation, folder: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(cell.state().join("recordings").join(folder)).unwrap();
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// Every frame of recordings that have to be whole.
+fn read_recordings(files: &[PathBuf]) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    for file in files {
+        let mut source = McapSource::open(file, &[]).unwrap();
+        while let Some(frame) = source.next_frame().unwrap() {
+            frames.push(frame);
+        }
+        assert_eq!(source.ending(), Some(FileEnd::Finished), "{}", file.display());
+        assert_eq!(source.counters().queue_drops, 0);
+    }
+    frames
+}
+
+/// The recording of a result is replayed to its very bytes.
+fn kept_is_replayed_to_the_same_bytes(cell: &Installation, number: usize) {
+    let kept = cell.state().join(format!("recordings/kept/result-{number:08}.mcap"));
+    assert!(kept.is_file(), "{:?}", recordings(cell, "kept"));
+    let state = cell.path(&format!("replayed-{number}"));
+    succeed(&[&"replay", &"--cell", &cell.cell(), &kept, &"--state", &state]);
+    assert_eq!(results(&state), [results(&cell.state())[number].as_str()], "{}", kept.display());
+}
+
+/// What was heard is what is in the ring: bytes, order, and the time of day.
+fn the_ring_has(cell: &Installation, heard: &[Frame]) {
+    let files = recordings(cell, "ring");
+    let recorded = read_recordings(&files);
+    let bytes = |frame: &Frame| (frame.id, frame.kind, frame.length, frame.payload);
+    assert!(recorded.iter().map(bytes).eq(heard.iter().map(bytes)), "{}", recorded.len());
+    let scan = McapScan::of(&files[0]).unwrap();
+    let info = scan.info.unwrap();
+    let day = Duration::from_nanos(info.log_time(recorded[0].stamp_ns));
+    let difference = day.abs_diff(Duration::from_nanos(heard[0].stamp_ns));
+    assert!(difference < Duration::from_millis(10), "{difference:?}");
+}
+
 /// The sender says what it sent; the witness has heard that and nothing else; the daemon accounts
 /// for every sample; and its result is the one of a replay of what the witness heard.
 fn everything_is_accounted_for(
@@ -304,6 +349,8 @@ fn everything_is_accounted_for(
     write_log(&heard, &log);
     let live = results(&cell.state());
     assert_eq!(live, replay(&cell, &log), "the daemon's results, and those of the replay");
+    the_ring_has(&cell, &heard);
+    kept_is_replayed_to_the_same_bytes(&cell, 0);
     let result = json(&live[0]);
     assert_eq!(result["estimate"]["verdict"]["applicable"], true, "{result}");
     assert_eq!(result["estimate"]["method"], method);
@@ -399,6 +446,10 @@ fn a_link_that_goes_down_costs_the_window_and_no_other() {
         assert_eq!(work.windows_rejected, [("sample-gap".to_owned(), 1)].into());
         let rejected = work.last_rejection.clone().unwrap();
         assert_eq!((rejected.number, rejected.last_sequence), (0, down as u64 - 1));
+        let faults = recordings(&cell, "kept");
+        let names: Vec<_> = faults.iter().map(|file| file.file_name().unwrap()).collect();
+        assert!(names.contains(&"fault-00000000-sample-gap.mcap".as_ref()), "{names:?}");
+        kept_is_replayed_to_the_same_bytes(&cell, 0);
         // What is left of the motion is a window of its own, without a sample of before.
         assert_eq!(work.windows_identified, 1);
         let result = json(&results(&cell.state())[0]);
@@ -462,6 +513,71 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         let log = cell.path("heard.log");
         write_log(&heard, &log);
         assert_eq!(without_number(&live), without_number(&replay(&cell, &log)));
+        // Recorded by one process, kept by the other.
+        kept_is_replayed_to_the_same_bytes(&cell, 1);
+        Ok(())
+    });
+}
+
+#[test]
+fn a_daemon_that_is_killed_loses_less_than_a_second_of_its_recording() {
+    in_time(|interface| {
+        let cell = installation(PACKED, interface, &[]);
+        let frames = frames_of_the_arm(&cell);
+        let daemon = Daemon::start(&cell, None);
+        let sent = send(interface, &frames[..20_000], |_| {});
+        daemon.kill();
+        no_pause(sent.pause)?;
+        let parts = recordings(&cell, "ring");
+        assert!(parts.iter().any(|file| file.extension().is_some_and(|end| end == "part")));
+        // The next service closes it before it begins one of its own.
+        let daemon = Daemon::start(&cell, None);
+        let status = daemon.eventually("the file is closed", |status| {
+            bus(status).recording.as_ref().is_some_and(|is| is.segments_repaired == 1)
+        });
+        assert_eq!(bus(&status).recording.as_ref().unwrap().write_errors, 0);
+        end(daemon);
+        let bytes = |frame: &Frame| (frame.id, frame.payload);
+        let recorded = read_recordings(&recordings(&cell, "ring"));
+        assert!(recorded.len() > 15_000, "{} of 20000 frames", recorded.len());
+        assert!(recorded.iter().map(bytes).eq(frames[..recorded.len()].iter().map(bytes)));
+        Ok(())
+    });
+}
+
+#[test]
+fn a_capture_begins_and_ends_by_command() {
+    in_time(|interface| {
+        let cell = installation(PACKED, interface, &[]);
+        let frames = frames_of_the_arm(&cell);
+        let daemon = Daemon::start(&cell, None);
+        let capture = |words: &[&str]| {
+            let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> = vec![&"capture"];
+            arguments.extend(words.iter().map(|word| word as &dyn AsRef<std::ffi::OsStr>));
+            let runtime = cell.runtime();
+            let ended = didim(&[&arguments[..], &[&"--runtime", &runtime]].concat());
+            if ended.code == Some(0) { Ok(()) } else { Err(ended.stderr) }
+        };
+        assert!(capture(&["stop"]).unwrap_err().contains("no capture is running"));
+        let sent = std::thread::scope(|scope| {
+            let arm = scope.spawn(|| send(interface, &frames[..25_000], |_| {}));
+            daemon.eventually("a second", |status| work(status).samples > 5_000);
+            capture(&["start", "gripper"]).unwrap();
+            assert!(capture(&["start"]).unwrap_err().contains("`gripper` is running"));
+            daemon.eventually("three seconds", |status| work(status).samples > 15_000);
+            capture(&["stop"]).unwrap();
+            arm.join().unwrap()
+        });
+        daemon.eventually("it is kept", |status| {
+            work(status).kept_recordings.as_ref().is_some_and(|kept| kept.kept >= 1)
+        });
+        end(daemon);
+        no_pause(sent.pause)?;
+        let mut kept = recordings(&cell, "kept");
+        kept.retain(|file| file.to_string_lossy().contains("capture"));
+        assert!(kept[0].ends_with("capture-00000000-gripper.mcap"), "{kept:?}");
+        let captured = read_recordings(&kept);
+        assert!(captured.len() >= 8_000, "{}", captured.len());
         Ok(())
     });
 }
@@ -494,6 +610,7 @@ fn a_window_is_opened_and_closed_by_command() {
         assert_nothing_left(&cell);
         no_pause(sent.pause)?;
         assert_eq!(work(&status).windows_identified, 1, "{:#?}", work(&status));
+        kept_is_replayed_to_the_same_bytes(&cell, 0);
         let result = json(&results(&cell.state())[0]);
         let provenance = &result["window"];
         assert_eq!(provenance["end"], "command");

@@ -1,4 +1,4 @@
-//! The sources that need no kernel: the in-process bus and the candump log.
+//! The sources that need no kernel: the in-process bus, the candump log and the recording.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -11,9 +11,10 @@ use std::time::{Duration, Instant};
 
 use conformance::{Rig, conforms, interfaces, number, numbered, take};
 use didim_drivers::frame::Frame;
+use didim_drivers::source::mcap::McapInfo;
 use didim_drivers::source::{
-    CandumpSource, CandumpWriter, InterfaceName, Received, Source, StampDigits, WhenFull,
-    in_process_bus,
+    CandumpSource, CandumpWriter, InterfaceName, McapSource, McapWriter, Received, Source,
+    StampDigits, WhenFull, in_process_bus,
 };
 
 struct InProcess {
@@ -75,6 +76,38 @@ impl Rig for Log {
 #[test]
 fn the_candump_log_conforms() {
     conforms(&Log { directory: tempfile::tempdir().unwrap(), files: AtomicU32::new(0) });
+}
+
+struct Recording {
+    directory: tempfile::TempDir,
+    files: AtomicU32,
+}
+
+impl Rig for Recording {
+    const LIVE: bool = false;
+    const ENDS: bool = true;
+    const KEEPS_STAMPS: bool = true;
+
+    fn bring(&self, interfaces: &[InterfaceName], frames: &[Frame]) -> Box<dyn Source> {
+        let n = self.files.fetch_add(1, Ordering::Relaxed);
+        let path = self.directory.path().join(format!("{n}.mcap"));
+        let info = McapInfo {
+            offset_ns: 1_700_000_000_000_000_000,
+            interfaces: interfaces.to_vec(),
+            ..McapInfo::default()
+        };
+        let mut writer = McapWriter::new(std::fs::File::create(&path).unwrap(), &info).unwrap();
+        for (frame, sequence) in frames.iter().zip(0..) {
+            writer.write(frame, sequence).unwrap();
+        }
+        writer.finish().unwrap();
+        Box::new(McapSource::open(&path, &[]).unwrap())
+    }
+}
+
+#[test]
+fn the_recording_conforms() {
+    conforms(&Recording { directory: tempfile::tempdir().unwrap(), files: AtomicU32::new(0) });
 }
 
 #[test]

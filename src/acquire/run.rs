@@ -12,6 +12,7 @@ use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
 use super::real_time::RealTimeOptions;
 use super::state::{AcquisitionCounts, BusState, FrameTime, SharedAcquisition};
+use crate::recording::FrameTap;
 use crate::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
 
 /// The longest the thread waits for a frame, and so the longest it takes to see a stop.
@@ -74,6 +75,8 @@ pub struct Acquisition {
     silence_after: Duration,
     counts: AcquisitionCounts,
     shared: SharedAcquisition,
+    /// Where frames are recorded.
+    tap: Option<FrameTap>,
     last_frame: Instant,
     last_published: Instant,
 }
@@ -111,9 +114,16 @@ impl Acquisition {
             silence_after: options.silence_after,
             counts,
             shared: shared.clone(),
+            tap: None,
             last_frame: now,
             last_published: now,
         })
+    }
+
+    /// Hands every frame to a recorder, with the stamp that the assembler sees.
+    #[must_use]
+    pub fn with_tap(self, tap: Option<FrameTap>) -> Self {
+        Self { tap, ..self }
     }
 
     /// Reads the bus until `stop` is set or the source ends.
@@ -195,6 +205,9 @@ impl Acquisition {
         };
         let is_stamped = self.clock.is_some();
         let drops = self.source.counters().queue_drops;
+        if let Some(tap) = &mut self.tap {
+            tap.take(&self.batch, drops);
+        }
         // Where a clock is a system call, a reading for each sample would cost more than the sample:
         // the worker is told of a time before all that was read together, and the time after all of
         // it is counted here. Either latency is too long by what writing takes, and never too short.

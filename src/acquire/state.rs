@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::real_time::RealTimeGrants;
 use crate::latency::{Latencies, LatencySummary};
+use crate::recording::{RecordingStatus, SharedRecording};
 
 /// How the bus is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -82,6 +83,7 @@ struct Shared {
     counts: Mutex<AcquisitionCounts>,
     frame_to_buffer: Latencies,
     grants: OnceLock<RealTimeGrants>,
+    recording: OnceLock<SharedRecording>,
 }
 
 impl SharedAcquisition {
@@ -108,6 +110,15 @@ impl SharedAcquisition {
     pub(super) fn set_grants(&self, grants: RealTimeGrants) {
         // A thread that is started a second time keeps the first word.
         let _ = self.0.grants.set(grants);
+    }
+
+    /// What the recorder tells; nothing where nothing is recorded.
+    pub fn recording(&self) -> Option<RecordingStatus> {
+        self.0.recording.get().map(SharedRecording::snapshot)
+    }
+
+    pub(crate) fn set_recording(&self, recording: SharedRecording) {
+        let _ = self.0.recording.set(recording);
     }
 
     /// Never waits.
@@ -179,6 +190,8 @@ pub struct AcquisitionStatus {
     pub receive_buffer_bytes: Option<u64>,
     /// Receive buffer that the cell asks for \[bytes\].
     pub receive_buffer_asked_bytes: Option<u64>,
+    /// The recorder of raw frames; nothing where nothing is recorded.
+    pub recording: Option<RecordingStatus>,
 }
 
 /// The kernel's buffer of received frames, as the kernel accounts it.

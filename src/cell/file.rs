@@ -17,6 +17,7 @@ use serde::Deserialize;
 
 use super::BusAddress;
 use crate::acquire::RealTimeOptions;
+use crate::recording::RecordingOptions;
 use crate::worker::WindowOptions;
 
 /// The whole file. Unknown keys are errors.
@@ -164,6 +165,8 @@ pub struct ServiceSection {
     pub real_time: RealTimeOptions,
     /// One process for everything, or acquisition and estimation in one each.
     pub processes: Processes,
+    /// Raw frames on disk; nothing records none.
+    pub recordings: Option<RecordingOptions>,
 }
 
 impl Default for ServiceSection {
@@ -179,6 +182,7 @@ impl Default for ServiceSection {
             buffer_s: crate::stream::DEFAULT_BUFFER_S,
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
+            recordings: None,
         }
     }
 }

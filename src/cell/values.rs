@@ -12,6 +12,9 @@ pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Resu
     check_stream(file, joints, sample_rate_hz)?;
     check_limits(file)?;
     check_sockets(&file.service)?;
+    if let Some(recordings) = &file.service.recordings {
+        recordings.check()?;
+    }
     if file.service.keep_results == 0 {
         return Err(("service.keep_results", "has to be at least 1".to_owned()));
     }

@@ -1,4 +1,4 @@
-//! `didim convert`: between a CSV experiment and a candump log of a cell's bus.
+//! `didim convert`: between a CSV experiment, a candump log and an MCAP recording of a cell's bus.
 
 use std::path::{Path, PathBuf};
 
@@ -10,19 +10,21 @@ use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 
 use super::CliError;
+use super::convert_frames::{write_candump, write_mcap};
 use super::identify::{check_rate, positive, read_input};
 use super::output::{print, write_whole};
 use crate::cell::Cell;
 use crate::experiment::{Recording, Side, write_csv};
+use crate::recording::is_mcap;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell: its layout and gains are those of the log's frames
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// What is read: a CSV experiment (*.csv) or a candump log
+    /// What is read: a CSV experiment (*.csv), a candump log or an MCAP recording
     input: PathBuf,
-    /// What is written: a CSV experiment (*.csv) or a candump log
+    /// What is written: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]
@@ -31,9 +33,29 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
-    let output = &arguments.output;
-    if output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+    let (input, output) = (&arguments.input, &arguments.output);
+    let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+    let (from_csv, to_csv) = (ends(input, "csv"), ends(output, "csv"));
+    let (from_mcap, to_mcap) = (is_mcap(input), ends(output, "mcap"));
+    // Frames stay as they are, where no experiment is read or written.
+    if to_mcap || (from_mcap && !to_csv) {
+        if from_csv {
+            return Err(CliError::Usage(
+                "a CSV experiment becomes a candump log first, and that an MCAP recording".into(),
+            ));
+        }
+        if arguments.sample_rate.is_some() {
+            return Err(CliError::Usage("--sample-rate goes with a CSV file".into()));
+        }
+        if to_mcap {
+            write_mcap(input, output, (&cell.name, &cell.configuration_sha256))?;
+        } else {
+            write_candump(input, output)?;
+        }
+        return print(&format!("{} written\n", output.display()));
+    }
+    let recording = read_input(input, &cell, arguments.sample_rate)?;
+    if to_csv {
         write_whole(output, |out| write_csv(&recording, out, output).map_err(CliError::failed))?;
     } else {
         write_log(&cell, recording, &arguments.input, output)?;

@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The experiment: a CSV file, or a candump log of the cell's bus
+    /// The experiment: a CSV file, or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE")]
     input: PathBuf,
     /// The method; the cell's when left out
@@ -121,7 +121,8 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// A file whose name ends in `.csv` is a CSV experiment, anything else a candump log.
+/// A file whose name ends in `.csv` is a CSV experiment, anything else a candump log or an MCAP
+/// recording.
 pub(super) fn read_input(
     path: &Path,
     cell: &Cell,

@@ -3,9 +3,11 @@
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
 //! 78 configuration.
 
+mod capture;
 mod check;
 mod compare;
 mod convert;
+mod convert_frames;
 mod demo;
 mod error;
 mod identify;
@@ -46,15 +48,15 @@ enum Command {
     Run(run::Arguments),
     /// Put the simulated TX40 on a bus
     Sim(sim::Arguments),
-    /// Send a candump log through the very same pipeline as `run`
+    /// Send a candump log or an MCAP recording through the very same pipeline as `run`
     Replay(replay::Arguments),
-    /// Identify offline, from a CSV experiment or a candump log
+    /// Identify offline, from a CSV experiment, a candump log or an MCAP recording
     Identify(identify::Arguments),
     /// Identify with every method and compare them
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
     Study(study::Arguments),
-    /// Convert between a CSV experiment and a candump log
+    /// Convert between a CSV experiment, a candump log and an MCAP recording
     Convert(convert::Arguments),
     /// Show what a running service knows
     Status(status::Arguments),
@@ -64,6 +66,8 @@ enum Command {
     Window(window::Arguments),
     /// Have the running service read its cell file again
     Reload(reload::Arguments),
+    /// Keep a recording of the bus from now on
+    Capture(capture::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -97,6 +101,7 @@ pub fn main() -> ExitCode {
         Command::Metrics(arguments) => metrics::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
         Command::Reload(arguments) => reload::execute(&arguments),
+        Command::Capture(arguments) => capture::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {

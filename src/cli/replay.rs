@@ -1,10 +1,9 @@
-//! `didim replay`: a candump log through the very same pipeline as `run`.
+//! `didim replay`: a candump log or an MCAP recording through the very same pipeline as `run`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use didim_core::identification::Identification;
-use didim_drivers::source::{CandumpSource, SourceError};
 
 use super::CliError;
 use super::outcome::identified;
@@ -12,6 +11,7 @@ use super::output::{print, write_figure, write_report};
 use crate::cell::Cell;
 use crate::identify::{LastIdentification, LastWindow};
 use crate::pipeline::{OneRun, acquisition, estimation};
+use crate::recording::{RecordedWindow, open_log};
 use crate::report;
 use crate::report::html::{InputFile, Origin, Report, SampleRange};
 use crate::service::{Parts, ServiceOptions, run};
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The candump log
+    /// The candump log, the MCAP recording, or the folder of a ring
     log: PathBuf,
     /// Keep the results in this folder, as `run` does; else only the last one is shown
     #[arg(long, value_name = "FOLDER")]
@@ -41,15 +41,28 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let source = CandumpSource::open(&arguments.log, &[])
-        .map_err(|error| CliError::failed(SourceError::from(error)))?;
+    let source = open_log(&arguments.log).map_err(CliError::failed)?;
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let places = &one_run.places;
     let last = LastIdentification::default();
-    let parts = Parts::Both(
-        acquisition(&cell, places, Box::new(source), Pace::Replay).map_err(CliError::failed)?,
-        estimation(&cell, places, &last).map_err(CliError::failed)?,
-    );
+    let mut bus = acquisition(&cell, places, source, Pace::Replay).map_err(CliError::failed)?;
+    let mut work = estimation(&cell, places, &last).map_err(CliError::failed)?;
+    // A recording of a result says which cycle and window it begins with.
+    if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
+        let first = window.sequence_at_start(&arguments.log, &cell).map_err(CliError::failed)?;
+        match first {
+            Some(sequence) => {
+                bus.assembler = bus.assembler.starting_at(sequence);
+                work.options.recorded = Some(window);
+            }
+            None => tracing::warn!(
+                "{}: its frames do not give the window that it was kept for; is the cell the one \
+                 that was recorded? Its windows are those that the cell file asks for",
+                arguments.log.display()
+            ),
+        }
+    }
+    let parts = Parts::Both(bus, work);
     let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
     let LastWindow { window, identification } = identified(&report, &last)?;
     if arguments.json {

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use super::CliError;
 use crate::cell::{Cell, Processes};
 use crate::identify::LastIdentification;
-use crate::pipeline::{PipelineError, Places, acquisition, estimation, open_source};
+use crate::pipeline::{PipelineError, Places, acquisition, estimation, keeper, open_source};
 use crate::reload::reload_of;
 use crate::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload};
 
@@ -48,7 +48,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let part = which_part(arguments.part, cell.service.processes)?;
     places.make().map_err(CliError::failed)?;
     let mut options = ServiceOptions::default();
-    let estimate = || estimation(&cell, &places, &LastIdentification::default());
+    let estimate = || -> Result<_, PipelineError> {
+        let mut part = estimation(&cell, &places, &LastIdentification::default())?;
+        part.options.keeper = keeper(&cell, &places);
+        Ok(part)
+    };
     let mut acquire = || -> Result<_, PipelineError> {
         let opened = open_source(&cell)?;
         options.receive_buffer = opened.receive_buffer;

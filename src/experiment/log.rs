@@ -1,4 +1,4 @@
-//! Candump logs as recordings: the same frames, layout and assembly as live.
+//! Candump logs and MCAP recordings of the bus: the same frames, layout and assembly as live.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -7,10 +7,11 @@ use didim_core::JointSample;
 use didim_drivers::assemble::{Assembler, Losses};
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::layout::CyclesBy;
-use didim_drivers::source::{CandumpSource, Received, Source, SourceError};
+use didim_drivers::source::{Received, SourceError};
 
 use super::{MAX_SAMPLES, Recording};
 use crate::cell::Cell;
+use crate::recording::open_log;
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
@@ -77,7 +78,7 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole candump log as one record without gaps, motor side.
+/// Reads a whole candump log or MCAP recording as one record without gaps, motor side.
 ///
 /// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
 /// record begins with the second one.
@@ -113,7 +114,7 @@ fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
 }
 
 fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> {
-    let mut source = CandumpSource::open(path, &[]).map_err(SourceError::from)?;
+    let mut source = open_log(path)?;
     let mut assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
     let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
     let mut samples: Vec<JointSample> = Vec::new();

@@ -19,6 +19,7 @@ use didim_drivers::assemble::Assembler;
 use didim_drivers::source::Source;
 
 use crate::acquire::{AcquireError, AcquireOptions, ReceiveBuffer};
+use crate::recording::RecorderOptions;
 use crate::status::{ListenError, Snapshot};
 use crate::stream::{StreamError, StreamOptions};
 use crate::worker::{Identify, WorkerError, WorkerOptions};
@@ -56,6 +57,8 @@ pub struct AcquisitionPart {
     pub assembler: Assembler,
     /// The rest.
     pub options: AcquireOptions,
+    /// Where its frames are recorded; nothing records none.
+    pub recorder: Option<RecorderOptions>,
 }
 
 /// What the worker is made of.

@@ -4,10 +4,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use didim_drivers::source::Source;
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::{AcquisitionPart, EstimationPart, ServiceError};
 use crate::acquire::{AcquireEnd, Acquisition, SharedAcquisition};
+use crate::recording::{FrameTap, Recorder, RecorderOptions};
 use crate::worker::{Commands, SharedEstimation, Worker, WorkerEnd};
 
 /// What a thread reports: at most two reports each, so an unbounded channel is bounded.
@@ -31,14 +33,32 @@ pub(super) fn start_acquisition(
     let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
     spawn("bus", move || {
         let ended = guarded("bus", || {
-            let AcquisitionPart { source, assembler, options } = *part;
+            let AcquisitionPart { source, assembler, options, recorder } = *part;
+            let (recorder, tap) = start_recorder(recorder, &*source, &shared)?.unzip();
             let acquisition = Acquisition::start(&options, source, assembler, &shared)?;
+            let acquisition = acquisition.with_tap(tap);
             // The receiver outlives the threads but for the last moments of the process.
             let _ = reports.send(Report::AcquisitionReady);
-            Ok(acquisition.run(&stop)?)
+            let end = acquisition.run(&stop);
+            // The tap is gone: what was recorded is closed.
+            recorder.into_iter().for_each(Recorder::finish);
+            Ok(end?)
         });
         let _ = reports.send(Report::AcquisitionEnded(ended));
     })
+}
+
+fn start_recorder(
+    options: Option<RecorderOptions>,
+    source: &dyn Source,
+    shared: &SharedAcquisition,
+) -> Result<Option<(Recorder, FrameTap)>, ServiceError> {
+    let Some(options) = options else { return Ok(None) };
+    let started = Recorder::start(options, source.interfaces(), source.stamp_clock());
+    let (recorder, tap) =
+        started.map_err(|cause| ServiceError::System { action: "start a thread", cause })?;
+    shared.set_recording(recorder.shared().clone());
+    Ok(Some((recorder, tap)))
 }
 
 pub(super) fn start_estimation(

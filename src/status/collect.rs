@@ -58,6 +58,7 @@ impl Collector {
     pub fn snapshot(&mut self, now: Instant) -> Snapshot {
         let acquisition = self.acquisition.as_ref().map(|shared| {
             let mut status = AcquisitionStatus::new(&shared.counts(), shared.grants());
+            status.recording = shared.recording();
             status.frame_to_buffer = shared.frame_to_buffer();
             status.receive_buffer_bytes = self.receive_buffer.map(|is| is.granted_bytes);
             status.receive_buffer_asked_bytes = self.receive_buffer.map(|is| is.asked_bytes);

@@ -5,6 +5,7 @@ use core::time::Duration;
 use tokio::sync::{mpsc, oneshot};
 
 use super::request::Request;
+use crate::recording::CaptureError;
 use crate::worker::{Commands, SubmitError};
 
 /// How long the worker may take.
@@ -17,7 +18,7 @@ const RELOADS: usize = 4;
 /// The handles of those who do what is asked; nothing where this process has none.
 #[derive(Clone, Debug, Default)]
 pub struct Dispatcher {
-    /// Windows: the worker.
+    /// Windows and captures: the worker.
     pub windows: Option<Commands>,
     /// The configuration: the supervision.
     pub reload: Option<ReloadSender>,
@@ -32,6 +33,9 @@ pub enum DispatchError {
     /// The worker did not.
     #[error(transparent)]
     Worker(#[from] SubmitError),
+    /// A capture cannot begin or end.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
     /// The new configuration is not used; the one before goes on.
     #[error("{0}")]
     Reload(String),
@@ -53,6 +57,12 @@ impl Dispatcher {
                 // The worker answers between two batches.
                 let submitted =
                     tokio::task::spawn_blocking(move || windows.submit(command, WORKER_TIMEOUT));
+                Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
+            }
+            Request::Capture(request) => {
+                let windows = self.windows.clone();
+                let windows = windows.ok_or(DispatchError::NotHere("keeps no recordings"))?;
+                let submitted = tokio::task::spawn_blocking(move || request.submit(&windows));
                 Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
             }
             Request::Reload => {

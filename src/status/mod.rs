@@ -4,6 +4,7 @@
 //! socket is write-only: connect, read one JSON object, end. The command socket takes one line and
 //! answers with one. Neither can be held up by a client: their number, time and length are bounded.
 
+mod capture;
 mod client;
 mod collect;
 mod control;
@@ -14,6 +15,7 @@ mod request;
 mod serve;
 mod snapshot;
 
+pub use capture::{CaptureRequest, CaptureRequestError};
 pub use client::{ClientError, fetch_status, send_request};
 pub use collect::Collector;
 pub(crate) use control::one_line;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::snapshot::Snapshot;
 use crate::acquire::{AcquisitionStatus, BusState, FrameLatency, FrameTime, Grant};
 use crate::latency::LatencySummary;
+use crate::recording::{KeptStatus, RecordingState, RecordingStatus};
 use crate::worker::{EstimationStatus, WindowState};
 
 /// Whether the terminal is sent colour codes.
@@ -76,6 +77,9 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     rows.counted("stamps in the future", status.stamps_in_future);
     rows.causes("frames unused", &status.frames_unused);
     rows.causes("cycles lost", &status.cycles_lost);
+    if let Some(recording) = &status.recording {
+        recording_rows(rows, recording);
+    }
     if let Some(bytes) = status.receive_buffer_bytes {
         rows.plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));
     }
@@ -113,6 +117,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
             status.windows_opened, status.windows_identified, status.windows_pending
         ),
     );
+    if let Some(kept) = &status.kept_recordings {
+        kept_rows(rows, kept);
+    }
     rows.causes("windows rejected", &status.windows_rejected);
     if let Some(rejected) = &status.last_rejection {
         rows.plain("last rejection", format!("window {}: {}", rejected.number, rejected.rejection));
@@ -134,6 +141,39 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         for reason in &estimate.reasons {
             rows.judged("verdict", reason, false);
         }
+    }
+}
+
+fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
+    let back = status.oldest_s.map(|seconds| format!(", {} back", duration(seconds)));
+    let size = format!(
+        "{:.0} of {:.0} MB{}",
+        megabytes(status.ring_bytes),
+        megabytes(status.ring_limit_bytes),
+        back.unwrap_or_default()
+    );
+    match status.state {
+        RecordingState::Waiting => rows.plain("recording", "no frame yet".to_owned()),
+        RecordingState::Recording => rows.plain("recording", size),
+        RecordingState::Ended => rows.plain("recording", format!("ended, {size}")),
+        RecordingState::Failed => {
+            let why = status.why.as_deref().unwrap_or("failed");
+            rows.judged("recording", why, false);
+        }
+    }
+    rows.counted("frames unrecorded", status.frames_unrecorded);
+    rows.counted("recording failures", status.write_errors);
+}
+
+fn kept_rows(rows: &mut Rows, status: &KeptStatus) {
+    let (files, size) = (status.files, megabytes(status.bytes));
+    rows.plain("recordings kept", format!("{files}, {size:.1} MB"));
+    if let Some(name) = &status.capture {
+        rows.plain("capture", name.clone());
+    }
+    rows.counted("recordings not kept", status.failed);
+    if let Some(why) = &status.last_failure {
+        rows.plain("last not kept", why.clone());
     }
 }
 

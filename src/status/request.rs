@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use super::capture::CaptureRequest;
 use crate::worker::Command;
 
 /// The longest line of a request, its newline included \[bytes\].
@@ -13,12 +14,14 @@ pub const MAX_REQUEST: usize = 512;
 pub enum Request {
     /// `window begin`, `window end`, `window identify`.
     Window(Command),
+    /// `capture start [NAME]`, `capture stop`.
+    Capture(CaptureRequest),
     /// `reload`: read the configuration again.
     Reload,
 }
 
 /// The lines that are requests, for who wrote another.
-const KNOWN: &str = "window begin|end|identify, reload";
+const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, reload";
 
 /// A line that is no request: write one of those that it names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,6 +50,7 @@ impl FromStr for Request {
             ("window", "begin") => Ok(Self::Window(Command::Begin)),
             ("window", "end") => Ok(Self::Window(Command::End)),
             ("window", "identify") => Ok(Self::Window(Command::Identify)),
+            ("capture", _) => line.parse().map(Self::Capture).map_err(|_| RequestError::Unknown),
             ("reload", "") if line == verb => Ok(Self::Reload),
             _ => Err(RequestError::Unknown),
         }
@@ -56,12 +60,13 @@ impl FromStr for Request {
 impl fmt::Display for Request {
     /// The words that [`FromStr`] reads, without the newline.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Window(Command::Begin) => "window begin",
-            Self::Window(Command::End) => "window end",
-            Self::Window(Command::Identify) => "window identify",
-            Self::Reload => "reload",
-        })
+        match self {
+            Self::Window(Command::Begin) => f.write_str("window begin"),
+            Self::Window(Command::End) => f.write_str("window end"),
+            Self::Window(Command::Identify) => f.write_str("window identify"),
+            Self::Capture(request) => request.fmt(f),
+            Self::Reload => f.write_str("reload"),
+        }
     }
 }
 
@@ -88,6 +93,8 @@ mod tests {
             Request::Window(Command::Begin),
             Request::Window(Command::End),
             Request::Window(Command::Identify),
+            Request::Capture(CaptureRequest::Start("a_1".to_owned())),
+            Request::Capture(CaptureRequest::Stop),
             Request::Reload,
         ] {
             for end in ["\n", "\r\n"] {

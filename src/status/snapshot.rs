@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::recording::RecordingState;
 use crate::worker::EstimationStatus;
 
 /// Version of the object's layout: it changes when a key changes its meaning or goes away.
@@ -95,6 +96,12 @@ impl Health {
                 if let Grant::Refused { why } = grant {
                     reasons.push(format!("not granted: {why}"));
                 }
+            }
+            if let Some(recording) = &acquisition.recording
+                && recording.state == RecordingState::Failed
+            {
+                let why = recording.why.as_deref().unwrap_or("see the log");
+                reasons.push(format!("the bus is not recorded: {why}"));
             }
             let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
             if let (Some(granted), Some(asked)) = buffer

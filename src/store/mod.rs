@@ -95,7 +95,8 @@ impl Store {
     ) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
-        let path = self.folder.join(name(self.next));
+        let number = self.next;
+        let path = self.folder.join(name(number));
         self.replace(&path, &json)?;
         let beside = report.map_or(Ok(()), |report| {
             self.replace(&self.folder.join(report_name(self.next)), report.as_bytes())
@@ -108,7 +109,7 @@ impl Store {
         for problem in [beside.err(), tidied.err(), self.prune().err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
-        Ok(Stored { path, json })
+        Ok(Stored { number, path, json })
     }
 
     /// Write, sync, rename: after a power cut the name has the old content or the new one (rename(2),
@@ -162,6 +163,8 @@ impl Store {
 /// A result that is on disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stored {
+    /// The number in its name.
+    pub number: u64,
     /// Where.
     pub path: PathBuf,
     /// Its content.

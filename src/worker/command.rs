@@ -5,6 +5,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 
 use super::configuration::Configuration;
 use super::windower::CommandError;
+use crate::recording::Keeper;
 
 /// What somebody wants of the windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +29,10 @@ pub(super) enum Asked {
 
 /// Hands commands to the worker.
 #[derive(Clone, Debug)]
-pub struct Commands(SyncSender<Request>);
+pub struct Commands {
+    requests: SyncSender<Request>,
+    keeper: Option<Keeper>,
+}
 
 /// The worker did not take a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -42,8 +46,13 @@ pub enum SubmitError {
 }
 
 impl Commands {
-    pub(super) fn new(requests: SyncSender<Request>) -> Self {
-        Self(requests)
+    pub(super) fn new(requests: SyncSender<Request>, keeper: Option<Keeper>) -> Self {
+        Self { requests, keeper }
+    }
+
+    /// Takes captures; nothing where nothing is recorded.
+    pub fn keeper(&self) -> Option<&Keeper> {
+        self.keeper.as_ref()
     }
 
     /// Hands over a command and waits for the answer, at most `timeout`.
@@ -69,7 +78,7 @@ impl Commands {
 
     fn ask(&self, asked: Asked, timeout: Duration) -> Result<(), SubmitError> {
         let (answer, answered) = sync_channel(1);
-        self.0.try_send((asked, answer)).map_err(|_| SubmitError::Unavailable)?;
+        self.requests.try_send((asked, answer)).map_err(|_| SubmitError::Unavailable)?;
         Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)
     }
 }

@@ -11,6 +11,7 @@ use super::configuration::Identifier;
 use super::run::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::window::{RejectedWindow, Rejection, Window};
+use crate::recording::{Keeper, RecordedWindow};
 use crate::store::{ResultRecord, Store};
 use crate::stream::{DocumentWriter, StreamNode, Topic};
 
@@ -71,6 +72,7 @@ impl Identification {
     pub(super) fn start(
         options: &WorkerOptions,
         shared: &SharedEstimation,
+        keeper: Option<Keeper>,
     ) -> Result<Self, WorkerError> {
         let store = match &options.folder {
             Some(folder) => Some(Store::open(folder, options.keep)?),
@@ -85,7 +87,7 @@ impl Identification {
                 // Ports stay on the thread that makes them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let mut job = Job { options, store, estimates, shared: job_shared };
+                let mut job = Job { options, store, estimates, shared: job_shared, keeper };
                 job.run(&windows);
                 Ok(())
             })
@@ -174,6 +176,7 @@ struct Job {
     store: Option<Store>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
+    keeper: Option<Keeper>,
 }
 
 impl Job {
@@ -213,7 +216,12 @@ impl Job {
         let record =
             ResultRecord::new(&self.options.stream.cell, identifier.sha256(), window, &estimate);
         let json = match &mut self.store {
-            Some(store) => store.write(&record, report.as_deref()).map(|stored| stored.json),
+            Some(store) => store.write(&record, report.as_deref()).map(|stored| {
+                if let Some(keeper) = &self.keeper {
+                    keeper.keep_result(stored.number, &RecordedWindow::of(window));
+                }
+                stored.json
+            }),
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;

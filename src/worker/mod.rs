@@ -10,6 +10,7 @@ mod identify;
 mod log_rate;
 mod options;
 mod run;
+mod silence;
 mod state;
 mod window;
 mod windower;

@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::Instant;
 
 use didim_drivers::socket::monotonic_ns;
 
@@ -11,9 +12,11 @@ use super::command::{Answer, Asked, Command, Commands, Request};
 use super::configuration::{Configuration, Identifier};
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
+use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
-use super::window::{Loss, WindowEvent};
+use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
+use crate::recording::{Keeper, KeeperOptions, KeeperThread, RecordedWindow};
 use crate::store::StoreError;
 use crate::stream::{
     Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
@@ -39,6 +42,10 @@ pub struct WorkerOptions {
     pub keep: usize,
     /// Hash of the configuration, for the results.
     pub configuration: String,
+    /// The window of a recording that is replayed: it is identified, and no other.
+    pub recorded: Option<RecordedWindow>,
+    /// Where recordings are kept; nothing keeps none.
+    pub keeper: Option<KeeperOptions>,
 }
 
 /// Why the worker ended before its time.
@@ -83,6 +90,8 @@ pub struct Worker {
     shared: SharedEstimation,
     requests: Receiver<Request>,
     last: Option<StreamSample>,
+    keeper: Option<(Keeper, KeeperThread)>,
+    silence: SilenceWatch,
 }
 
 impl Worker {
@@ -95,21 +104,32 @@ impl Worker {
         identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
-        let identification = Identification::start(options, shared)?;
+        let keeper = options.keeper.as_ref().map(Keeper::start).transpose();
+        let keeper = keeper.map_err(WorkerError::Thread)?;
+        let handle = keeper.as_ref().map(|(keeper, _)| keeper.clone());
+        if let Some(keeper) = &handle {
+            shared.set_kept(keeper.shared().clone());
+        }
+        let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
         let identifier = Identifier::new(identify, options.configuration.clone());
         shared.update().configuration.clone_from(&options.configuration);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
-            windower: Windower::new(options.windows.clone()),
+            windower: match &options.recorded {
+                Some(window) => Windower::of_recorded(options.windows.clone(), window.clone()),
+                None => Windower::new(options.windows.clone()),
+            },
             identifier,
             next: None,
             identification,
             shared: shared.clone(),
             requests,
             last: None,
+            keeper,
+            silence: SilenceWatch::default(),
         };
-        Ok((worker, Commands::new(submit)))
+        Ok((worker, Commands::new(submit, handle)))
     }
 
     /// Follows the stream until it ends or `stop` is set.
@@ -128,6 +148,9 @@ impl Worker {
             self.shared.turn();
             self.reader.wait(NAP)?;
             self.answer(stop)?;
+            if self.silence.is_new(Instant::now()) {
+                self.keep_fault("silence");
+            }
             while let Some(batch) = self.reader.receive()? {
                 self.shared.record_taken(&batch, monotonic_ns());
                 let kind = batch.kind();
@@ -150,6 +173,7 @@ impl Worker {
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
         self.identification.give_up();
+        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
     }
 
@@ -158,7 +182,9 @@ impl Worker {
         let event = self.windower.finish();
         self.handle(event, WhenBusy::Wait, stop)?;
         self.shared.update().window = WindowState::Idle;
-        let all = self.identification.finish(stop)?;
+        let all = self.identification.finish(stop);
+        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
+        let all = all?;
         Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
 
@@ -227,6 +253,9 @@ impl Worker {
             let event = self.windower.handle_loss(loss);
             self.handle(event, when_busy, stop)?;
         }
+        if batch.kind() == BatchKind::Live && !batch.samples().is_empty() {
+            self.silence.handle_samples(Instant::now());
+        }
         let mut missing = 0;
         for sample in batch.samples() {
             if self.next.is_some() {
@@ -236,6 +265,7 @@ impl Worker {
                 missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
+                    self.keep_fault("queue-drops");
                     let event = self.windower.handle_loss(Loss::QueueDrops { frames });
                     self.handle(event, when_busy, stop)?;
                 }
@@ -258,6 +288,13 @@ impl Worker {
         Ok(())
     }
 
+    /// Keeps what was on the bus around the last sample.
+    fn keep_fault(&self, cause: &'static str) {
+        if let (Some((keeper, _)), Some(last)) = (&self.keeper, &self.last) {
+            keeper.keep_fault(cause, last.joint_sample().stamp_ns);
+        }
+    }
+
     fn handle(
         &mut self,
         event: Option<WindowEvent>,
@@ -272,6 +309,9 @@ impl Worker {
                 self.identification.submit(window, identifier, when_busy, stop).map(drop)
             }
             Some(WindowEvent::Rejected(rejected)) => {
+                if matches!(rejected.rejection, Rejection::Loss(_)) {
+                    self.keep_fault(rejected.rejection.cause());
+                }
                 self.shared.reject(rejected);
                 Ok(())
             }

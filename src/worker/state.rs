@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
 use didim_core::identification::Estimate;
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection, Window};
 use crate::latency::{Latencies, LatencySummary};
+use crate::recording::{KeptStatus, SharedKept};
 use crate::stream::Batch;
 
 /// Where the current window is.
@@ -131,6 +132,8 @@ pub struct EstimationStatus {
     pub last_rejection: Option<RejectedWindow>,
     /// The last estimate.
     pub last_estimate: Option<EstimateSummary>,
+    /// Recordings kept of results, faults and captures; nothing where nothing is recorded.
+    pub kept_recordings: Option<KeptStatus>,
 }
 
 /// The counts, shared between the worker's threads and the status. The bus thread has no part in
@@ -147,6 +150,7 @@ struct Shared {
     turns: AtomicU64,
     buffer_to_worker: Latencies,
     batch_to_worker: Latencies,
+    kept: OnceLock<SharedKept>,
 }
 
 #[derive(Debug)]
@@ -169,6 +173,7 @@ impl SharedEstimation {
         status.windows_pending = self.pending() as u64;
         status.buffer_to_worker = self.0.buffer_to_worker.summary();
         status.batch_to_worker = self.0.batch_to_worker.summary();
+        status.kept_recordings = self.0.kept.get().map(SharedKept::snapshot);
         status
     }
 
@@ -180,6 +185,10 @@ impl SharedEstimation {
     /// [`EstimationStatus::samples`], without a copy of the rest.
     pub fn samples(&self) -> u64 {
         self.update().samples
+    }
+
+    pub(super) fn set_kept(&self, kept: SharedKept) {
+        let _ = self.0.kept.set(kept);
     }
 
     pub(super) fn turn(&self) {

@@ -7,6 +7,8 @@ use std::collections::VecDeque;
 
 use didim_core::JointSample;
 
+use crate::recording::RecordedWindow;
+
 use super::options::{PlannedTrigger, WindowPlan};
 use super::window::{Loss, RejectedWindow, Rejection, Window, WindowEnd, WindowEvent};
 
@@ -22,6 +24,8 @@ pub struct Windower {
     begin: bool,
     last_sequence: Option<u64>,
     opened: u64,
+    /// The one window of a recording, in place of whatever the plan would open.
+    recorded: Option<RecordedWindow>,
 }
 
 #[derive(Debug)]
@@ -71,6 +75,7 @@ impl Windower {
             begin: false,
             last_sequence: None,
             opened: 0,
+            recorded: None,
         }
     }
 
@@ -85,8 +90,17 @@ impl Windower {
         self.plan = plan;
     }
 
+    /// For the recording of one window: that window and no other is made, whatever the trigger. The
+    /// margins are the plan's.
+    pub fn of_recorded(plan: WindowPlan, window: RecordedWindow) -> Self {
+        Self { recorded: Some(window), ..Self::new(plan) }
+    }
+
     /// Takes the next sample.
     pub fn handle_sample(&mut self, sample: &JointSample) -> Option<WindowEvent> {
+        if let Some(window) = &self.recorded {
+            return recorded::handle_sample(self, &window.clone(), sample);
+        }
         let rejected = match self.last_sequence {
             Some(after) if sample.sequence <= after => {
                 self.handle_loss(Loss::OutOfOrder { after, sequence: sample.sequence })
@@ -175,6 +189,9 @@ impl Windower {
     /// The stream has ended: what is open is closed.
     pub fn finish(&mut self) -> Option<WindowEvent> {
         let open = self.open.take()?;
+        if let Some(window) = &self.recorded {
+            return Some(recorded::incomplete(&open, window));
+        }
         Some(self.close(open, WindowEnd::EndOfStream))
     }
 
@@ -294,6 +311,8 @@ fn rejected(number: u64, samples: &[JointSample], rejection: Rejection) -> Windo
         rejection,
     })
 }
+
+mod recorded;
 
 #[cfg(test)]
 mod tests;

@@ -18,6 +18,7 @@ import prometheus_client.parser
 
 import compare
 import decode
+from recordings import Recordings as Recordings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 AXES = range(1, 7)

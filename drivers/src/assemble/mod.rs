@@ -109,6 +109,14 @@ impl Assembler {
         Self { layout, state }
     }
 
+    /// Counts cycles from `sequence` on, in place of 0: that of the first cycle. For a recording that
+    /// begins in the middle.
+    #[must_use]
+    pub fn starting_at(mut self, sequence: u64) -> Self {
+        self.state.sequence = sequence;
+        self
+    }
+
     /// Takes one frame. At most one sample becomes ready by it: poll after every frame, or a sample
     /// is counted as not taken.
     pub fn handle_frame(&mut self, frame: &Frame) {

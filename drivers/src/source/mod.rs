@@ -2,10 +2,12 @@
 
 mod candump;
 mod in_process;
+pub mod mcap;
 mod socket_can;
 
 use core::time::Duration;
 
+pub use self::mcap::{McapError, McapSource, McapWriter};
 pub use candump::{CandumpError, CandumpSource, CandumpWriter, LineFault, StampDigits, WriteError};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
 pub use socket_can::{
@@ -94,6 +96,9 @@ pub enum SourceError {
     /// A log could not be read.
     #[error(transparent)]
     Candump(#[from] CandumpError),
+    /// A recording could not be read.
+    #[error(transparent)]
+    Mcap(#[from] McapError),
     /// A SocketCAN interface failed.
     #[error(transparent)]
     SocketCan(#[from] SocketCanError),
@@ -106,6 +111,7 @@ impl SourceError {
         match self {
             Self::NoRoom => true,
             Self::Candump(error) => error.is_recoverable(),
+            Self::Mcap(error) => error.is_recoverable(),
             Self::SocketCan(error) => error.is_recoverable(),
         }
     }

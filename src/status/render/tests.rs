@@ -31,6 +31,14 @@ fn snapshot() -> Snapshot {
             cpu: Grant::NotAsked,
             memory: Grant::NotAsked,
         }),
+        recording: Some(RecordingStatus {
+            state: RecordingState::Recording,
+            ring_bytes: 812_400_000,
+            ring_limit_bytes: 1_000_000_000,
+            oldest_s: Some(1300.0),
+            frames_unrecorded: 11,
+            ..RecordingStatus::default()
+        }),
         ..AcquisitionStatus::default()
     };
     let estimation = EstimationStatus {
@@ -40,6 +48,14 @@ fn snapshot() -> Snapshot {
             p99_ns: 999_423,
             p999_ns: 14_000_000,
             max_ns: 3_021_000_000,
+        }),
+        kept_recordings: Some(KeptStatus {
+            files: 12,
+            bytes: 340_120_000,
+            capture: Some("bus".into()),
+            failed: 1,
+            last_failure: Some("result 7: the ring does not hold it".into()),
+            ..KeptStatus::default()
         }),
         windows_opened: 5,
         windows_identified: 3,
@@ -101,10 +117,16 @@ samples without reference  7
 stamps in the future       9
 cycles lost                2 missing axis
                            1 restart
+recording                  812 of 1000 MB, 21 min 40 s back
+frames unrecorded          11
 real-time priority         SCHED_FIFO 20: EPERM
 batch to worker            p50 21.5 µs, p99 999 µs, p99.9 14.0 ms, max 3.02 s
 window                     open, 812 samples
 windows                    5 opened, 3 identified, 0 pending
+recordings kept            12, 340.1 MB
+capture                    bus
+recordings not kept        1
+last not kept              result 7: the ring does not hold it
 windows rejected           2 sample-gap
 last rejection             window 4: 2 samples are missing after sample 900
 last estimate              window 3, idim-ls, 28 parameters, relative error 5.64 %

@@ -1,0 +1,67 @@
+//! Little-endian fields of a record, without trust in any length.
+
+/// What is left of a record.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
+
+impl<'a> Bytes<'a> {
+    pub(super) fn take(&mut self, length: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    pub(super) fn u8(&mut self) -> Option<u8> {
+        self.array::<1>().map(|[byte]| byte)
+    }
+
+    pub(super) fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub(super) fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub(super) fn u64(&mut self) -> Option<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    /// Bytes after their length in 32 bits.
+    pub(super) fn block(&mut self) -> Option<&'a [u8]> {
+        let length = usize::try_from(self.u32()?).ok()?;
+        self.take(length)
+    }
+
+    pub(super) fn text(&mut self) -> Option<&'a str> {
+        core::str::from_utf8(self.block()?).ok()
+    }
+}
+
+/// The fields in front of a chunk's records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ChunkHead<'a> {
+    pub(super) start: u64,
+    pub(super) end: u64,
+    pub(super) crc: u32,
+    pub(super) compression: &'a str,
+    /// Bytes of the records that follow.
+    pub(super) length: u64,
+}
+
+impl<'a> ChunkHead<'a> {
+    /// Reads the head and leaves what follows it in `bytes`.
+    pub(super) fn read(bytes: &mut Bytes<'a>) -> Option<Self> {
+        let (start, end) = (bytes.u64()?, bytes.u64()?);
+        let uncompressed = bytes.u64()?;
+        let crc = bytes.u32()?;
+        let compression = bytes.text()?;
+        let length = bytes.u64()?;
+        let fits = !compression.is_empty() || uncompressed == length;
+        fits.then_some(Self { start, end, crc, compression, length })
+    }
+}

@@ -1,0 +1,148 @@
+//! What the records of a file mean.
+
+use super::bytes::Bytes;
+use super::error::Damage;
+use super::info::McapInfo;
+use super::{TOPIC, message, op};
+use crate::frame::Frame;
+use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
+
+/// What was learnt from the records so far.
+#[derive(Debug)]
+pub(super) struct Content {
+    info: Option<McapInfo>,
+    /// Identifiers of our schema in this file.
+    schemas: Vec<u16>,
+    /// Channels that have it, with their interface when it counts.
+    channels: Vec<(u16, Option<u8>)>,
+    interfaces: Vec<InterfaceName>,
+    /// Whether `interfaces` was given, instead of growing with the file.
+    listed: bool,
+    /// Of the last frame.
+    pub(super) sequence: Option<u32>,
+    /// Frames that are missing before the last one and not counted yet.
+    pub(super) missing: u64,
+    pub(super) counters: SourceCounters,
+}
+
+impl Content {
+    pub(super) fn new(interfaces: &[InterfaceName]) -> Self {
+        let mut known = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
+        known.extend_from_slice(interfaces);
+        Self {
+            info: None,
+            schemas: Vec::new(),
+            channels: Vec::new(),
+            interfaces: known,
+            listed: !interfaces.is_empty(),
+            sequence: None,
+            missing: 0,
+            counters: SourceCounters::default(),
+        }
+    }
+
+    pub(super) fn info(&self) -> Option<&McapInfo> {
+        self.info.as_ref()
+    }
+
+    pub(super) fn interfaces(&self) -> &[InterfaceName] {
+        &self.interfaces
+    }
+
+    /// Takes a record, of the file or of a chunk.
+    pub(super) fn record(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Frame>, Damage> {
+        let mut bytes = Bytes(body);
+        match opcode {
+            op::MESSAGE => return self.message(&mut bytes),
+            op::METADATA if self.info.is_none() => {
+                self.info = McapInfo::read(body);
+                if let (Some(info), false) = (&self.info, self.listed) {
+                    // Those of channels before it, if there are any, keep their numbers.
+                    for name in &info.interfaces {
+                        index_of(&mut self.interfaces, *name, false)?;
+                    }
+                }
+            }
+            op::SCHEMA => {
+                let (id, name, encoding) = schema(&mut bytes).ok_or(Damage::Malformed("schema"))?;
+                let ours = name == message::SCHEMA_NAME && encoding == message::SCHEMA_ENCODING;
+                if ours && !self.schemas.contains(&id) {
+                    self.schemas.push(id);
+                }
+            }
+            op::CHANNEL => self.channel(&mut bytes)?,
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn channel(&mut self, bytes: &mut Bytes<'_>) -> Result<(), Damage> {
+        let malformed = Damage::Malformed("channel");
+        let (Some(id), Some(schema), Some(topic), Some(encoding)) =
+            (bytes.u16(), bytes.u16(), bytes.text(), bytes.text())
+        else {
+            return Err(malformed);
+        };
+        let ours = encoding == message::MESSAGE_ENCODING && self.schemas.contains(&schema);
+        // A channel may be told again.
+        if !ours || self.channels.iter().any(|(known, _)| *known == id) {
+            return Ok(());
+        }
+        let name = topic.strip_prefix(TOPIC).and_then(|name| InterfaceName::new(name).ok());
+        let name = name.ok_or_else(|| Damage::Topic(topic.chars().take(64).collect()))?;
+        let index = index_of(&mut self.interfaces, name, self.listed)?;
+        self.channels.push((id, index));
+        Ok(())
+    }
+
+    fn message(&mut self, bytes: &mut Bytes<'_>) -> Result<Option<Frame>, Damage> {
+        let (Some(channel), Some(sequence), Some(log_time), Some(_)) =
+            (bytes.u16(), bytes.u32(), bytes.u64(), bytes.u64())
+        else {
+            return Err(Damage::Malformed("message"));
+        };
+        let known = self.channels.iter().find(|(id, _)| *id == channel);
+        let Some((_, interface)) = known.copied() else {
+            self.counters.passed_over += 1;
+            return Ok(None);
+        };
+        let frame = message::decode(bytes.0)?;
+        // Other programs leave sequences at 0.
+        if let Some(info) = &self.info {
+            if let Some(before) = self.sequence.replace(sequence) {
+                let missing = sequence.wrapping_sub(before).wrapping_sub(1);
+                self.missing += u64::from(missing);
+            }
+            let stamp_ns = info.stamp_ns(log_time);
+            return Ok(self.on(frame.at(stamp_ns), interface));
+        }
+        Ok(self.on(frame.at(log_time), interface))
+    }
+
+    fn on(&mut self, frame: Frame, interface: Option<u8>) -> Option<Frame> {
+        self.counters.passed_over += u64::from(interface.is_none());
+        interface.map(|interface| frame.on(interface))
+    }
+}
+
+fn schema<'a>(bytes: &mut Bytes<'a>) -> Option<(u16, &'a str, &'a str)> {
+    Some((bytes.u16()?, bytes.text()?, bytes.text()?))
+}
+
+/// The number of an interface; nothing when it does not count.
+fn index_of(
+    interfaces: &mut Vec<InterfaceName>,
+    name: InterfaceName,
+    listed: bool,
+) -> Result<Option<u8>, Damage> {
+    let index = match interfaces.iter().position(|known| *known == name) {
+        Some(index) => index,
+        None if listed => return Ok(None),
+        None if interfaces.len() == MAX_INTERFACES => return Err(Damage::TooManyInterfaces),
+        None => {
+            interfaces.push(name);
+            interfaces.len() - 1
+        }
+    };
+    Ok(u8::try_from(index).ok())
+}

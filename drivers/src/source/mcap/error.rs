@@ -1,0 +1,94 @@
+//! What can be wrong with a recording, and what to do about it.
+
+use std::path::PathBuf;
+
+use crate::frame::FrameError;
+use crate::source::MAX_INTERFACES;
+
+/// Why a recording could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum McapError {
+    /// The file cannot be opened: check the path and its permissions.
+    #[error("cannot open the recording {path}: {source}; check the path and the permissions", path = path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Reading or repairing failed.
+    #[error("{path}, byte {offset}: cannot read on: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Where the record begins.
+        offset: u64,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file begins otherwise. Name a recording of this program.
+    #[error("{path} is no MCAP file: its first bytes are others", path = path.display())]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A record is damaged.
+    #[error("{path}, byte {offset}: {what}", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where the record of the file begins, of a message its chunk.
+        offset: u64,
+        /// What is wrong.
+        what: Damage,
+    },
+}
+
+impl McapError {
+    /// Whether what follows can still be read: the rest of a damaged chunk is passed over.
+    pub fn is_recoverable(&self) -> bool {
+        matches!(self, Self::Damaged { what, .. } if what.is_inside())
+    }
+}
+
+/// What is wrong with a record.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Damage {
+    /// No record has this opcode or this length: what follows cannot be found.
+    #[error(
+        "no record has opcode 0x{opcode:02X} and {length} bytes: the file is damaged from here on; \
+         cut it here"
+    )]
+    Record {
+        /// The opcode.
+        opcode: u8,
+        /// The length that it claims \[bytes\].
+        length: u64,
+    },
+    /// The CRC of a chunk is another.
+    #[error("the CRC of the chunk does not match: its frames are not used; copy the file again")]
+    Crc,
+    /// A chunk is compressed.
+    #[error("the chunk is compressed ({0}): write it anew with `mcap compress --compression none`")]
+    Compressed(String),
+    /// The fields of a record contradict each other.
+    #[error("the {0} is malformed: its chunk is not used; copy the file again")]
+    Malformed(&'static str),
+    /// No such frame can exist.
+    #[error("no frame: {0}")]
+    Impossible(#[from] FrameError),
+    /// A topic that is no interface.
+    #[error(
+        "the topic `{0}` names no interface: expected /can/ and a name of at most 15 characters"
+    )]
+    Topic(String),
+    /// More interfaces than a source can have.
+    #[error("more than {MAX_INTERFACES} interfaces in one recording")]
+    TooManyInterfaces,
+}
+
+impl Damage {
+    fn is_inside(&self) -> bool {
+        !matches!(self, Self::Record { .. })
+    }
+}

@@ -1,0 +1,94 @@
+//! What a file says about itself: the metadata record `didim`.
+
+use std::collections::BTreeMap;
+
+use super::bytes::Bytes;
+use crate::source::InterfaceName;
+
+/// The name of the metadata record.
+pub const METADATA_NAME: &str = "didim";
+
+/// The longest metadata record that is read \[bytes\].
+const MAX_METADATA: usize = 1 << 20;
+
+const VERSION: &str = "version";
+const CELL: &str = "cell";
+const CONFIGURATION: &str = "configuration";
+const OFFSET: &str = "offset_ns";
+const INTERFACES: &str = "interfaces";
+const RUN: &str = "run";
+
+/// Where frames come from, and what time their stamps have.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct McapInfo {
+    /// Version of the program.
+    pub version: String,
+    /// Name of the cell.
+    pub cell: String,
+    /// Hash of its configuration.
+    pub configuration: String,
+    /// The run of the recorder: stamps and sequences of two runs have nothing in common.
+    pub run: String,
+    /// `log_time` minus stamp \[ns\], modulo 2⁶⁴.
+    pub offset_ns: i64,
+    /// The interfaces, in the order that frames count them.
+    pub interfaces: Vec<InterfaceName>,
+    /// Whatever else whoever wrote the file has to say.
+    pub more: BTreeMap<String, String>,
+}
+
+impl McapInfo {
+    pub(super) fn to_map(&self) -> BTreeMap<String, String> {
+        let names: Vec<&str> = self.interfaces.iter().map(InterfaceName::as_str).collect();
+        let mut map = self.more.clone();
+        map.extend(
+            [
+                (VERSION, self.version.clone()),
+                (CELL, self.cell.clone()),
+                (CONFIGURATION, self.configuration.clone()),
+                (RUN, self.run.clone()),
+                (OFFSET, self.offset_ns.to_string()),
+                (INTERFACES, names.join(" ")),
+            ]
+            .map(|(key, value)| (key.to_owned(), value)),
+        );
+        map
+    }
+
+    /// Reads the body of a metadata record; nothing when it is another program's, or malformed.
+    pub(super) fn read(body: &[u8]) -> Option<Self> {
+        let mut bytes = Bytes(body.get(..body.len().min(MAX_METADATA))?);
+        if bytes.text()? != METADATA_NAME {
+            return None;
+        }
+        let (mut pairs, mut info, mut offset) = (Bytes(bytes.block()?), Self::default(), None);
+        while !pairs.0.is_empty() {
+            let (key, value) = (pairs.text()?, pairs.text()?.to_owned());
+            match key {
+                VERSION => info.version = value,
+                CELL => info.cell = value,
+                CONFIGURATION => info.configuration = value,
+                RUN => info.run = value,
+                OFFSET => offset = value.parse().ok(),
+                INTERFACES => {
+                    let names = value.split_whitespace();
+                    info.interfaces =
+                        names.map(InterfaceName::new).collect::<Result<_, _>>().ok()?;
+                }
+                _ => drop(info.more.insert(key.to_owned(), value)),
+            }
+        }
+        info.offset_ns = offset?;
+        (info.interfaces.len() <= crate::source::MAX_INTERFACES).then_some(info)
+    }
+
+    /// The stamp of a message.
+    pub fn stamp_ns(&self, log_time: u64) -> u64 {
+        log_time.wrapping_sub(self.offset_ns.cast_unsigned())
+    }
+
+    /// The `log_time` of a stamp.
+    pub fn log_time(&self, stamp_ns: u64) -> u64 {
+        stamp_ns.wrapping_add(self.offset_ns.cast_unsigned())
+    }
+}

@@ -1,0 +1,72 @@
+//! A recording that was cut off, closed properly.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use super::error::McapError;
+use super::reader::McapSource;
+use super::write::{McapWriteError, McapWriter};
+
+/// What a repair found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repair {
+    /// Frames in the repaired file.
+    pub frames: u64,
+    /// Whether something was damaged beside the missing end; what follows damage is left out.
+    pub damaged: bool,
+}
+
+/// Why a recording could not be repaired.
+#[derive(Debug, thiserror::Error)]
+pub enum RepairError {
+    /// It cannot be read at all.
+    #[error(transparent)]
+    Read(#[from] McapError),
+    /// It says nothing about itself: it is not of this program, or has not even a beginning.
+    #[error("{path} has no frames of this program", path = path.display())]
+    Foreign {
+        /// The file.
+        path: std::path::PathBuf,
+    },
+    /// The repaired file cannot be written.
+    #[error("{path}: {source}", path = path.display())]
+    Write {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Why.
+        source: McapWriteError,
+    },
+}
+
+/// Writes every frame of a recording up to the first damage into another file, and closes that on
+/// disk.
+///
+/// # Errors
+/// [`RepairError`]; the other file may be there in part.
+pub fn repair(path: &Path, repaired: &Path) -> Result<Repair, RepairError> {
+    let mut source = McapSource::open(path, &[])?;
+    let Some(info) = source.info().cloned() else {
+        return Err(RepairError::Foreign { path: path.into() });
+    };
+    let write = |source| RepairError::Write { path: repaired.into(), source };
+    let output = |error| write(McapWriteError::Output(error));
+    let file = File::create(repaired).map_err(output)?;
+    let mut writer = McapWriter::new(BufWriter::new(file), &info).map_err(write)?;
+    let damaged = loop {
+        match source.next_frame() {
+            Ok(Some(frame)) => {
+                let sequence = source.last_sequence().unwrap_or(0);
+                writer.write(&frame, sequence).map_err(write)?;
+            }
+            Ok(None) => break false,
+            Err(McapError::Damaged { .. }) => break true,
+            Err(error) => return Err(error.into()),
+        }
+    };
+    let frames = writer.frames();
+    let file = writer.finish().map_err(write)?;
+    let file = file.into_inner().map_err(|error| output(error.into_error()))?;
+    file.sync_all().map_err(output)?;
+    Ok(Repair { frames, damaged })
+}

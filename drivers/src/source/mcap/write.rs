@@ -1,0 +1,169 @@
+//! Frames to a recording.
+
+use std::io::Write;
+
+use ::mcap::records::{MessageHeader, Metadata};
+use ::mcap::write::{NoSeek, WriteOptions, Writer};
+
+use super::info::{METADATA_NAME, McapInfo};
+use super::{TOPIC, message};
+use crate::frame::{Frame, MAX_PAYLOAD};
+
+/// Chunks are closed at this size, or when somebody wants them on disk \[bytes\].
+const CHUNK: u64 = 128 << 10;
+
+/// What a message takes beside its payload \[bytes\]: record, message, and its entry in the index.
+const MESSAGE_BYTES: u64 = 9 + 22 + message::HEAD as u64 + 16;
+
+/// What a chunk takes beside its messages, with its entries in both indexes, for each interface.
+const CHUNK_BYTES: u64 = 256;
+const CHANNEL_BYTES: u64 = 64;
+
+/// The most that the end of a file takes beside what chunks have there.
+const END_BYTES: u64 = 4096;
+
+/// Why a frame is not in the recording.
+#[derive(Debug, thiserror::Error)]
+pub enum McapWriteError {
+    /// The frame's interface index has no name: give the writer the names of the frames' source.
+    #[error("a frame of interface {index} cannot be recorded: no name was given for it")]
+    NoInterface {
+        /// The index.
+        index: u8,
+    },
+    /// The file system refused: the recording ends with its last whole chunk. Make room.
+    #[error("cannot write the recording: {0}")]
+    Output(std::io::Error),
+    /// What is to be written has no form in the file.
+    #[error("cannot write the recording: {0}")]
+    Format(::mcap::McapError),
+}
+
+impl From<::mcap::McapError> for McapWriteError {
+    fn from(error: ::mcap::McapError) -> Self {
+        match error {
+            ::mcap::McapError::Io(error) => Self::Output(error),
+            other => Self::Format(other),
+        }
+    }
+}
+
+/// Writes a recording. Chunks are written whole, one after the other, so that a writer that is
+/// killed leaves every chunk before the last. Dropped without [`Self::finish`], it tries to finish.
+pub struct McapWriter<W: Write> {
+    writer: Writer<NoSeek<W>>,
+    info: McapInfo,
+    channels: Vec<u16>,
+    message: Vec<u8>,
+    /// Most that the file can have by now, its end included \[bytes\].
+    bytes: u64,
+    in_chunk: u64,
+    frames: u64,
+}
+
+impl<W: Write> McapWriter<W> {
+    /// Writes what stands at the beginning. A frame's interface index selects its name in
+    /// `info.interfaces`.
+    ///
+    /// # Errors
+    /// [`McapWriteError`].
+    pub fn new(out: W, info: &McapInfo) -> Result<Self, McapWriteError> {
+        let library = format!("didim {}", env!("CARGO_PKG_VERSION"));
+        let options = WriteOptions::new()
+            .compression(None)
+            .profile("ros2")
+            .library(library)
+            .chunk_size(Some(CHUNK))
+            // Chunks are collected in memory and written whole.
+            .disable_seeking(true);
+        let mut writer = options.create(NoSeek::new(out))?;
+        let metadata = info.to_map();
+        let described: usize =
+            metadata.iter().map(|(key, value)| key.len() + value.len() + 8).sum();
+        writer.write_metadata(&Metadata { name: METADATA_NAME.to_owned(), metadata })?;
+        let schema = message::SCHEMA.as_bytes();
+        let schema = writer.add_schema(message::SCHEMA_NAME, message::SCHEMA_ENCODING, schema)?;
+        let mut channels = Vec::with_capacity(info.interfaces.len());
+        for name in &info.interfaces {
+            let (topic, none) = (format!("{TOPIC}{name}"), Default::default());
+            channels.push(writer.add_channel(schema, &topic, message::MESSAGE_ENCODING, &none)?);
+        }
+        let message = Vec::with_capacity(message::HEAD + MAX_PAYLOAD);
+        let ends = END_BYTES + 3 * message::SCHEMA.len() as u64 + described as u64;
+        let bytes = ends + CHUNK_BYTES + 3 * CHANNEL_BYTES * channels.len() as u64;
+        Ok(Self { writer, info: info.clone(), channels, message, bytes, in_chunk: 0, frames: 0 })
+    }
+
+    /// Writes one frame; `sequence` counts the frames of the bus.
+    ///
+    /// # Errors
+    /// [`McapWriteError`]. After one of the output nothing more can be written.
+    pub fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), McapWriteError> {
+        let index = frame.interface;
+        let channel = self.channels.get(usize::from(index)).copied();
+        let channel_id = channel.ok_or(McapWriteError::NoInterface { index })?;
+        self.message.clear();
+        message::encode(frame, &mut self.message);
+        let log_time = self.info.log_time(frame.stamp_ns);
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        self.writer.write_to_known_channel(&header, &self.message)?;
+        let added = Self::frame_bytes(frame);
+        self.in_chunk += added;
+        self.bytes += added;
+        self.frames += 1;
+        if self.in_chunk > CHUNK {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Most that a frame adds to a file, without what its chunk takes \[bytes\].
+    pub fn frame_bytes(frame: &Frame) -> u64 {
+        MESSAGE_BYTES + frame.data().len() as u64
+    }
+
+    /// Closes the chunk and hands it to the output.
+    ///
+    /// # Errors
+    /// [`McapWriteError::Output`].
+    pub fn flush(&mut self) -> Result<(), McapWriteError> {
+        if self.in_chunk > 0 {
+            self.in_chunk = 0;
+            self.bytes += CHUNK_BYTES + CHANNEL_BYTES * self.channels.len() as u64;
+            self.writer.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Most that the file would have if it were finished now \[bytes\].
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Frames written.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// What the file says about itself.
+    pub fn info(&self) -> &McapInfo {
+        &self.info
+    }
+
+    /// Closes the file and gives the output back.
+    ///
+    /// # Errors
+    /// [`McapWriteError::Output`]: the file has no end.
+    pub fn finish(mut self) -> Result<W, McapWriteError> {
+        self.flush()?;
+        self.writer.finish()?;
+        Ok(self.writer.into_inner().into_inner())
+    }
+}
+
+impl<W: Write> core::fmt::Debug for McapWriter<W> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let mut written = f.debug_struct("McapWriter");
+        written.field("info", &self.info).field("bytes", &self.bytes).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,178 @@
+//! A stretch of the ring as a recording of its own.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use didim_drivers::source::mcap::{McapInfo, McapScan, McapWriteError};
+use didim_drivers::source::{McapError, McapSource, McapWriter};
+
+use super::output::{Output, create_file};
+use super::ring::segments;
+
+/// Stamps from one to another, both included \[ns\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stretch {
+    /// What is wanted begins here.
+    pub(super) from_ns: u64,
+    /// What must be there begins here.
+    pub(super) first_ns: u64,
+    /// What must be there ends here.
+    pub(super) last_ns: u64,
+    /// What is wanted ends here.
+    pub(super) to_ns: u64,
+}
+
+/// Why nothing was extracted.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ExtractError {
+    #[error("the ring {}: {cause}", folder.display())]
+    Ring { folder: PathBuf, cause: io::Error },
+    #[error("the ring does not hold it: it is over, too small, or nothing was recorded then")]
+    NotThere,
+    #[error(transparent)]
+    Read(#[from] McapError),
+    #[error("{}: {cause}", path.display())]
+    Write { path: PathBuf, cause: McapWriteError },
+}
+
+/// The files that hold a stretch.
+#[derive(Debug)]
+pub(super) struct Found {
+    files: Vec<(PathBuf, McapScan)>,
+    stretch: Stretch,
+    /// The latest stamp on disk of this run \[ns\].
+    pub(super) newest_ns: u64,
+    /// Most that the recording will have \[bytes\].
+    pub(super) bytes: u64,
+}
+
+/// Which runs of the recorder may have a stretch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Runs {
+    /// The latest that had begun by then: its end may be on disk soon.
+    Latest,
+    /// Whichever has it, the latest first: the acquisition may have been started again since.
+    Any,
+}
+
+/// Finds a stretch. Nothing when what must be there is not there, yet or any more.
+pub(super) fn find(
+    ring: &Path,
+    stretch: Stretch,
+    runs: Runs,
+) -> Result<Option<Found>, ExtractError> {
+    let mut files: Vec<(PathBuf, McapScan)> = Vec::new();
+    let (mut run, mut newest_ns, mut begun) = (None, 0, false);
+    for (path, scan) in newest_first(ring)? {
+        let (Some(info), Some((first, last))) = (&scan.info, scan.stamps_ns()) else { continue };
+        if run.as_ref() != Some(&info.run) {
+            if begun && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
+                break;
+            }
+            begun = false;
+            run = Some(info.run.clone());
+            newest_ns = last;
+            files.clear();
+        }
+        newest_ns = newest_ns.max(last);
+        begun |= first <= stretch.first_ns;
+        if last >= stretch.from_ns && first <= stretch.to_ns {
+            files.push((path, scan));
+        }
+        if first <= stretch.from_ns && (newest_ns >= stretch.last_ns || runs == Runs::Latest) {
+            break;
+        }
+    }
+    if !begun || newest_ns < stretch.last_ns || files.is_empty() {
+        return Ok(None);
+    }
+    files.reverse();
+    let overhead = 16 * 1024;
+    let bytes = files.iter().map(|(_, scan)| overlapping(scan, stretch)).sum::<u64>() + overhead;
+    Ok(Some(Found { files, stretch, newest_ns, bytes }))
+}
+
+/// The latest stamp on disk \[ns\] of the latest run.
+pub(super) fn newest(ring: &Path) -> Result<Option<u64>, ExtractError> {
+    let mut scans = newest_first(ring)?;
+    Ok(scans.find_map(|(_, scan)| scan.stamps_ns()).map(|(_, last)| last))
+}
+
+/// The files that can be read; one that goes meanwhile is not there.
+fn newest_first(ring: &Path) -> Result<impl Iterator<Item = (PathBuf, McapScan)>, ExtractError> {
+    let failed = |cause| ExtractError::Ring { folder: ring.to_owned(), cause };
+    let segments = segments(ring).map_err(failed)?;
+    Ok(segments.into_iter().rev().filter_map(|segment| {
+        let scan = McapScan::of(&segment.path);
+        // The file being written gets its last name when it is whole.
+        let (path, scan) = match scan {
+            Ok(scan) => (segment.path, scan),
+            Err(_) if segment.is_part() => {
+                let whole = segment.path.with_extension("");
+                let scan = McapScan::of(&whole).ok()?;
+                (whole, scan)
+            }
+            Err(_) => return None,
+        };
+        Some((path, scan))
+    }))
+}
+
+fn overlapping(scan: &McapScan, stretch: Stretch) -> u64 {
+    let Some(info) = &scan.info else { return 0 };
+    let overlaps = scan.chunks.iter().filter(|chunk| {
+        info.stamp_ns(chunk.last_log_time) >= stretch.from_ns
+            && info.stamp_ns(chunk.first_log_time) <= stretch.to_ns
+    });
+    // A chunk's index is behind it, of 16 bytes for each message; and so is its entry in the summary.
+    overlaps.map(|chunk| (chunk.end - chunk.offset) * 3 / 2 + 512).sum()
+}
+
+/// Writes a stretch and closes the file on disk; tells how many frames it has. `more` is for its
+/// metadata.
+pub(super) fn extract(
+    found: &Found,
+    path: &Path,
+    more: &BTreeMap<String, String>,
+) -> Result<u64, ExtractError> {
+    let failed = |cause| ExtractError::Write { path: path.to_owned(), cause };
+    let output = |error| failed(McapWriteError::Output(error));
+    let mut writer: Option<McapWriter<Box<dyn Output>>> = None;
+    for (file, _) in &found.files {
+        let interfaces = writer.as_ref().map_or(&[][..], |writer| &writer.info().interfaces);
+        let mut source = open(file, interfaces)?;
+        let Some(info) = source.info().cloned() else { continue };
+        if writer.is_none() {
+            let info = McapInfo { more: more.clone(), ..info };
+            let out = create_file(path).map_err(output)?;
+            writer = Some(McapWriter::new(out, &info).map_err(failed)?);
+        }
+        let Some(writer) = &mut writer else { continue };
+        while let Some(frame) = source.next_frame()? {
+            let stretch = found.stretch;
+            if (stretch.from_ns..=stretch.to_ns).contains(&frame.stamp_ns) {
+                let sequence = source.last_sequence().unwrap_or(0);
+                writer.write(&frame, sequence).map_err(failed)?;
+            }
+        }
+    }
+    let writer = writer.ok_or(ExtractError::NotThere)?;
+    let frames = writer.frames();
+    let mut file = writer.finish().map_err(failed)?;
+    file.sync().map_err(output)?;
+    Ok(frames)
+}
+
+/// Opens a file of the ring that may be renamed meanwhile.
+fn open(
+    path: &Path,
+    interfaces: &[didim_drivers::source::InterfaceName],
+) -> Result<McapSource, McapError> {
+    match McapSource::open(path, interfaces) {
+        Err(McapError::Open { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+            McapSource::open(&path.with_extension(""), interfaces)
+        }
+        opened => opened,
+    }
+}

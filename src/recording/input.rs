@@ -1,0 +1,122 @@
+//! Recorded frames from whatever file they are in: told by its content, not by its name.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use didim_drivers::frame::Frame;
+use didim_drivers::source::mcap::{FileEnd, MAGIC, McapScan};
+use didim_drivers::source::{
+    CandumpSource, InterfaceName, McapError, McapSource, Received, Source, SourceCounters,
+    SourceError, StampClock,
+};
+
+use super::ring::segments;
+
+/// Whether a file is an MCAP file, by its first bytes.
+pub fn is_mcap(path: &Path) -> bool {
+    let mut magic = [0; MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic == MAGIC
+}
+
+/// Opens a candump log, an MCAP recording, or the folder of a ring as one long recording.
+///
+/// A recording without an end is read up to its last whole chunk, and a warning says so.
+///
+/// # Errors
+/// [`SourceError`]: it cannot be opened.
+pub fn open_log(path: &Path) -> Result<Box<dyn Source>, SourceError> {
+    if path.is_dir() {
+        return Ok(Box::new(RingSource::open(path)?));
+    }
+    if is_mcap(path) {
+        return Ok(Box::new(open_recording(path, &[])?));
+    }
+    Ok(Box::new(CandumpSource::open(path, &[])?))
+}
+
+fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSource, McapError> {
+    if let FileEnd::Unfinished { unused_bytes } = McapScan::of(path)?.end {
+        tracing::warn!(
+            "{}: the recording has no end: its recorder was killed, or is still writing; frames \
+             that are not in a whole chunk are not used ({unused_bytes} bytes)",
+            path.display()
+        );
+    }
+    McapSource::open(path, interfaces)
+}
+
+/// The files of a ring, one after the other. Frames that are missing between two files of one run
+/// count as dropped.
+struct RingSource {
+    waiting: VecDeque<PathBuf>,
+    current: McapSource,
+    interfaces: Vec<InterfaceName>,
+    /// What the files before the current one counted.
+    before: SourceCounters,
+}
+
+impl RingSource {
+    fn open(folder: &Path) -> Result<Self, SourceError> {
+        let failed = |source| McapError::Open { path: folder.to_owned(), source };
+        let mut waiting: VecDeque<PathBuf> =
+            segments(folder).map_err(failed)?.into_iter().map(|segment| segment.path).collect();
+        let Some(first) = waiting.pop_front() else {
+            let why = "it is a directory without recordings; name a ring's, as recordings/ring";
+            return Err(failed(std::io::Error::other(why)).into());
+        };
+        let current = open_recording(&first, &[])?;
+        let interfaces = current.interfaces().to_vec();
+        Ok(Self { waiting, current, interfaces, before: SourceCounters::default() })
+    }
+
+    /// Goes on with the next file; false after the last.
+    fn advance(&mut self) -> Result<bool, McapError> {
+        let Some(path) = self.waiting.pop_front() else { return Ok(false) };
+        let mut next = open_recording(&path, &self.interfaces)?;
+        let run = |source: &McapSource| source.info().map(|info| info.run.clone());
+        if run(&next) == run(&self.current) {
+            next.continue_from(self.current.last_sequence());
+        }
+        self.before = self.counters();
+        self.current = next;
+        Ok(true)
+    }
+}
+
+impl Source for RingSource {
+    fn receive(
+        &mut self,
+        batch: &mut Vec<Frame>,
+        timeout: Duration,
+    ) -> Result<Received, SourceError> {
+        loop {
+            match self.current.receive(batch, timeout)? {
+                Received::End if self.advance()? => {}
+                received => return Ok(received),
+            }
+        }
+    }
+
+    fn counters(&self) -> SourceCounters {
+        let (before, now) = (self.before, self.current.counters());
+        SourceCounters {
+            frames: before.frames + now.frames,
+            queue_drops: before.queue_drops + now.queue_drops,
+            error_frames: before.error_frames + now.error_frames,
+            passed_over: before.passed_over + now.passed_over,
+            ..now
+        }
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        &self.interfaces
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Own
+    }
+}

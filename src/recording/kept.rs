@@ -1,0 +1,141 @@
+//! The folder of what is kept: names, number, size.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::ring::{RingError, at};
+
+/// What a recording is kept for; its name begins so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Result,
+    Fault,
+    Capture,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Result => "result",
+            Self::Fault => "fault",
+            Self::Capture => "capture",
+        }
+    }
+}
+
+const KINDS: [Kind; 3] = [Kind::Result, Kind::Fault, Kind::Capture];
+const END: &str = ".mcap";
+const TEMPORARY: &str = ".keeping.tmp";
+
+#[derive(Clone, Debug)]
+struct KeptFile {
+    kind: Kind,
+    number: u64,
+    path: PathBuf,
+    bytes: u64,
+    modified: SystemTime,
+}
+
+/// A folder of recordings, of which the oldest go. Files with other names are let be.
+#[derive(Debug)]
+pub(super) struct KeptFolder {
+    folder: PathBuf,
+    /// Recordings of each kind.
+    keep: usize,
+    /// The most that all of them take \[bytes\].
+    keep_bytes: u64,
+}
+
+impl KeptFolder {
+    pub(super) fn open(folder: &Path, keep: usize, keep_bytes: u64) -> Result<Self, RingError> {
+        fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
+        let kept = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
+        // What a process was writing when it died.
+        kept.discard();
+        Ok(kept)
+    }
+
+    /// Where a recording is written before it has its name.
+    pub(super) fn temporary(&self) -> PathBuf {
+        self.folder.join(TEMPORARY)
+    }
+
+    /// Removes what was written in part.
+    pub(super) fn discard(&self) {
+        let _ = fs::remove_file(self.temporary());
+    }
+
+    /// Removes the oldest until `bytes` more fit; false when they never do.
+    pub(super) fn make_room(&self, bytes: u64) -> Result<bool, RingError> {
+        if bytes > self.keep_bytes {
+            return Ok(false);
+        }
+        let mut files = self.files()?;
+        files.sort_by_key(|file| (file.modified, file.number));
+        let mut total: u64 = files.iter().map(|file| file.bytes).sum();
+        for file in files {
+            if total.saturating_add(bytes) <= self.keep_bytes {
+                break;
+            }
+            fs::remove_file(&file.path).map_err(at("remove", &file.path))?;
+            total = total.saturating_sub(file.bytes);
+        }
+        Ok(true)
+    }
+
+    /// Gives the recording at [`Self::temporary`] its name, on disk, and removes the oldest of its
+    /// kind beyond the number to keep.
+    pub(super) fn add(&self, kind: Kind, number: u64, label: &str) -> Result<PathBuf, RingError> {
+        let label = if label.is_empty() { String::new() } else { format!("-{label}") };
+        let path = self.folder.join(format!("{}-{number:08}{label}{END}", kind.name()));
+        fs::rename(self.temporary(), &path).map_err(at("rename to", &path))?;
+        let synced = fs::File::open(&self.folder).and_then(|folder| folder.sync_all());
+        synced.map_err(at("sync", &self.folder))?;
+        let mut files = self.files()?;
+        files.retain(|file| file.kind == kind);
+        files.sort_by_key(|file| (file.number, file.modified));
+        let surplus = files.len().saturating_sub(self.keep);
+        for file in files.into_iter().take(surplus) {
+            fs::remove_file(&file.path).map_err(at("remove", &file.path))?;
+        }
+        Ok(path)
+    }
+
+    /// A number that none of this kind has had.
+    pub(super) fn next(&self, kind: Kind) -> Result<u64, RingError> {
+        let files = self.files()?;
+        let numbers = files.iter().filter(|file| file.kind == kind).map(|file| file.number);
+        Ok(numbers.max().map_or(0, |last| last.saturating_add(1)))
+    }
+
+    /// How many there are, and how large \[bytes\].
+    pub(super) fn size(&self) -> Result<(usize, u64), RingError> {
+        let files = self.files()?;
+        Ok((files.len(), files.iter().map(|file| file.bytes).sum()))
+    }
+
+    fn files(&self) -> Result<Vec<KeptFile>, RingError> {
+        let entries = fs::read_dir(&self.folder).map_err(at("read the folder", &self.folder))?;
+        let mut files = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(at("read the folder", &self.folder))?;
+            let Some((kind, number)) = entry.file_name().to_str().and_then(parse) else { continue };
+            let Ok(metadata) = entry.metadata() else { continue };
+            let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            let (path, bytes) = (entry.path(), metadata.len());
+            files.push(KeptFile { kind, number, path, bytes, modified });
+        }
+        Ok(files)
+    }
+}
+
+/// Kind and number in a name of ours.
+fn parse(name: &str) -> Option<(Kind, u64)> {
+    let stem = name.strip_suffix(END)?;
+    let (kind, rest) = stem.split_once('-')?;
+    let kind = KINDS.into_iter().find(|known| known.name() == kind)?;
+    let digits = rest.split('-').next()?;
+    let number = digits.parse().ok().filter(|number| format!("{number:08}") == digits)?;
+    Some((kind, number))
+}

@@ -1,0 +1,35 @@
+//! Raw frames on disk: a ring of the last hours, and what is kept of it.
+//!
+//! The bus thread hands each frame, with the stamp that the assembler sees, to a queue of fixed size
+//! ([`FrameTap`]): no allocation, no lock, no system call; what finds it full is counted. A thread of
+//! the same process ([`Recorder`]) writes them into a ring of MCAP files on disk. The process that
+//! identifies extracts from these files what belongs to a result, a fault or a capture
+//! ([`Keeper`]): it needs nothing but the folder, so it may be another process.
+//!
+//! Everything is bounded: the queue, the ring with the file being written, the number and size of
+//! what is kept, the requests that wait. Nothing of it can cost a frame or a result.
+
+mod extract;
+mod input;
+mod keeper;
+mod kept;
+mod options;
+mod output;
+mod recorder;
+mod ring;
+mod status;
+mod tap;
+mod window;
+
+pub use input::{is_mcap, open_log};
+pub use keeper::{CaptureError, Keeper, KeeperOptions, KeeperThread, KeptStatus, SharedKept};
+pub use options::RecordingOptions;
+pub use output::{CreateOutput, Output, create_file};
+pub use recorder::{Recorder, RecorderOptions};
+pub use ring::{Ring, RingError, Segment};
+pub use status::{RecordingState, RecordingStatus, SharedRecording};
+pub use tap::{FrameTap, Recorded, frame_queue};
+pub use window::RecordedWindow;
+
+#[cfg(test)]
+mod tests;

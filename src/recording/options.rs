@@ -1,0 +1,112 @@
+//! `[service.recordings]`
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+/// What is recorded and kept. Without the section nothing is.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecordingOptions {
+    /// Where; `recordings` in the state folder when left out.
+    pub directory: Option<PathBuf>,
+    /// The most that the ring takes on disk, the file being written included \[MB = 10⁶ bytes\].
+    pub ring_mb: u64,
+    /// A file of the ring is closed after this long \[s\], or at an eighth of the ring.
+    pub segment_s: f64,
+    /// Kept before a window's first sample \[s\]: a replay's grid of cycles settles in it.
+    pub before_s: f64,
+    /// Kept after a window's last sample \[s\].
+    pub after_s: f64,
+    /// Kept before a fault \[s\].
+    pub fault_before_s: f64,
+    /// At most one recording of a fault in this time \[s\].
+    pub fault_every_s: f64,
+    /// Recordings kept of each kind: results, faults, captures.
+    pub keep: usize,
+    /// The most that all of them take on disk \[MB\].
+    pub keep_mb: u64,
+    /// A capture is stopped after this long \[s\], or when it is half of the ring.
+    pub capture_max_s: f64,
+}
+
+impl Default for RecordingOptions {
+    fn default() -> Self {
+        Self {
+            directory: None,
+            ring_mb: 1_000,
+            segment_s: 60.0,
+            before_s: 2.0,
+            after_s: 1.0,
+            fault_before_s: 10.0,
+            fault_every_s: 60.0,
+            keep: 50,
+            keep_mb: 1_000,
+            capture_max_s: 600.0,
+        }
+    }
+}
+
+/// Bytes of a megabyte.
+const MB: u64 = 1_000_000;
+
+impl RecordingOptions {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The key and what is allowed.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        let megabytes = [
+            ("service.recordings.ring_mb", self.ring_mb),
+            ("service.recordings.keep_mb", self.keep_mb),
+        ];
+        for (key, value) in megabytes {
+            if !(8..=10_000_000).contains(&value) {
+                return Err((key, format!("{value} is not in 8..=10000000")));
+            }
+        }
+        let seconds = [
+            ("service.recordings.segment_s", self.segment_s, 1.0, 3600.0),
+            ("service.recordings.before_s", self.before_s, 0.0, 60.0),
+            ("service.recordings.after_s", self.after_s, 0.0, 60.0),
+            ("service.recordings.fault_before_s", self.fault_before_s, 0.0, 600.0),
+            ("service.recordings.fault_every_s", self.fault_every_s, 1.0, 86_400.0),
+            ("service.recordings.capture_max_s", self.capture_max_s, 1.0, 86_400.0),
+        ];
+        for (key, value, low, high) in seconds {
+            if !(low..=high).contains(&value) {
+                return Err((key, format!("{value} s is not in {low}..={high}")));
+            }
+        }
+        if !(1..=100_000).contains(&self.keep) {
+            let problem = format!("{} is not in 1..=100000", self.keep);
+            return Err(("service.recordings.keep", problem));
+        }
+        Ok(())
+    }
+
+    /// The folder of everything recorded.
+    pub fn folder(&self, state: &Path) -> PathBuf {
+        self.directory.clone().unwrap_or_else(|| state.join("recordings"))
+    }
+
+    /// The bound of the ring \[bytes\].
+    pub fn ring_bytes(&self) -> u64 {
+        self.ring_mb.saturating_mul(MB)
+    }
+
+    /// The bound of what is kept \[bytes\].
+    pub fn keep_bytes(&self) -> u64 {
+        self.keep_mb.saturating_mul(MB)
+    }
+}
+
+/// The ring in the folder of everything recorded.
+pub(super) fn ring_folder(folder: &Path) -> PathBuf {
+    folder.join("ring")
+}
+
+/// What is kept, likewise.
+pub(super) fn kept_folder(folder: &Path) -> PathBuf {
+    folder.join("kept")
+}

@@ -1,0 +1,62 @@
+//! From the bus thread to the recorder.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use didim_drivers::frame::{Frame, FrameId};
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// Frames that may wait for the disk: 6 s of 5000 a second, 3 MB.
+const QUEUE: usize = 1 << 15;
+
+/// A frame as the assembler got it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// The frame, its stamp mapped.
+    pub frame: Frame,
+    /// Counts the frames of the bus, also those that nobody got.
+    pub sequence: u32,
+}
+
+/// The bus thread's end of the queue.
+#[derive(Debug)]
+pub struct FrameTap {
+    queue: Producer<Recorded>,
+    unrecorded: Arc<AtomicU64>,
+    sequence: u32,
+    drops: u64,
+}
+
+/// Makes a queue for `capacity` frames, with all its memory; and the count of those that found it
+/// full. Nothing stands for the size of the recorder's.
+pub fn frame_queue(capacity: Option<usize>) -> (FrameTap, Consumer<Recorded>, Arc<AtomicU64>) {
+    let capacity = capacity.unwrap_or(QUEUE);
+    let (mut queue, mut frames) = RingBuffer::new(capacity);
+    // The pages are touched here, not by the bus thread.
+    if let Ok(blank) = Frame::classic(FrameId::Standard(0), &[]) {
+        while queue.push(Recorded { frame: blank, sequence: 0 }).is_ok() {}
+        while frames.pop().is_ok() {}
+    }
+    let unrecorded = Arc::new(AtomicU64::new(0));
+    let tap = FrameTap { queue, unrecorded: Arc::clone(&unrecorded), sequence: 0, drops: 0 };
+    (tap, frames, unrecorded)
+}
+
+impl FrameTap {
+    /// Hands over frames that were read together, after `drops` frames were dropped unread so far.
+    /// It never waits: a frame that finds the queue full is counted.
+    pub fn take(&mut self, frames: &[Frame], drops: u64) {
+        let dropped = drops.saturating_sub(self.drops);
+        self.drops = drops;
+        // Modulo 2³², as the sequence itself.
+        let dropped = u32::try_from(dropped & u64::from(u32::MAX)).unwrap_or(0);
+        self.sequence = self.sequence.wrapping_add(dropped);
+        for frame in frames {
+            let recorded = Recorded { frame: *frame, sequence: self.sequence };
+            self.sequence = self.sequence.wrapping_add(1);
+            if self.queue.push(recorded).is_err() {
+                self.unrecorded.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    }
+}

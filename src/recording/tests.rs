@@ -1,0 +1,342 @@
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use didim_drivers::frame::{Frame, FrameId};
+use didim_drivers::source::mcap::{FileEnd, McapInfo, McapScan};
+use didim_drivers::source::{InterfaceName, McapSource, McapWriter, Source, StampClock};
+
+use super::*;
+
+fn frame(n: u64) -> Frame {
+    let mut data = [0; 64];
+    data[..8].copy_from_slice(&n.to_le_bytes());
+    Frame::fd(FrameId::Standard(0x123), true, &data).unwrap().at(n * 200_000)
+}
+
+fn number(frame: &Frame) -> u64 {
+    u64::from_le_bytes(frame.data()[..8].try_into().unwrap())
+}
+
+fn interfaces() -> [InterfaceName; 1] {
+    [InterfaceName::new("vcan0").unwrap()]
+}
+
+fn options(folder: &Path, ring_bytes: u64) -> RecorderOptions {
+    RecorderOptions {
+        folder: folder.to_owned(),
+        ring_bytes,
+        segment: Duration::from_secs(60),
+        cell: "cell".into(),
+        configuration: "c0ffee".into(),
+        create: Arc::new(create_file),
+    }
+}
+
+fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < Duration::from_secs(20), "not within 20 s: {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Hands over frames no faster than they are written.
+fn feed(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Range<u64>) {
+    for n in frames {
+        tap.take(&[frame(n)], 0);
+        if n % 1000 == 999 {
+            let status = shared.snapshot();
+            let waiting = n + 1 - status.frames_recorded - status.frames_unrecorded;
+            if waiting > 10_000 {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
+    }
+}
+
+fn end(recorder: Recorder, tap: FrameTap) -> RecordingStatus {
+    let shared = recorder.shared().clone();
+    drop(tap);
+    recorder.finish();
+    shared.snapshot()
+}
+
+/// Everything in a file, which has to have an end unless `part`.
+fn read(path: &Path, part: bool) -> Vec<u64> {
+    let mut source = McapSource::open(path, &[]).unwrap();
+    let mut found = Vec::new();
+    while let Some(frame) = source.next_frame().unwrap() {
+        found.push(number(&frame));
+    }
+    if !part {
+        assert_eq!(source.ending(), Some(FileEnd::Finished), "{}", path.display());
+    }
+    assert_eq!(source.counters().queue_drops, 0);
+    found
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+fn size(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).unwrap().flatten();
+    entries.filter_map(|entry| entry.metadata().ok()).map(|data| data.len()).sum()
+}
+
+#[test]
+fn what_is_recorded_is_there_in_order_over_all_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = options(folder.path(), 16_000_000);
+    let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+    feed(&mut tap, &recorder.shared().clone(), 0..50_000);
+    let status = end(recorder, tap);
+    assert_eq!(status.state, RecordingState::Ended);
+    assert_eq!(
+        (status.frames_recorded, status.frames_unrecorded, status.write_errors),
+        (50_000, 0, 0)
+    );
+    let files = files(folder.path());
+    assert!(files.len() >= 3, "a file is an eighth of the ring: {files:?}");
+    assert_eq!(status.segments, files.len());
+    assert_eq!(status.ring_bytes, size(folder.path()));
+    let found: Vec<u64> = files.iter().flat_map(|file| read(file, false)).collect();
+    assert!(found.iter().copied().eq(0..50_000));
+}
+
+/// Notes the largest size that the folder ever had.
+struct Watched {
+    file: File,
+    folder: PathBuf,
+    largest: Arc<AtomicU64>,
+}
+
+impl Write for Watched {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.largest.fetch_max(size(&self.folder), Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Output for Watched {
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn the_ring_is_never_larger_than_its_limit() {
+    for limit in [1, 3_000, 12_000, 40_000, 150_000, 500_000, 2_000_001] {
+        let folder = tempfile::tempdir().unwrap();
+        let largest = Arc::new(AtomicU64::new(0));
+        let mut options = options(folder.path(), limit);
+        let (watched, at) = (Arc::clone(&largest), folder.path().to_owned());
+        options.create = Arc::new(move |path| {
+            let (folder, largest) = (at.clone(), Arc::clone(&watched));
+            Ok(Box::new(Watched { file: File::create(path)?, folder, largest }))
+        });
+        let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+        let total = 20_000;
+        feed(&mut tap, &recorder.shared().clone(), 0..total);
+        let status = end(recorder, tap);
+        let largest = largest.load(Ordering::Relaxed).max(size(folder.path()));
+        if limit < 12_000 {
+            // Not even a file without frames has room: told, not done.
+            assert_eq!(status.state, RecordingState::Failed);
+            let why = status.why.unwrap();
+            assert!(why.contains("ring_mb"), "{why}");
+            assert_eq!(status.frames_recorded + status.frames_unrecorded, total);
+            assert!(largest < 12_000 + limit, "{limit}: {largest}");
+            continue;
+        }
+        assert!(largest <= limit, "{limit}: {largest}");
+        assert_eq!((status.frames_recorded, status.write_errors), (total, 0), "{limit}");
+        if limit < 150_000 {
+            continue;
+        }
+        // What is left are the latest, without a gap.
+        let files = files(folder.path());
+        let found: Vec<u64> = files.iter().flat_map(|file| read(file, false)).collect();
+        let first = found[0];
+        assert!(found.iter().copied().eq(first..total), "{limit}: from {first}");
+        assert!(size(folder.path()) > limit / 3, "{limit}: {}", size(folder.path()));
+    }
+}
+
+/// What a recorder leaves that is killed: `frames` flushed in chunks of a hundred.
+fn killed(path: &Path, frames: core::ops::Range<u64>) {
+    let info = McapInfo { interfaces: interfaces().to_vec(), ..McapInfo::default() };
+    let mut writer = McapWriter::new(File::create(path).unwrap(), &info).unwrap();
+    for n in frames {
+        writer.write(&frame(n), u32::try_from(n).unwrap()).unwrap();
+        if n % 100 == 99 {
+            writer.flush().unwrap();
+        }
+    }
+    core::mem::forget(writer);
+}
+
+#[test]
+fn what_a_killed_recorder_left_is_closed_at_the_next_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("segment-00000004.mcap.part");
+    killed(&part, 0..250);
+    // Bytes of a chunk that did not get there whole, and another that never had one.
+    File::options().append(true).open(&part).unwrap().write_all(&[6, 0, 1, 0, 0, 0]).unwrap();
+    fs::write(folder.path().join("segment-00000005.mcap.part"), b"\x89MCAP").unwrap();
+    fs::write(folder.path().join("notes.txt"), "not ours").unwrap();
+    let ring = Ring::open(folder.path(), 10_000_000).unwrap();
+    assert_eq!((ring.repaired(), ring.whole().len()), (1, 1));
+    let names: Vec<_> = files(folder.path());
+    let expected = ["notes.txt", "segment-00000004.mcap"].map(|name| folder.path().join(name));
+    assert_eq!(names, expected);
+    assert!(read(&names[1], false).into_iter().eq(0..200));
+    // The next file does not take the number of one that was there.
+    assert!(ring.next_path().ends_with("segment-00000006.mcap.part"));
+    assert!(Ring::open(folder.path(), 10_000_000).unwrap_err().to_string().contains("in use"));
+}
+
+#[test]
+fn a_part_cut_at_any_place_never_hinders_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("segment-00000000.mcap.part");
+    killed(&part, 0..200);
+    let whole = fs::read(&part).unwrap();
+    for cut in (0..whole.len()).step_by(97).chain([whole.len()]) {
+        files(folder.path()).iter().for_each(|file| fs::remove_file(file).unwrap());
+        fs::write(&part, &whole[..cut]).unwrap();
+        let ring = Ring::open(folder.path(), 10_000_000).unwrap();
+        let found: Vec<u64> = ring.whole().flat_map(|segment| read(&segment.path, false)).collect();
+        assert!([0, 100, 200].contains(&found.len()), "cut at {cut}: {}", found.len());
+        assert_eq!(files(folder.path()).len(), usize::from(!found.is_empty()), "cut at {cut}");
+    }
+}
+
+#[test]
+fn a_ring_that_may_be_smaller_now_shrinks_at_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    for n in 0..6 {
+        killed(
+            &folder.path().join(format!("segment-0000000{n}.mcap.part")),
+            n * 100..n * 100 + 100,
+        );
+    }
+    let before = size(folder.path());
+    let limit = before / 2;
+    let ring = Ring::open(folder.path(), limit).unwrap();
+    assert!(size(folder.path()) <= limit);
+    let found: Vec<u64> = ring.whole().flat_map(|segment| read(&segment.path, false)).collect();
+    assert_eq!(found.last(), Some(&599), "the latest are kept: {found:?}");
+}
+
+/// A disk that is full whenever somebody says so.
+struct Full {
+    file: File,
+    full: Arc<AtomicBool>,
+}
+
+impl Write for Full {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.full.load(Ordering::Relaxed) {
+            // As a real one: what still fits is written.
+            self.file.write_all(&bytes[..bytes.len() / 2])?;
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Output for Full {
+    fn sync(&mut self) -> io::Result<()> {
+        self.file.sync_all()
+    }
+}
+
+#[test]
+fn a_full_disk_is_told_and_recording_goes_on_when_there_is_room() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = Arc::new(AtomicBool::new(false));
+    let mut options = options(folder.path(), 10_000_000);
+    let switch = Arc::clone(&full);
+    options.create = Arc::new(move |path| {
+        let (file, full) = (File::create(path)?, Arc::clone(&switch));
+        Ok(Box::new(Full { file, full }))
+    });
+    let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+    let shared = recorder.shared().clone();
+    tap.take(&(0..1000).map(frame).collect::<Vec<_>>(), 0);
+    // On disk, not only taken.
+    eventually("the first frames are on disk", || {
+        let part = folder.path().join("segment-00000000.mcap.part");
+        McapScan::of(&part).is_ok_and(|scan| scan.stamps_ns() == Some((0, 999 * 200_000)))
+    });
+    full.store(true, Ordering::Relaxed);
+    tap.take(&(1000..1500).map(frame).collect::<Vec<_>>(), 0);
+    eventually("the failure is told", || shared.snapshot().state == RecordingState::Failed);
+    let why = shared.snapshot().why.unwrap();
+    assert!(why.contains("segment-00000000") && why.contains("make room"), "{why}");
+    assert!(shared.snapshot().write_errors >= 1);
+    full.store(false, Ordering::Relaxed);
+    let mut n = 1500;
+    eventually("it writes again", || {
+        tap.take(&[frame(n)], 0);
+        n += 1;
+        shared.snapshot().state == RecordingState::Recording
+    });
+    let status = end(recorder, tap);
+    assert_eq!(status.segments_repaired, 1);
+    assert!(status.frames_unrecorded > 0);
+    let files = files(folder.path());
+    assert_eq!(files.len(), 2, "{files:?}");
+    assert!(read(&files[0], false).into_iter().eq(0..1000));
+    let later = read(&files[1], false);
+    assert_eq!(later.last(), Some(&(n - 1)));
+    // Those that were refused while it paused are missing, and the sequence says so.
+    let mut source = McapSource::open(&files[1], &[]).unwrap();
+    source.continue_from(Some(999));
+    source.next_frame().unwrap();
+    assert_eq!(source.counters().queue_drops, later[0] - 1000);
+}
+
+#[test]
+fn frames_dropped_before_the_tap_are_missing_in_the_sequence() {
+    let (mut tap, mut frames, _) = frame_queue(Some(8));
+    tap.take(&[frame(0)], 0);
+    tap.take(&[frame(1)], 7);
+    tap.take(&[frame(2)], 7);
+    let sequences: Vec<u32> =
+        std::iter::from_fn(|| frames.pop().ok()).map(|recorded| recorded.sequence).collect();
+    assert_eq!(sequences, [0, 8, 9]);
+}
+
+#[test]
+fn options_out_of_range_are_named() {
+    assert_eq!(RecordingOptions::default().check(), Ok(()));
+    let wrong = [
+        ("ring_mb", RecordingOptions { ring_mb: 1, ..Default::default() }),
+        ("keep_mb", RecordingOptions { keep_mb: u64::MAX, ..Default::default() }),
+        ("segment_s", RecordingOptions { segment_s: f64::NAN, ..Default::default() }),
+        ("keep", RecordingOptions { keep: 0, ..Default::default() }),
+    ];
+    for (key, options) in wrong {
+        let (named, _) = options.check().unwrap_err();
+        assert_eq!(named, format!("service.recordings.{key}"));
+    }
+}
+
+mod keep;
