@@ -52,6 +52,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let first = window.sequence_at_start(&arguments.log, &cell).map_err(CliError::failed)?;
         match first {
             Some(sequence) => {
+                if !window.is_of(&cell) {
+                    tracing::warn!(
+                        "{}: it was recorded with another configuration; the result may be another",
+                        arguments.log.display()
+                    );
+                }
                 bus.assembler = bus.assembler.starting_at(sequence);
                 work.options.recorded = Some(window);
             }

@@ -1,33 +1,20 @@
 //! The thread that keeps recordings of results, faults and captures.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
-use super::kept::{KeptFolder, Kind};
+use super::keeping::Keeping;
 use super::options::{RecordingOptions, kept_folder, ring_folder};
-use super::ring::RingError;
 use super::window::RecordedWindow;
 
-/// How often the ring is looked at while something waits for it.
-const POLL: Duration = Duration::from_millis(100);
-/// How often the size of a capture is looked at.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// How long the ring may take to have on disk what was on the bus.
-const RING_DELAY: Duration = Duration::from_secs(4);
-/// How long it may take at the end, when the recorder closes its file.
-const LAST_DELAY: Duration = Duration::from_millis(300);
-/// The pause between two looks at the end.
-const TURN: Duration = Duration::from_millis(10);
 /// Requests that may wait, in the queue and for the ring.
-const QUEUE: usize = 16;
+pub(super) const QUEUE: usize = 16;
 /// How long the end waits for what is still to be kept.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(4);
 /// How long a command waits for its answer.
@@ -82,9 +69,10 @@ pub enum CaptureError {
     Busy,
 }
 
-type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
+pub(super) type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
 
-enum Request {
+/// What is asked of the thread.
+pub(super) enum Request {
     Result { number: u64, window: RecordedWindow },
     Fault { cause: &'static str, stamp_ns: u64 },
     Start { name: String, answer: CaptureAnswer },
@@ -102,7 +90,7 @@ pub struct Keeper {
 
 /// The keeper's counts.
 #[derive(Clone, Debug, Default)]
-pub struct SharedKept(Arc<Mutex<KeptStatus>>);
+pub struct SharedKept(pub(super) Arc<Mutex<KeptStatus>>);
 
 /// The thread of a keeper.
 #[derive(Debug)]
@@ -111,7 +99,7 @@ pub struct KeeperThread {
     ending: Arc<AtomicBool>,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -121,7 +109,7 @@ impl SharedKept {
         lock(&self.0).clone()
     }
 
-    fn fail(&self, what: &str, why: &dyn core::fmt::Display) {
+    pub(super) fn fail(&self, what: &str, why: &dyn core::fmt::Display) {
         tracing::warn!("no recording of {what}: {why}");
         let mut status = lock(&self.0);
         status.failed += 1;
@@ -227,237 +215,5 @@ impl KeeperThread {
             }
             std::thread::sleep(Duration::from_millis(2));
         }
-    }
-}
-
-/// What waits for the ring.
-struct Waiting {
-    kind: Kind,
-    /// Of a result its number.
-    number: Option<u64>,
-    label: String,
-    stretch: Stretch,
-    more: BTreeMap<String, String>,
-    deadline: Instant,
-}
-
-struct Capture {
-    name: String,
-    from_ns: u64,
-    since: Instant,
-    /// When its size was last looked at.
-    looked: Instant,
-}
-
-struct Keeping {
-    ring: PathBuf,
-    kept: PathBuf,
-    options: RecordingOptions,
-    shared: SharedKept,
-    waiting: Vec<Waiting>,
-    capture: Option<Capture>,
-}
-
-/// Why a recording is not kept.
-#[derive(Debug, thiserror::Error)]
-enum KeepError {
-    #[error(transparent)]
-    Extract(#[from] ExtractError),
-    #[error(transparent)]
-    Folder(#[from] RingError),
-    #[error("it would take {bytes} bytes, more than service.recordings.keep_mb allows")]
-    TooLarge { bytes: u64 },
-}
-
-impl Keeping {
-    fn run(&mut self, requests: &Receiver<Request>, ending: &AtomicBool) {
-        self.count();
-        let mut since: Option<Instant> = None;
-        loop {
-            let ended = match requests.recv_timeout(POLL) {
-                Ok(request) => {
-                    self.take(request);
-                    false
-                }
-                Err(RecvTimeoutError::Timeout) => ending.load(Ordering::Relaxed),
-                Err(RecvTimeoutError::Disconnected) => true,
-            };
-            if ended {
-                self.stop_capture();
-                // With nobody at the other end the wait above does not wait.
-                std::thread::sleep(TURN);
-            }
-            self.watch_capture();
-            let over = ended && since.get_or_insert_with(Instant::now).elapsed() >= LAST_DELAY;
-            let mut waiting = std::mem::take(&mut self.waiting);
-            waiting.retain(|one| !self.settle(one, over));
-            self.waiting.extend(waiting);
-            if ended && self.waiting.is_empty() {
-                return;
-            }
-        }
-    }
-
-    fn take(&mut self, request: Request) {
-        match request {
-            Request::Result { number, window } => {
-                let stretch = self.around(
-                    (window.first_stamp_ns, self.options.before_s),
-                    (window.last_stamp_ns, self.options.after_s),
-                );
-                self.wait(Kind::Result, Some(number), "", stretch, window.to_map());
-            }
-            Request::Fault { cause, stamp_ns } => {
-                let before = (stamp_ns, self.options.fault_before_s);
-                let stretch = self.around(before, (stamp_ns, self.options.after_s));
-                // The ring may not go back so far: what there is counts.
-                let more = [
-                    ("fault".to_owned(), cause.to_owned()),
-                    ("fault_stamp_ns".to_owned(), stamp_ns.to_string()),
-                ];
-                self.wait(Kind::Fault, None, cause, stretch, more.into());
-            }
-            Request::Start { name, answer } => drop(answer.try_send(self.start_capture(name))),
-            Request::Stop { answer } => {
-                let stopped = self.stop_capture().ok_or(CaptureError::NotRunning);
-                let _ = answer.try_send(stopped);
-            }
-        }
-    }
-
-    fn around(&self, before: (u64, f64), after: (u64, f64)) -> Stretch {
-        let ns =
-            |seconds: f64| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(0);
-        let ((first_ns, before_s), (last_ns, after_s)) = (before, after);
-        Stretch {
-            from_ns: first_ns.saturating_sub(ns(before_s)),
-            first_ns,
-            last_ns,
-            to_ns: last_ns.saturating_add(ns(after_s)),
-        }
-    }
-
-    fn wait(
-        &mut self,
-        kind: Kind,
-        number: Option<u64>,
-        label: &str,
-        stretch: Stretch,
-        more: BTreeMap<String, String>,
-    ) {
-        if self.waiting.len() >= QUEUE {
-            return self.shared.fail("one more", &"too many wait for the ring");
-        }
-        let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
-        let deadline = Instant::now() + after + RING_DELAY;
-        let label = label.to_owned();
-        self.waiting.push(Waiting { kind, number, label, stretch, more, deadline });
-    }
-
-    fn start_capture(&mut self, name: String) -> Result<(), CaptureError> {
-        if let Some(running) = &self.capture {
-            return Err(CaptureError::Running(running.name.clone()));
-        }
-        let nothing = |why: String| CaptureError::NothingRecorded(why);
-        let from_ns = newest(&self.ring).map_err(|error| nothing(error.to_string()))?;
-        let from_ns = from_ns.ok_or_else(|| nothing("the ring is empty".to_owned()))?;
-        lock(&self.shared.0).capture = Some(name.clone());
-        let now = Instant::now();
-        self.capture = Some(Capture { name, from_ns, since: now, looked: now });
-        Ok(())
-    }
-
-    /// Ends the capture at what will be on disk next.
-    fn stop_capture(&mut self) -> Option<()> {
-        let Capture { name, from_ns, since, looked: _ } = self.capture.take()?;
-        lock(&self.shared.0).capture = None;
-        let length = u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        // What was on the bus until now may be on disk a second later, and the capture began with
-        // what was on disk then.
-        let to_ns = from_ns.saturating_add(length).saturating_add(1_000_000_000);
-        let stretch = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns };
-        let more = [("capture".to_owned(), name.clone())].into();
-        self.wait(Kind::Capture, None, &name, stretch, more);
-        if let Some(waiting) = self.waiting.last_mut() {
-            waiting.deadline = Instant::now() + RING_DELAY;
-        }
-        Some(())
-    }
-
-    /// Stops a capture before the ring loses its beginning, and before it is too long.
-    fn watch_capture(&mut self) {
-        let Some(capture) = &mut self.capture else { return };
-        if capture.looked.elapsed() < LOOK_EVERY {
-            return;
-        }
-        capture.looked = Instant::now();
-        let too_long = capture.since.elapsed().as_secs_f64() > self.options.capture_max_s;
-        let from_ns = capture.from_ns;
-        let so_far = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
-        let most = self.options.ring_bytes().min(self.options.keep_bytes()) / 2;
-        let too_large = match find(&self.ring, so_far, Runs::Latest) {
-            Ok(Some(found)) => found.bytes > most,
-            _ => false,
-        };
-        if too_long || too_large {
-            let why = if too_long { "capture_max_s" } else { "half of the ring" };
-            tracing::warn!("the capture `{}` is stopped at {why}", capture.name);
-            self.stop_capture();
-        }
-    }
-
-    /// Keeps what is on disk, or gives up; false when it still has to wait.
-    fn settle(&self, one: &Waiting, ended: bool) -> bool {
-        let over = ended || Instant::now() >= one.deadline;
-        let found = match find(&self.ring, one.stretch, if over { Runs::Any } else { Runs::Latest })
-        {
-            Ok(Some(found)) if over || found.newest_ns > one.stretch.to_ns => Ok(found),
-            Ok(None) if over => Err(ExtractError::NotThere.into()),
-            Err(error) if over => Err(error.into()),
-            _ => return false,
-        };
-        let kept = found.and_then(|found| {
-            let folder =
-                KeptFolder::open(&self.kept, self.options.keep, self.options.keep_bytes())?;
-            if !folder.make_room(found.bytes)? {
-                return Err(KeepError::TooLarge { bytes: found.bytes });
-            }
-            let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
-            let extracted = extract(&found, &folder.temporary(), &one.more);
-            if extracted.is_err() {
-                folder.discard();
-            }
-            let frames = extracted?;
-            let path = folder.add(one.kind, number, &one.label)?;
-            Ok((path, frames))
-        });
-        match kept {
-            Ok((path, frames)) => {
-                tracing::info!(frames, "{} kept", path.display());
-                lock(&self.shared.0).kept += 1;
-            }
-            Err(error) => self.shared.fail(&what(one), &error),
-        }
-        self.count();
-        true
-    }
-
-    fn count(&self) {
-        if let Ok((files, bytes)) = count(&self.kept, &self.options) {
-            let mut status = lock(&self.shared.0);
-            (status.files, status.bytes) = (files, bytes);
-        }
-    }
-}
-
-fn count(folder: &Path, options: &RecordingOptions) -> Result<(usize, u64), RingError> {
-    KeptFolder::open(folder, options.keep, options.keep_bytes())?.size()
-}
-
-fn what(one: &Waiting) -> String {
-    match (one.kind, one.number) {
-        (Kind::Result, number) => format!("result {}", number.unwrap_or(0)),
-        (Kind::Fault, _) => format!("the fault `{}`", one.label),
-        (Kind::Capture, _) => format!("the capture `{}`", one.label),
     }
 }

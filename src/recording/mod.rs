@@ -12,6 +12,7 @@
 mod extract;
 mod input;
 mod keeper;
+mod keeping;
 mod kept;
 mod options;
 mod output;
@@ -20,6 +21,7 @@ mod ring;
 mod status;
 mod tap;
 mod window;
+mod writing;
 
 pub use input::{is_mcap, open_log};
 pub use keeper::{CaptureError, Keeper, KeeperOptions, KeeperThread, KeptStatus, SharedKept};

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::mcap::{FileEnd, McapInfo, McapScan};
-use didim_drivers::source::{InterfaceName, McapSource, McapWriter, Source, StampClock};
+use didim_drivers::source::{InterfaceName, McapSource, McapWriter, Received, Source, StampClock};
 
 use super::*;
 
@@ -49,11 +49,10 @@ fn feed(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Range<u
     for n in frames {
         tap.take(&[frame(n)], 0);
         if n % 1000 == 999 {
-            let status = shared.snapshot();
-            let waiting = n + 1 - status.frames_recorded - status.frames_unrecorded;
-            if waiting > 10_000 {
-                std::thread::sleep(Duration::from_millis(20));
-            }
+            eventually("the recorder follows", || {
+                let status = shared.snapshot();
+                n + 1 - status.frames_recorded - status.frames_unrecorded <= 10_000
+            });
         }
     }
 }
@@ -336,6 +335,52 @@ fn options_out_of_range_are_named() {
     for (key, options) in wrong {
         let (named, _) = options.check().unwrap_err();
         assert_eq!(named, format!("service.recordings.{key}"));
+    }
+}
+
+/// Everything in a source, and what it says is missing.
+fn drain(source: &mut dyn Source) -> (Vec<u64>, u64) {
+    let (mut found, mut batch) = (Vec::new(), Vec::with_capacity(100));
+    while source.receive(&mut batch, Duration::ZERO).unwrap() == Received::Frames {
+        found.extend(batch.drain(..).map(|frame| number(&frame)));
+    }
+    (found, source.counters().queue_drops)
+}
+
+#[test]
+fn a_ring_is_read_as_one_recording_and_says_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    for run in [0..50_000, 70_000..70_100] {
+        let options = options(folder.path(), 16_000_000);
+        let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+        feed_all(&mut tap, &recorder.shared().clone(), run);
+        end(recorder, tap);
+    }
+    let all: Vec<u64> = (0..50_000).chain(70_000..70_100).collect();
+    let mut ring = open_log(folder.path()).unwrap();
+    assert_eq!(ring.interfaces(), interfaces());
+    assert_eq!(drain(&mut *ring), (all.clone(), 0), "between two runs nothing is missing");
+    // Of three files or more of the first run one in the middle is away.
+    let files = files(folder.path());
+    assert!(files.len() >= 4, "{files:?}");
+    let away = read(&files[1], false);
+    fs::remove_file(&files[1]).unwrap();
+    let (found, missing) = drain(&mut *open_log(folder.path()).unwrap());
+    assert_eq!(missing, away.len() as u64);
+    assert!(found.into_iter().eq(all.into_iter().filter(|n| !away.contains(n))));
+    // A folder without a recording says what to name.
+    let empty = tempfile::tempdir().unwrap();
+    let error = open_log(empty.path()).map(drop).unwrap_err().to_string();
+    assert!(error.contains("recordings/ring"), "{error}");
+}
+
+fn feed_all(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Range<u64>) {
+    for n in frames.clone() {
+        tap.take(&[frame(n)], 0);
+        let taken = n + 1 - frames.start;
+        if taken.is_multiple_of(5_000) {
+            eventually("they are written", || shared.snapshot().frames_recorded == taken);
+        }
     }
 }
 

@@ -32,6 +32,8 @@ pub struct RecordedWindow {
     pub samples: usize,
     /// What ended it.
     pub end: WindowEnd,
+    /// Hash of the configuration; nothing where the recording does not say.
+    pub configuration: Option<String>,
 }
 
 const NUMBER: &str = "window";
@@ -52,6 +54,7 @@ impl RecordedWindow {
             last_stamp_ns: stamp(window.samples.last()),
             samples: window.samples.len(),
             end: window.end,
+            configuration: None,
         }
     }
 
@@ -82,6 +85,7 @@ impl RecordedWindow {
             last_stamp_ns: number(LAST_STAMP)?,
             samples: usize::try_from(number(SAMPLES)?).ok()?,
             end: serde_json::from_value(end).ok()?,
+            configuration: None,
         })
     }
 
@@ -94,7 +98,15 @@ impl RecordedWindow {
             return Ok(None);
         }
         let source = McapSource::open(path, &[])?;
-        Ok(source.info().and_then(|info| Self::from_map(&info.more)))
+        let Some(info) = source.info() else { return Ok(None) };
+        let configuration = Some(info.configuration.clone());
+        Ok(Self::from_map(&info.more).map(|window| Self { configuration, ..window }))
+    }
+
+    /// Whether it was recorded with this configuration, as far as that is known.
+    pub fn is_of(&self, cell: &Cell) -> bool {
+        let here = &cell.configuration_sha256;
+        self.configuration.as_ref().is_none_or(|recorded| recorded == here)
     }
 
     /// The sequence that the first cycle of the recording had; nothing when its frames do not give

@@ -65,6 +65,7 @@ fn window(first_stamp_ns: u64) -> RecordedWindow {
         last_stamp_ns: first_stamp_ns + 999 * 200_000,
         samples: 1000,
         end: WindowEnd::Command,
+        configuration: None,
     }
 }
 
@@ -77,7 +78,9 @@ fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
     assert_eq!(recorded.names(), ["result-00000012.mcap"]);
     let kept = &recorded.kept()[0];
     assert_eq!(status.bytes, kept.metadata().unwrap().len());
-    assert_eq!(RecordedWindow::of_file(kept).unwrap(), Some(window));
+    let configuration = Some("c0ffee".to_owned());
+    let expected = RecordedWindow { configuration, ..window };
+    assert_eq!(RecordedWindow::of_file(kept).unwrap(), Some(expected));
     // 0.1 s before 2 s, 0.05 s after 2.1998 s, at 5 kHz.
     assert!(read(kept, false).into_iter().eq(9_500..=11_249));
 }

@@ -1,0 +1,256 @@
+//! What the recorder's thread does: frames into files, files into the ring.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use didim_drivers::frame::Frame;
+use didim_drivers::socket::clock_pair;
+use didim_drivers::source::mcap::{McapInfo, McapWriteError};
+use didim_drivers::source::{McapWriter, StampClock};
+use rtrb::Consumer;
+
+use super::output::Output;
+use super::recorder::RecorderOptions;
+use super::ring::{Ring, RingError};
+use super::status::{RecordingState, SharedRecording};
+use super::tap::Recorded;
+
+/// How often the queue is emptied.
+const TURN: Duration = Duration::from_millis(20);
+/// A chunk is handed to the file system at least this often, so that less than a second is lost when
+/// the process is killed.
+const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// Pauses between attempts after a failure.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(60);
+/// A file is closed at an eighth of the ring, within these bounds \[bytes\].
+const SMALLEST_SEGMENT: u64 = 100_000;
+const LARGEST_SEGMENT: u64 = 64_000_000;
+/// What closing a chunk may add to a file \[bytes\].
+const CHUNK_ROOM: u64 = 4096;
+
+/// Why nothing is written.
+#[derive(Debug, thiserror::Error)]
+enum WritingError {
+    #[error(transparent)]
+    Ring(#[from] RingError),
+    #[error("{}: {source}; make room on the disk, or correct the rights", path.display())]
+    Write { path: PathBuf, source: McapWriteError },
+    #[error("the ring of {limit} bytes has no room for one file: raise service.recordings.ring_mb")]
+    TooSmall { limit: u64 },
+}
+
+/// The state of the thread.
+pub(super) struct Writing {
+    options: RecorderOptions,
+    info: McapInfo,
+    clock: StampClock,
+    shared: SharedRecording,
+    /// Nothing before it is opened, and after a failure.
+    ring: Option<Ring>,
+    current: Option<Current>,
+    /// When to try again after a failure.
+    retry: Option<Instant>,
+    pause: Duration,
+}
+
+/// The file being written.
+struct Current {
+    writer: McapWriter<Box<dyn Output>>,
+    path: PathBuf,
+    opened: Instant,
+    flushed: Instant,
+    first_log_time: u64,
+}
+
+impl Writing {
+    pub(super) fn new(
+        options: RecorderOptions,
+        info: McapInfo,
+        clock: StampClock,
+        shared: SharedRecording,
+    ) -> Self {
+        let (ring, current, retry, pause) = (None, None, None, FIRST_PAUSE);
+        Self { options, info, clock, shared, ring, current, retry, pause }
+    }
+
+    pub(super) fn run(&mut self, mut frames: Consumer<Recorded>) {
+        // Files of an earlier run are closed before the first frame comes.
+        let opened = self.open_ring().map(drop);
+        self.note(opened);
+        loop {
+            // Looked at before the queue is emptied: what came before the end is in it.
+            let ended = frames.is_abandoned();
+            while let Ok(recorded) = frames.pop() {
+                self.take(&recorded);
+            }
+            let tended = self.tend(ended);
+            self.note(tended);
+            self.publish(ended);
+            if ended {
+                return;
+            }
+            std::thread::sleep(TURN);
+        }
+    }
+
+    fn take(&mut self, recorded: &Recorded) {
+        let written = if self.retry.is_some_and(|at| Instant::now() < at) {
+            Ok(false)
+        } else {
+            self.write(&recorded.frame, recorded.sequence).map(|()| true)
+        };
+        match written {
+            Ok(true) => {
+                let mut status = self.shared.update();
+                status.frames_recorded += 1;
+                if status.state != RecordingState::Recording {
+                    status.state = RecordingState::Recording;
+                }
+                drop(status);
+                self.retry = None;
+            }
+            Ok(false) => drop(self.shared.unrecorded.fetch_add(1, Ordering::Relaxed)),
+            Err(error) => {
+                self.shared.unrecorded.fetch_add(1, Ordering::Relaxed);
+                self.note(Err(error));
+            }
+        }
+    }
+
+    /// After a failure everything is opened anew, later.
+    fn note(&mut self, done: Result<(), WritingError>) {
+        let Err(error) = done else { return };
+        // Its chunks are on disk as far as they got there; the next attempt closes it.
+        self.current = None;
+        self.ring = None;
+        tracing::warn!("recording stops for {} s: {error}", self.pause.as_secs());
+        self.retry = Some(Instant::now() + self.pause);
+        self.pause = (2 * self.pause).min(LONGEST_PAUSE);
+        let mut status = self.shared.update();
+        status.write_errors += 1;
+        (status.state, status.why) = (RecordingState::Failed, Some(error.to_string()));
+    }
+
+    fn open_ring(&mut self) -> Result<&mut Ring, WritingError> {
+        let ring = match self.ring.take() {
+            Some(ring) => ring,
+            None => {
+                let ring = Ring::open(&self.options.folder, self.options.ring_bytes)?;
+                self.shared.update().segments_repaired += ring.repaired();
+                ring
+            }
+        };
+        Ok(self.ring.insert(ring))
+    }
+
+    fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), WritingError> {
+        let largest = (self.options.ring_bytes / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
+        if self
+            .current
+            .as_ref()
+            .is_some_and(|current| current.writer.frames() > 0 && current.writer.bytes() >= largest)
+        {
+            self.close(true)?;
+        }
+        if self.current.is_none() {
+            self.begin(frame.stamp_ns)?;
+        }
+        if !self.make_room(frame)? {
+            // A small ring is nothing but this file: the next one may have its place.
+            self.close(false)?;
+            self.begin(frame.stamp_ns)?;
+            if !self.make_room(frame)? {
+                return Err(WritingError::TooSmall { limit: self.options.ring_bytes });
+            }
+        }
+        let Some(current) = &mut self.current else { return Ok(()) };
+        let written = current.writer.write(frame, sequence);
+        written.map_err(|source| WritingError::Write { path: current.path.clone(), source })
+    }
+
+    /// Removes old files for a frame and the chunk that it may close.
+    fn make_room(&mut self, frame: &Frame) -> Result<bool, WritingError> {
+        let (Some(current), Some(ring)) = (&self.current, &mut self.ring) else { return Ok(true) };
+        let frame = McapWriter::<Box<dyn Output>>::frame_bytes(frame);
+        Ok(ring.make_room(current.writer.bytes() + frame + CHUNK_ROOM)?)
+    }
+
+    fn begin(&mut self, stamp_ns: u64) -> Result<(), WritingError> {
+        let mut info = self.info.clone();
+        // One offset for each file: the people's clock may be set between two of them.
+        if self.clock == StampClock::Realtime {
+            let now = clock_pair();
+            info.offset_ns = now.realtime_ns.wrapping_sub(now.monotonic_ns).cast_signed();
+        }
+        let create = std::sync::Arc::clone(&self.options.create);
+        let path = self.open_ring()?.next_path();
+        let failed = |source| WritingError::Write { path: path.clone(), source };
+        let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
+        let writer = McapWriter::new(file, &info).map_err(failed)?;
+        let now = Instant::now();
+        self.current = Some(Current {
+            writer,
+            path,
+            opened: now,
+            flushed: now,
+            first_log_time: info.log_time(stamp_ns),
+        });
+        Ok(())
+    }
+
+    /// Closes chunks and files when they are due.
+    fn tend(&mut self, ended: bool) -> Result<(), WritingError> {
+        let segment = self.options.segment;
+        let Some(current) = &mut self.current else { return Ok(()) };
+        let failed = |path: &Path, source| WritingError::Write { path: path.to_owned(), source };
+        if ended || current.opened.elapsed() >= segment {
+            return self.close(!ended);
+        }
+        if current.flushed.elapsed() >= FLUSH_EVERY {
+            current.flushed = Instant::now();
+            current.writer.flush().map_err(|error| failed(&current.path, error))?;
+            // It writes again.
+            self.pause = FIRST_PAUSE;
+        }
+        Ok(())
+    }
+
+    /// Ends the file. At the end of the service nobody waits for the disk: the kernel has it all.
+    fn close(&mut self, sync: bool) -> Result<(), WritingError> {
+        let (Some(current), Some(ring)) = (self.current.take(), &mut self.ring) else {
+            return Ok(());
+        };
+        let path = current.path;
+        let failed = |source| WritingError::Write { path: path.clone(), source };
+        let mut file = current.writer.finish().map_err(failed)?;
+        let closed = if sync { file.sync() } else { file.flush() };
+        closed.map_err(|error| failed(McapWriteError::Output(error)))?;
+        drop(file);
+        ring.add(Some(current.first_log_time))?;
+        ring.make_room(0)?;
+        Ok(())
+    }
+
+    fn publish(&mut self, ended: bool) {
+        let newest = match self.clock {
+            StampClock::Realtime => Some(clock_pair().realtime_ns),
+            StampClock::Own => None,
+        };
+        let mut status = self.shared.update();
+        if let Some(ring) = &mut self.ring {
+            let current = self.current.as_ref();
+            status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());
+            status.segments = ring.whole().len() + usize::from(current.is_some());
+            let oldest = ring.oldest_log_time().or(current.map(|current| current.first_log_time));
+            status.oldest_s = newest
+                .zip(oldest)
+                .map(|(newest, oldest)| 1e-9 * newest.saturating_sub(oldest) as f64);
+        }
+        if ended && status.state != RecordingState::Failed {
+            status.state = RecordingState::Ended;
+        }
+    }
+}
