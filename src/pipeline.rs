@@ -16,7 +16,7 @@ use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::{AcquisitionPart, EstimationPart};
 use crate::store::WindowProvenance;
 use crate::stream::{FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions};
-use crate::worker::{Identified, Window, WindowOptionError, WorkerOptions};
+use crate::worker::{Identified, RecordOptions, Window, WindowOptionError, WorkerOptions};
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
@@ -211,6 +211,10 @@ pub fn estimation(
             folder: places.state.clone(),
             keep: cell.service.keep_results,
             configuration: cell.configuration_sha256.clone(),
+            records: RecordOptions {
+                texts: cell.configuration.clone(),
+                regrouping: cell.regrouping_sha256(),
+            },
         },
     })
 }

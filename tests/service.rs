@@ -16,9 +16,11 @@ use didim::service::{
     ServiceReport, SocketOptions, run,
 };
 use didim::status::{ClientError, Request, fetch_status, send_request};
+use didim::store::{HistoryLine, Timestamp, read_history};
 use didim::stream::{Pace, StreamNode, Topic};
 use didim::worker::{
-    Command, Identified, Identify, Rejection, Trigger, Window, WindowOptions, WorkerOptions,
+    Command, Identified, Identify, RecordOptions, Rejection, Trigger, Window, WindowOptions,
+    WorkerOptions,
 };
 use didim_core::identification::{Estimate, SingularValues, Verdict};
 use didim_drivers::frame::Frame;
@@ -48,6 +50,7 @@ fn estimation(
             folder: Some(folder.to_owned()),
             keep: 100,
             configuration: "c0ffee".into(),
+            records: RecordOptions::default(),
         },
     }
 }
@@ -107,6 +110,7 @@ fn replay(frames: Vec<Frame>, folder: &Path, identify: Identify) -> ServiceRepor
     run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap()
 }
 
+/// What there is beside the history, which has dates.
 fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut results: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
@@ -115,6 +119,7 @@ fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
             (entry.file_name().into(), std::fs::read(entry.path()).unwrap())
         })
         .collect();
+    results.retain(|(name, _): &(PathBuf, _)| name.as_os_str() != "history.jsonl");
     results.sort();
     results
 }
@@ -138,6 +143,14 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     let results = results(fast.path());
     assert_eq!(results.len(), 4, "three results and the latest");
     assert_eq!(results, self::results(slow.path()));
+    let history = |folder: &Path| read_history(folder).unwrap().0;
+    let undated = |folder: &Path| -> Vec<_> {
+        let lines = history(folder).into_iter();
+        lines.map(|line| HistoryLine { time: Timestamp::from_unix_s(0), ..line }).collect()
+    };
+    let numbers: Vec<_> = history(fast.path()).iter().map(|line| line.result).collect();
+    assert_eq!(numbers, [0, 1, 2]);
+    assert_eq!(undated(fast.path()), undated(slow.path()));
 }
 
 #[test]

@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use didim_core::identification::Estimate;
 
+use super::records::Records;
 use super::run::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::window::{RejectedWindow, Rejection, Window};
-use crate::store::{ResultRecord, Store};
+use crate::store::ResultRecord;
 use crate::stream::{DocumentWriter, StreamNode, Topic};
 
 /// Why a window could not be identified; its text reaches the status.
@@ -66,10 +67,8 @@ impl Identification {
         identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<Self, WorkerError> {
-        let store = match &options.folder {
-            Some(folder) => Some(Store::open(folder, options.keep)?),
-            None => None,
-        };
+        let records = options.folder.as_ref().map(|folder| Records::open(folder, options));
+        let records = records.transpose()?;
         let places = options.queue.max(1);
         let (queue, windows) = sync_channel(places);
         let (options, job_shared) = (options.clone(), shared.clone());
@@ -79,7 +78,7 @@ impl Identification {
                 // Ports stay on the thread that makes them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let mut job = Job { options, identify, store, estimates, shared: job_shared };
+                let mut job = Job { options, identify, records, estimates, shared: job_shared };
                 job.run(&windows);
                 Ok(())
             })
@@ -164,7 +163,7 @@ impl Identification {
 struct Job {
     options: WorkerOptions,
     identify: Identify,
-    store: Option<Store>,
+    records: Option<Records>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
 }
@@ -208,8 +207,8 @@ impl Job {
             window,
             &estimate,
         );
-        let json = match &mut self.store {
-            Some(store) => store.write(&record, report.as_deref()).map(|stored| stored.json),
+        let json = match &mut self.records {
+            Some(records) => records.take(&record, report.as_deref()),
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;

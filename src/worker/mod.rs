@@ -7,6 +7,7 @@
 mod identify;
 mod log_rate;
 mod options;
+mod records;
 mod run;
 mod state;
 mod window;
@@ -14,7 +15,9 @@ mod windower;
 
 pub use identify::{Identified, Identify, IdentifyError};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
-pub use run::{Command, Commands, SubmitError, Worker, WorkerEnd, WorkerError, WorkerOptions};
+pub use run::{
+    Command, Commands, RecordOptions, SubmitError, Worker, WorkerEnd, WorkerError, WorkerOptions,
+};
 pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
 pub use window::{Loss, RejectedWindow, Rejection, Window, WindowEnd, WindowEvent};
 pub use windower::{CommandError, Windower};

@@ -12,7 +12,7 @@ use super::options::{WindowOptionError, WindowPlan};
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, WindowEvent};
 use super::windower::{CommandError, Windower};
-use crate::store::StoreError;
+use crate::store::{ConfigurationTexts, StoreError};
 use crate::stream::{
     Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
 };
@@ -37,6 +37,17 @@ pub struct WorkerOptions {
     pub keep: usize,
     /// Hash of the configuration, for the results.
     pub configuration: String,
+    /// What is kept beside the results.
+    pub records: RecordOptions,
+}
+
+/// What is kept beside the results, so that they can be made again and compared.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RecordOptions {
+    /// The files of the configuration as they were read.
+    pub texts: ConfigurationTexts,
+    /// Hash of how the base parameters are made up, for the history.
+    pub regrouping: String,
 }
 
 /// Why the worker ended before its time.
