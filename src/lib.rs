@@ -4,6 +4,7 @@ pub mod acquire;
 pub mod cell;
 pub mod cli;
 pub mod compare;
+pub mod drift;
 pub mod experiment;
 pub mod identify;
 pub mod latency;

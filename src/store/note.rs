@@ -9,7 +9,7 @@ const PAYLOAD_KG: RangeInclusive<f64> = 0.0..=3000.0;
 /// Temperatures at which an arm could be at work \[°C\], in the open or beside a furnace.
 const TEMPERATURE_C: RangeInclusive<f64> = -60.0..=200.0;
 /// The longest text in characters: a line of a table, not a document.
-const MAX_TEXT: usize = 200;
+const MAX_TEXT: usize = 100;
 
 /// A note. It goes into the history and into the report, never into a result's file: a replay of
 /// the same samples gives the same file, whatever was noted.
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn what_can_be_passes_unchanged() {
-        let long = "ü".repeat(200);
+        let long = "ü".repeat(100);
         let notes = [payload(0.0), payload(3000.0), text(&long), text("gripper changed")];
         for note in notes {
             assert_eq!(note.clone().checked(), Ok(note));
@@ -133,7 +133,7 @@ mod tests {
             let error = note.checked().unwrap_err().to_string();
             assert!(error.contains("temperature") && error.contains("-60 and 200 °C"), "{error}");
         }
-        for bad in ["", "  ", "two\nlines", "\u{1b}[2J", &"x".repeat(201)] {
+        for bad in ["", "  ", "two\nlines", "\u{1b}[2J", &"x".repeat(101)] {
             assert_eq!(text(bad).checked(), Err(NoteError::Text), "{bad:?}");
         }
     }
