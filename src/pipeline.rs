@@ -214,6 +214,7 @@ pub fn estimation(
             records: RecordOptions {
                 texts: cell.configuration.clone(),
                 regrouping: cell.regrouping_sha256(),
+                drift: cell.service.drift,
             },
         },
     })

@@ -17,6 +17,7 @@ use serde::Deserialize;
 
 use super::BusAddress;
 use crate::acquire::RealTimeOptions;
+use crate::drift::DriftOptions;
 use crate::worker::WindowOptions;
 
 /// The whole file. Unknown keys are errors.
@@ -157,6 +158,8 @@ pub struct ServiceSection {
     pub real_time: RealTimeOptions,
     /// One process for everything, or acquisition and estimation in one each.
     pub processes: Processes,
+    /// What counts as drift from the baseline.
+    pub drift: DriftOptions,
 }
 
 impl Default for ServiceSection {
@@ -172,6 +175,7 @@ impl Default for ServiceSection {
             buffer_s: crate::stream::DEFAULT_BUFFER_S,
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
+            drift: DriftOptions::default(),
         }
     }
 }

@@ -11,6 +11,7 @@ pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Resu
     check_stream(file, joints, sample_rate_hz)?;
     check_limits(file)?;
     check_sockets(&file.service)?;
+    file.service.drift.validate().map_err(|error| (error.key, error.problem))?;
     if file.service.keep_results == 0 {
         return Err(("service.keep_results", "has to be at least 1".to_owned()));
     }

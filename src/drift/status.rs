@@ -59,6 +59,19 @@ pub struct AlarmStatus {
     pub text: String,
 }
 
+/// Alarms that are reasons of their own; the others are counted.
+const REASONS: usize = 5;
+
+impl DriftStatus {
+    /// Why all is not well, a line per alarm as long as they are few.
+    pub fn reasons(&self) -> Vec<String> {
+        let alarms = self.alarms.iter().take(REASONS).map(|alarm| alarm.text.clone());
+        let more = self.alarms.len().saturating_sub(REASONS);
+        let more = (more > 0).then(|| format!("{more} more parameters have left their bands"));
+        alarms.chain(more).collect()
+    }
+}
+
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }

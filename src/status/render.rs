@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::snapshot::Snapshot;
 use crate::acquire::{AcquisitionStatus, BusState, FrameLatency, FrameTime, Grant};
+use crate::drift::DriftStatus;
 use crate::latency::LatencySummary;
 use crate::worker::{EstimationStatus, WindowState};
 
@@ -122,7 +123,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
             "last estimate",
             format!(
                 "window {}, {}, {} parameters, relative error {error}",
-                estimate.window, estimate.method, estimate.parameters
+                estimate.window,
+                estimate.method,
+                estimate.parameters.len()
             ),
         );
         if estimate.applicable {
@@ -131,6 +134,27 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         for reason in &estimate.reasons {
             rows.judged("verdict", reason, false);
         }
+    }
+    if let Some(drift) = &status.drift {
+        drift_rows(rows, drift);
+    }
+}
+
+fn drift_rows(rows: &mut Rows, drift: &DriftStatus) {
+    let DriftStatus { baseline, time, reconfigured, .. } = drift;
+    rows.plain("baseline", format!("result {baseline} of {time}"));
+    match &drift.why_not {
+        Some(why) => rows.plain("drift", format!("not compared: {why}")),
+        None if drift.alarms.is_empty() => {
+            rows.judged("drift", "every parameter in its band", true)
+        }
+        None => {}
+    }
+    if *reconfigured {
+        rows.plain("drift", "the configuration has changed since the baseline".to_owned());
+    }
+    for reason in drift.reasons() {
+        rows.judged("drift", &reason, false);
     }
 }
 

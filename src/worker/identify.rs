@@ -170,11 +170,13 @@ struct Job {
 
 impl Job {
     fn run(&mut self, windows: &Receiver<Window>) {
+        self.look();
         loop {
             let window = match windows.recv_timeout(WELCOME_EVERY) {
                 Ok(window) => window,
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {
+                    self.look();
                     if let Err(cause) = self.estimates.welcome() {
                         tracing::debug!("{cause}");
                     }
@@ -192,6 +194,15 @@ impl Job {
                 Err(rejection) => self.shared.reject(RejectedWindow::new(&window, rejection)),
             }
             self.shared.settle(window.number);
+        }
+    }
+
+    /// Whether the baseline was set or cleared meanwhile.
+    fn look(&mut self) {
+        if let Some(records) = &mut self.records
+            && records.look()
+        {
+            self.shared.update().drift = records.drift();
         }
     }
 
@@ -226,6 +237,7 @@ impl Job {
         let mut status = self.shared.update();
         status.windows_identified += 1;
         status.last_estimate = Some(EstimateSummary::new(window, &estimate));
+        status.drift = self.records.as_ref().and_then(Records::drift);
         Ok(())
     }
 }

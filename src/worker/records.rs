@@ -1,8 +1,10 @@
 //! What is kept of each result: its file, its line in the history, its configuration.
 
+use std::collections::VecDeque;
 use std::path::Path;
 
 use super::run::{RecordOptions, WorkerOptions};
+use crate::drift::{AlarmEvent, BaselineWatch, DriftStatus, Tracker};
 use crate::store::{
     HISTORY_SCHEMA, HistoryLine, ParameterValue, ResultRecord, Store, StoreError, Timestamp,
 };
@@ -12,12 +14,75 @@ use crate::store::{
 pub(super) struct Records {
     store: Store,
     options: RecordOptions,
+    /// The last lines of the history, for a baseline that is set in their midst.
+    recent: VecDeque<HistoryLine>,
+    baseline: BaselineWatch,
+    tracker: Option<Tracker>,
 }
+
+/// Lines that are kept at hand.
+const RECENT: usize = 512;
 
 impl Records {
     pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
-        let (store, _recent) = Store::open_with_history(folder, options.keep)?;
-        Ok(Self { store, options: options.records.clone() })
+        let (store, recent) = Store::open_with_history(folder, options.keep)?;
+        let options = options.records.clone();
+        Ok(Self { store, options, recent, baseline: BaselineWatch::new(folder), tracker: None })
+    }
+
+    /// Looks whether the baseline was set or cleared by another process, and compares with the new
+    /// one what is at hand. True when it was.
+    pub(super) fn look(&mut self) -> bool {
+        let baseline = match self.baseline.look() {
+            None => return false,
+            Some(Ok(baseline)) => baseline,
+            Some(Err(error)) => {
+                tracing::warn!("nothing is compared: {error}");
+                None
+            }
+        };
+        let had = self.tracker.is_some();
+        self.tracker = baseline.map(|baseline| {
+            let mut tracker = Tracker::new(baseline, self.options.drift);
+            self.recent.iter().for_each(|line| drop(tracker.handle_line(line)));
+            tracker
+        });
+        match &self.tracker {
+            Some(tracker) => {
+                let baseline = &tracker.baseline().result;
+                tracing::info!("the baseline is result {} of {}", baseline.result, baseline.time);
+                for (parameter, _) in tracker.alarms() {
+                    raised(tracker, parameter);
+                }
+            }
+            None if had => tracing::info!("there is no baseline any more"),
+            None => {}
+        }
+        true
+    }
+
+    /// What the status tells of the drift; nothing without a baseline.
+    pub(super) fn drift(&self) -> Option<DriftStatus> {
+        self.tracker.as_ref().map(Tracker::status)
+    }
+
+    fn follow(&mut self, line: HistoryLine) {
+        // Before the line: one that was set after it has to find it at hand.
+        self.look();
+        if let Some(tracker) = &mut self.tracker {
+            for (parameter, event) in tracker.handle_line(&line) {
+                match event {
+                    AlarmEvent::Raised => raised(tracker, &parameter),
+                    AlarmEvent::Cleared => {
+                        tracing::info!("drift: {parameter} is back in its band");
+                    }
+                }
+            }
+        }
+        self.recent.push_back(line);
+        if self.recent.len() > RECENT {
+            self.recent.pop_front();
+        }
     }
 
     /// Stores a result and gives its content. Only that may fail: what belongs to the result and
@@ -34,6 +99,7 @@ impl Records {
         for problem in [configured.err(), self.store.remember(&line).err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
+        self.follow(line);
         Ok(stored.json)
     }
 
@@ -54,3 +120,13 @@ impl Records {
         }
     }
 }
+
+fn raised(tracker: &Tracker, parameter: &str) {
+    tracing::warn!(
+        "drift: {}",
+        tracker.sentence(parameter).unwrap_or_else(|| parameter.to_owned())
+    );
+}
+
+#[cfg(test)]
+mod tests;

@@ -12,6 +12,7 @@ use super::options::{WindowOptionError, WindowPlan};
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, WindowEvent};
 use super::windower::{CommandError, Windower};
+use crate::drift::DriftOptions;
 use crate::store::{ConfigurationTexts, StoreError};
 use crate::stream::{
     Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
@@ -42,12 +43,14 @@ pub struct WorkerOptions {
 }
 
 /// What is kept beside the results, so that they can be made again and compared.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordOptions {
     /// The files of the configuration as they were read.
     pub texts: ConfigurationTexts,
     /// Hash of how the base parameters are made up, for the history.
     pub regrouping: String,
+    /// What counts as drift from the baseline.
+    pub drift: DriftOptions,
 }
 
 /// Why the worker ended before its time.

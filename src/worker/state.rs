@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection, Window};
+use crate::drift::DriftStatus;
 use crate::latency::{Latencies, LatencySummary};
+use crate::store::ParameterValue;
 use crate::stream::Batch;
 
 /// Where the current window is.
@@ -38,8 +40,8 @@ pub struct EstimateSummary {
     pub last_sequence: u64,
     /// Method.
     pub method: String,
-    /// Number of parameters.
-    pub parameters: usize,
+    /// The parameters with their standard deviations, in the model's order.
+    pub parameters: Vec<ParameterValue>,
     /// ‖y − Xθ‖ / ‖y‖; nothing when it is not a number.
     pub relative_error: Option<f64>,
     /// Condition number; nothing when it is not finite.
@@ -58,7 +60,7 @@ impl EstimateSummary {
             first_sequence: window.first_sequence(),
             last_sequence: window.last_sequence(),
             method: estimate.method.clone(),
-            parameters: estimate.parameters.len(),
+            parameters: ParameterValue::of(estimate),
             relative_error: finite(estimate.relative_error),
             condition_number: finite(estimate.condition_number),
             applicable: estimate.verdict.applicable,
@@ -104,6 +106,8 @@ pub struct EstimationStatus {
     pub last_rejection: Option<RejectedWindow>,
     /// The last estimate.
     pub last_estimate: Option<EstimateSummary>,
+    /// How it differs from the baseline; nothing without one.
+    pub drift: Option<DriftStatus>,
 }
 
 /// The counts, shared between the worker's threads and the status. The bus thread has no part in
