@@ -195,7 +195,7 @@ pub fn estimation(
         let provenance = WindowProvenance::of(window);
         let report = has_folder.then(|| {
             let samples = SampleRange::Window(provenance.clone());
-            let origin = Origin { input: None, samples };
+            let origin = Origin { input: None, samples, note: window.note.clone() };
             Report { cell, identification: &identification, origin: &origin }.to_html()
         });
         let estimate = identification.estimate.clone();

@@ -16,7 +16,7 @@ use didim::service::{
     ServiceReport, SocketOptions, run,
 };
 use didim::status::{ClientError, Request, fetch_status, send_request};
-use didim::store::{HistoryLine, Timestamp, read_history};
+use didim::store::{HistoryLine, Note, Timestamp, read_history};
 use didim::stream::{Pace, StreamNode, Topic};
 use didim::worker::{
     Command, Identified, Identify, RecordOptions, Rejection, Trigger, Window, WindowOptions,
@@ -442,7 +442,13 @@ fn a_living_service_is_asked_commanded_and_stopped() {
 
     // A window by command, from another process.
     eventually("the bus", || fetch_status(&status).unwrap().health.ok);
+    // Noted before the window and in it.
+    let note = |note| send_request(&control, &Request::Note(note));
+    note(Note { payload_kg: Some(2.5), ..Note::default() }).unwrap();
+    let implausible = note(Note { temperature_c: Some(-300.0), ..Note::default() });
+    assert!(matches!(&implausible, Err(ClientError::Refused { why }) if why.contains("-300 °C")));
     send_request(&control, &Request::Window(Command::Begin)).unwrap();
+    note(Note { text: Some("warm".into()), ..Note::default() }).unwrap();
     let again = send_request(&control, &Request::Window(Command::Begin));
     assert!(matches!(&again, Err(ClientError::Refused { why }) if why.contains("open already")));
     std::thread::sleep(Duration::from_millis(600));
@@ -467,6 +473,13 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let acquisition = snapshot.acquisition.unwrap();
     assert!((800.0..1200.0).contains(&acquisition.samples_per_second), "{acquisition:?}");
     assert!(folder.path().join("results/latest.json").exists());
+    let noted = |line: &HistoryLine| line.note.as_ref().map(Note::line);
+    let (history, _) = read_history(&folder.path().join("results")).unwrap();
+    let notes: Vec<_> = history.iter().map(noted).collect();
+    assert_eq!(notes, [Some("2.5 kg, warm".to_owned()), None], "noted with one window only");
+    let latest = std::fs::read_to_string(folder.path().join("results/latest.json")).unwrap();
+    let first = std::fs::read_to_string(folder.path().join("results/result-00000000.json"));
+    assert!(!latest.contains("note") && !first.unwrap().contains("warm"), "results hold no notes");
     plausible(acquisition.frame_to_buffer.map(|latency| latency.times));
     let estimation = snapshot.estimation.unwrap();
     plausible(estimation.buffer_to_worker);

@@ -3,12 +3,14 @@
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
 //! 78 configuration.
 
+mod baseline;
 mod check;
 mod compare;
 mod convert;
 mod demo;
 mod error;
 mod identify;
+mod note;
 mod outcome;
 mod output;
 mod reload;
@@ -16,6 +18,7 @@ mod replay;
 mod run;
 mod signals;
 mod sim;
+mod state;
 mod status;
 mod study;
 mod window;
@@ -59,6 +62,10 @@ enum Command {
     Window(window::Arguments),
     /// Have the running service read its cell file again
     Reload(reload::Arguments),
+    /// Note payload, temperature or a text with the open window or the next one
+    Note(note::Arguments),
+    /// Set, clear or show the result that later ones are compared with
+    Baseline(baseline::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -87,6 +94,8 @@ pub fn main() -> ExitCode {
         Command::Status(arguments) => status::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
         Command::Reload(arguments) => reload::execute(&arguments),
+        Command::Note(arguments) => note::execute(&arguments),
+        Command::Baseline(arguments) => baseline::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {

@@ -55,6 +55,11 @@ impl Dispatcher {
                     tokio::task::spawn_blocking(move || windows.submit(command, WORKER_TIMEOUT));
                 Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
             }
+            Request::Note(note) => {
+                let windows = self.windows.as_ref();
+                windows.ok_or(DispatchError::NotHere("has no windows"))?.note(note);
+                Ok(())
+            }
             Request::Reload => {
                 let reload = self.reload.as_ref();
                 reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await

@@ -111,6 +111,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
             status.windows_opened, status.windows_identified, status.windows_pending
         ),
     );
+    if let Some(note) = &status.note {
+        rows.plain("noted for the next", note.line());
+    }
     rows.causes("windows rejected", &status.windows_rejected);
     if let Some(rejected) = &status.last_rejection {
         rows.plain("last rejection", format!("window {}: {}", rejected.number, rejected.rejection));

@@ -3,25 +3,29 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::store::{Note, NoteError};
 use crate::worker::Command;
 
 /// The longest line of a request, its newline included \[bytes\].
 pub const MAX_REQUEST: usize = 512;
 
 /// What may be asked of a running service.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Request {
     /// `window begin`, `window end`, `window identify`.
     Window(Command),
     /// `reload`: read the configuration again.
     Reload,
+    /// `note {"payload_kg":2.5,"temperature_c":31,"text":"…"}`, one of them at least: noted with the
+    /// open window, or the next one.
+    Note(Note),
 }
 
 /// The lines that are requests, for who wrote another.
-const KNOWN: &str = "window begin|end|identify, reload";
+const KNOWN: &str = "window begin|end|identify, reload, note {…}";
 
 /// A line that is no request: write one of those that it names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
     /// Its words are not known.
     #[error("not a command; there are: {KNOWN}")]
@@ -29,6 +33,9 @@ pub enum RequestError {
     /// It is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
     NoLine,
+    /// What is to be noted cannot be meant.
+    #[error(transparent)]
+    Note(#[from] NoteError),
     /// It is not text.
     #[error("a command is UTF-8 text without control characters")]
     NotText,
@@ -47,6 +54,10 @@ impl FromStr for Request {
             ("window", "begin") => Ok(Self::Window(Command::Begin)),
             ("window", "end") => Ok(Self::Window(Command::End)),
             ("window", "identify") => Ok(Self::Window(Command::Identify)),
+            ("note", json) => {
+                let note: Note = serde_json::from_str(json).map_err(|_| RequestError::Unknown)?;
+                Ok(Self::Note(note.checked()?))
+            }
             ("reload", "") if line == verb => Ok(Self::Reload),
             _ => Err(RequestError::Unknown),
         }
@@ -57,6 +68,9 @@ impl fmt::Display for Request {
     /// The words that [`FromStr`] reads, without the newline.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Note(note) => {
+                return write!(f, "note {}", serde_json::to_string(note).map_err(|_| fmt::Error)?);
+            }
             Self::Window(Command::Begin) => "window begin",
             Self::Window(Command::End) => "window end",
             Self::Window(Command::Identify) => "window identify",
@@ -94,6 +108,29 @@ mod tests {
                 let line = format!("{request}{end}");
                 assert_eq!(parse_request(line.as_bytes()), Ok(request.clone()));
             }
+        }
+    }
+
+    fn note(text: &str) -> Note {
+        Note { payload_kg: Some(2.5), temperature_c: Some(-12.25), text: Some(text.into()) }
+    }
+
+    #[test]
+    fn the_longest_note_has_room_in_a_line() {
+        for text in ["gripper \"B\" \\ {}", &"\u{1f9be}".repeat(100), &"\"".repeat(100)] {
+            let line = format!("{}\n", Request::Note(note(text)));
+            assert!(line.len() <= MAX_REQUEST, "{}", line.len());
+            assert_eq!(parse_request(line.as_bytes()), Ok(Request::Note(note(text))));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_noted_is_refused_in_words() {
+        let error = parse_request(b"note {\"payload_kg\":-1}\n").unwrap_err();
+        assert!(error.to_string().contains("a payload of -1 kg cannot be"), "{error}");
+        assert_eq!(parse_request(b"note {}\n"), Err(RequestError::Note(NoteError::Empty)));
+        for line in [&b"note\n"[..], b"note 3 kg\n", b"note {\"payload\":1}\n"] {
+            assert_eq!(parse_request(line), Err(RequestError::Unknown), "{line:?}");
         }
     }
 

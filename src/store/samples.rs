@@ -45,7 +45,14 @@ mod tests {
             sample.motor_torque_nm[5] = -2.5;
             change(k, sample);
         }
-        Window { number: 0, sample_rate_hz: 1000.0, samples, counted: 0..3, end: WindowEnd::Rest }
+        Window {
+            number: 0,
+            sample_rate_hz: 1000.0,
+            samples,
+            counted: 0..3,
+            end: WindowEnd::Rest,
+            note: None,
+        }
     }
 
     #[test]

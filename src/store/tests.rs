@@ -30,6 +30,7 @@ fn window() -> Window {
         samples: (10..16).map(|sequence| JointSample::zero(sequence, 0)).collect(),
         counted: 1..5,
         end: WindowEnd::Rest,
+        note: None,
     }
 }
 

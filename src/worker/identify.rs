@@ -104,6 +104,7 @@ impl Identification {
             if when_busy == WhenBusy::Reject {
                 self.shared.settle(window.number);
                 self.shared.reject(RejectedWindow::new(&window, Rejection::Busy));
+                self.shared.return_note(window.note);
                 return Ok(true);
             }
             if stop.load(Ordering::Relaxed) {
@@ -191,7 +192,10 @@ impl Job {
                 Ok(()) => {}
                 // Given up while it was identified, and counted by whoever did so.
                 Err(Rejection::Stopped) => continue,
-                Err(rejection) => self.shared.reject(RejectedWindow::new(&window, rejection)),
+                Err(rejection) => {
+                    self.shared.reject(RejectedWindow::new(&window, rejection));
+                    self.shared.return_note(window.note.clone());
+                }
             }
             self.shared.settle(window.number);
         }
@@ -219,7 +223,7 @@ impl Job {
             &estimate,
         );
         let json = match &mut self.records {
-            Some(records) => records.take(&record, report.as_deref()),
+            Some(records) => records.take(&record, report.as_deref(), window.note.clone()),
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;

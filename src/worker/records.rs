@@ -6,7 +6,7 @@ use std::path::Path;
 use super::run::{RecordOptions, WorkerOptions};
 use crate::drift::{AlarmEvent, BaselineWatch, DriftStatus, Tracker};
 use crate::store::{
-    HISTORY_SCHEMA, HistoryLine, ParameterValue, ResultRecord, Store, StoreError, Timestamp,
+    HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, ResultRecord, Store, StoreError, Timestamp,
 };
 
 /// The folder of the results as the thread that identifies sees it.
@@ -91,11 +91,12 @@ impl Records {
         &mut self,
         record: &ResultRecord<'_>,
         report: Option<&str>,
+        note: Option<Note>,
     ) -> Result<Vec<u8>, StoreError> {
         // Before the result that refers to it.
         let configured = self.store.keep_configuration(record.configuration, &self.options.texts);
         let stored = self.store.write(record, report)?;
-        let line = self.line(stored.number, record);
+        let line = self.line(stored.number, record, note);
         for problem in [configured.err(), self.store.remember(&line).err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
@@ -103,7 +104,7 @@ impl Records {
         Ok(stored.json)
     }
 
-    fn line(&self, result: u64, record: &ResultRecord<'_>) -> HistoryLine {
+    fn line(&self, result: u64, record: &ResultRecord<'_>, note: Option<Note>) -> HistoryLine {
         let estimate = record.estimate;
         HistoryLine {
             schema: HISTORY_SCHEMA,
@@ -115,7 +116,7 @@ impl Records {
             method: estimate.method.clone(),
             applicable: estimate.verdict.applicable,
             relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
-            note: None,
+            note,
             parameters: ParameterValue::of(estimate),
         }
     }

@@ -13,7 +13,7 @@ use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, WindowEvent};
 use super::windower::{CommandError, Windower};
 use crate::drift::DriftOptions;
-use crate::store::{ConfigurationTexts, StoreError};
+use crate::store::{ConfigurationTexts, Note, StoreError};
 use crate::stream::{
     Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
 };
@@ -98,7 +98,7 @@ type Request = (Command, SyncSender<Answer>);
 
 /// Hands commands to the worker.
 #[derive(Clone, Debug)]
-pub struct Commands(SyncSender<Request>);
+pub struct Commands(SyncSender<Request>, SharedEstimation);
 
 /// The worker did not take a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -112,6 +112,13 @@ pub enum SubmitError {
 }
 
 impl Commands {
+    /// Notes something with the open window, or with the next one. What was noted before and no
+    /// window took is amended.
+    pub fn note(&self, note: Note) {
+        let mut status = self.1.update();
+        status.note = Some(status.note.take().unwrap_or_default().amended(note));
+    }
+
     /// Hands over a command and waits for the answer, at most `timeout`.
     ///
     /// # Errors
@@ -154,7 +161,7 @@ impl Worker {
             requests,
             last: None,
         };
-        Ok((worker, Commands(submit)))
+        Ok((worker, Commands(submit, shared.clone())))
     }
 
     /// Follows the stream until it ends or `stop` is set.
@@ -286,7 +293,8 @@ impl Worker {
     ) -> Result<(), WorkerError> {
         match event {
             None => Ok(()),
-            Some(WindowEvent::Closed(window)) => {
+            Some(WindowEvent::Closed(mut window)) => {
+                window.note = self.shared.update().note.take();
                 // A stop is seen by whoever called.
                 self.identification.submit(window, when_busy, stop).map(drop)
             }

@@ -12,7 +12,7 @@ use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection, Window};
 use crate::drift::DriftStatus;
 use crate::latency::{Latencies, LatencySummary};
-use crate::store::ParameterValue;
+use crate::store::{Note, ParameterValue};
 use crate::stream::Batch;
 
 /// Where the current window is.
@@ -106,7 +106,9 @@ pub struct EstimationStatus {
     pub last_rejection: Option<RejectedWindow>,
     /// The last estimate.
     pub last_estimate: Option<EstimateSummary>,
-    /// How it differs from the baseline; nothing without one.
+    /// What is noted with the open window or the next one.
+    pub note: Option<Note>,
+    /// How the last estimate differs from the baseline; nothing without one.
     pub drift: Option<DriftStatus>,
 }
 
@@ -186,6 +188,14 @@ impl SharedEstimation {
         let mut pending = lock(&self.0.pending);
         let found = pending.iter_mut().find(|pending| pending.given_up.number == number);
         found.map(|pending| pending.claimed = true).is_some()
+    }
+
+    /// A window is not identified: what was noted with it goes to the next one, unless something
+    /// newer was noted meanwhile.
+    pub(super) fn return_note(&self, note: Option<Note>) {
+        let mut status = self.update();
+        let Some(note) = note else { return };
+        status.note = Some(note.amended(status.note.take().unwrap_or_default()));
     }
 
     /// A window is counted.

@@ -258,6 +258,7 @@ impl Windower {
             samples: open.samples,
             counted,
             end,
+            note: None,
         })
     }
 

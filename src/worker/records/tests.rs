@@ -41,9 +41,15 @@ fn take(records: &mut Records, fc3: f64) {
         ..Estimate::default()
     };
     let samples = vec![didim_core::JointSample::zero(0, 0)];
-    let window =
-        Window { number: 0, sample_rate_hz: 500.0, samples, counted: 0..1, end: WindowEnd::Rest };
-    records.take(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None).unwrap();
+    let window = Window {
+        number: 0,
+        sample_rate_hz: 500.0,
+        samples,
+        counted: 0..1,
+        end: WindowEnd::Rest,
+        note: None,
+    };
+    records.take(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None, None).unwrap();
 }
 
 fn set_baseline(folder: &Path, result: usize) {
