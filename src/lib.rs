@@ -15,4 +15,5 @@ pub mod status;
 pub mod store;
 pub mod stream;
 pub mod study;
+mod top;
 pub mod worker;

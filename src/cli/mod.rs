@@ -21,6 +21,7 @@ mod sim;
 mod state;
 mod status;
 mod study;
+mod top;
 mod window;
 
 use std::process::ExitCode;
@@ -58,6 +59,8 @@ enum Command {
     Convert(convert::Arguments),
     /// Show what a running service knows
     Status(status::Arguments),
+    /// Watch a running service
+    Top(top::Arguments),
     /// Open, close or identify the running service's window by hand
     Window(window::Arguments),
     /// Have the running service read its cell file again
@@ -92,6 +95,7 @@ pub fn main() -> ExitCode {
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
+        Command::Top(arguments) => top::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
         Command::Reload(arguments) => reload::execute(&arguments),
         Command::Note(arguments) => note::execute(&arguments),

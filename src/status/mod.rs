@@ -10,7 +10,7 @@ mod control;
 mod dispatch;
 mod fetch;
 mod listen;
-mod render;
+pub(crate) mod render;
 mod request;
 mod serve;
 mod snapshot;

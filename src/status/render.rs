@@ -17,9 +17,37 @@ pub enum Colour {
     Always,
 }
 
+/// What a line of the status is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A value that is neither good nor bad.
+    Plain,
+    /// As it should be.
+    Good,
+    /// Not as it should be.
+    Bad,
+    /// A count of what should not be, which the name says.
+    Count,
+    /// Such a count with its cause.
+    Cause,
+}
+
+/// A line of the status.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    pub(crate) value: String,
+    pub(crate) kind: Kind,
+}
+
 /// The snapshot as aligned lines of a name and a value.
 pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
-    let mut rows = Rows { rows: Vec::new(), colour };
+    aligned(&rows(snapshot), colour)
+}
+
+/// The lines before they are aligned.
+pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
+    let mut rows = Rows(Vec::new());
     rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
     rows.plain("up for", duration(snapshot.uptime_s));
     if snapshot.health.ok {
@@ -43,7 +71,7 @@ pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
     if let Some(estimation) = &snapshot.estimation {
         estimation_rows(&mut rows, estimation);
     }
-    rows.aligned()
+    rows.0
 }
 
 fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
@@ -161,20 +189,21 @@ fn drift_rows(rows: &mut Rows, drift: &DriftStatus) {
     }
 }
 
-struct Rows {
-    rows: Vec<(&'static str, String)>,
-    colour: Colour,
-}
+struct Rows(Vec<Row>);
 
 impl Rows {
     fn plain(&mut self, name: &'static str, value: String) {
-        self.rows.push((name, clean(&value)));
+        self.add(name, &value, Kind::Plain);
+    }
+
+    fn add(&mut self, name: &'static str, value: &str, kind: Kind) {
+        self.0.push(Row { name, value: clean(value), kind });
     }
 
     /// A count that is only worth a line when it is not zero.
     fn counted(&mut self, name: &'static str, count: u64) {
         if count > 0 {
-            self.plain(name, count.to_string());
+            self.add(name, &count.to_string(), Kind::Count);
         }
     }
 
@@ -186,35 +215,35 @@ impl Rows {
 
     fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
         for (cause, count) in causes {
-            self.plain(name, format!("{count} {}", cause.replace('_', " ")));
+            self.add(name, &format!("{count} {}", cause.replace('_', " ")), Kind::Cause);
         }
     }
 
     fn judged(&mut self, name: &'static str, value: &str, good: bool) {
-        let value = clean(value);
-        let value = match self.colour {
-            Colour::Never => value,
-            Colour::Always => format!("\x1b[{}m{value}\x1b[0m", if good { 32 } else { 31 }),
-        };
-        self.rows.push((name, value));
-    }
-
-    fn aligned(&self) -> String {
-        let width = self.rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-        let mut before = "";
-        let mut text = String::new();
-        for (name, value) in &self.rows {
-            // A name is written once for its lines.
-            let shown = if *name == before { "" } else { name };
-            text.push_str(&format!("{shown:width$}  {value}\n"));
-            before = name;
-        }
-        text
+        self.add(name, value, if good { Kind::Good } else { Kind::Bad });
     }
 }
 
+fn aligned(rows: &[Row], colour: Colour) -> String {
+    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    let mut before = "";
+    let mut text = String::new();
+    for Row { name, value, kind } in rows {
+        // A name is written once for its lines.
+        let shown = if *name == before { "" } else { name };
+        let value = match (colour, kind) {
+            (Colour::Always, Kind::Good) => format!("\x1b[32m{value}\x1b[0m"),
+            (Colour::Always, Kind::Bad) => format!("\x1b[31m{value}\x1b[0m"),
+            _ => value.clone(),
+        };
+        text.push_str(&format!("{shown:width$}  {value}\n"));
+        before = name;
+    }
+    text
+}
+
 /// Without control characters: the text comes from another process.
-fn clean(text: &str) -> String {
+pub(crate) fn clean(text: &str) -> String {
     text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
 }
 
@@ -224,7 +253,7 @@ fn megabytes(bytes: u64) -> f64 {
 }
 
 /// The quantiles of a latency in a line.
-fn quantiles(times: LatencySummary) -> String {
+pub(crate) fn quantiles(times: LatencySummary) -> String {
     let LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns } = times;
     let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
     format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}")
@@ -248,7 +277,7 @@ fn time(ns: u64) -> String {
     format!("{value:.decimals$} {unit}")
 }
 
-fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -24,3 +24,4 @@ mod pipeline;
 mod report;
 mod study;
 mod tables;
+mod top;
