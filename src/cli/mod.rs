@@ -9,6 +9,7 @@ mod compare;
 mod convert;
 mod demo;
 mod error;
+mod history;
 mod identify;
 mod note;
 mod outcome;
@@ -67,6 +68,8 @@ enum Command {
     Reload(reload::Arguments),
     /// Note payload, temperature or a text with the open window or the next one
     Note(note::Arguments),
+    /// Show the results over time, beside the baseline
+    History(history::Arguments),
     /// Set, clear or show the result that later ones are compared with
     Baseline(baseline::Arguments),
     /// Say what would not work, before the service is started
@@ -99,6 +102,7 @@ pub fn main() -> ExitCode {
         Command::Window(arguments) => window::execute(&arguments),
         Command::Reload(arguments) => reload::execute(&arguments),
         Command::Note(arguments) => note::execute(&arguments),
+        Command::History(arguments) => history::execute(&arguments),
         Command::Baseline(arguments) => baseline::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };

@@ -41,7 +41,8 @@ impl Change {
 
     /// θ/θ₀ − 1: positive where the parameter has grown, whatever its sign.
     pub fn relative(&self) -> f64 {
-        self.difference / self.baseline
+        // No negative zero.
+        self.difference / self.baseline + 0.0
     }
 
     /// Standard deviation of [`Self::relative`], to the first order.

@@ -16,62 +16,77 @@ pub enum NotComparable {
         /// Its number.
         result: u64,
     },
-    /// It is of another robot. Set a new baseline.
-    #[error(
-        "result {result} is of the robot {robot}, the baseline of {baseline}; set a new baseline"
-    )]
+    /// They are of two robots. Set a new baseline.
+    #[error("result {result} is of the robot {robot}, result {other} of {other_robot}")]
     OtherRobot {
-        /// Its number.
+        /// Number of the later one.
         result: u64,
         /// Its robot.
         robot: String,
-        /// The baseline's.
-        baseline: String,
+        /// Number of the one it would be compared with.
+        other: u64,
+        /// Its robot.
+        other_robot: String,
     },
     /// Methods differ in what they make of errors of the model. Set a new baseline.
-    #[error("result {result} is by {method}, the baseline by {baseline}; set a new baseline")]
+    #[error("result {result} is by {method}, result {other} by {other_method}")]
     OtherMethod {
-        /// Its number.
+        /// Number of the later one.
         result: u64,
         /// Its method.
         method: String,
-        /// The baseline's.
-        baseline: String,
+        /// Number of the one it would be compared with.
+        other: u64,
+        /// Its method.
+        other_method: String,
     },
-    /// The names stand for other sums of parameters. Set a new baseline.
+    /// The names stand for other sums of parameters: the robot file has changed. Set a new baseline.
     #[error(
-        "the base parameters of result {result} are made up in another way than the baseline's: the \
-         robot file has changed; set a new baseline"
+        "the base parameters of result {result} are made up in another way than those of result \
+         {other}"
     )]
     OtherRegrouping {
-        /// Its number.
+        /// Number of the later one.
         result: u64,
+        /// Number of the one it would be compared with.
+        other: u64,
     },
     /// Leaving a parameter out moves others. Set a new baseline.
-    #[error("result {result} has other parameters than the baseline ({names}); set a new baseline")]
+    #[error("result {result} has other parameters than result {other} ({names})")]
     OtherParameters {
-        /// Its number.
+        /// Number of the later one.
         result: u64,
-        /// Those that only one of both has: `+` the result, `−` the baseline.
+        /// Number of the one it would be compared with.
+        other: u64,
+        /// Those that only one of both has: `+` the later one, `−` the other.
         names: String,
     },
     /// Another mass was noted. Note with the next window what is carried now, or set a baseline with
     /// this payload.
     #[error(
-        "a payload of {payload_kg} kg was noted with result {result}, {} with the baseline",
-        baseline_kg.map_or("none".to_owned(), |kg| format!("one of {kg} kg"))
+        "a payload of {payload_kg} kg was noted with result {result}, {} with result {other}",
+        other_kg.map_or("none".to_owned(), |kg| format!("one of {kg} kg"))
     )]
     OtherPayload {
-        /// Its number.
+        /// Number of the later one.
         result: u64,
         /// Its payload \[kg\].
         payload_kg: f64,
-        /// The baseline's \[kg\].
-        baseline_kg: Option<f64>,
+        /// Number of the one it would be compared with.
+        other: u64,
+        /// Its payload \[kg\].
+        other_kg: Option<f64>,
     },
 }
 
-/// Whether a result may be compared with a baseline.
+impl NotComparable {
+    /// Whether no later result will be comparable either, if nothing is done.
+    pub fn is_lasting(&self) -> bool {
+        !matches!(self, Self::NotApplicable { .. } | Self::OtherPayload { .. })
+    }
+}
+
+/// Whether a result may be compared with an earlier one, the baseline as a rule.
 ///
 /// A result with which no payload was noted carries what the baseline did: most windows have no note.
 /// A payload that was noted with the result alone is another one.
@@ -79,31 +94,29 @@ pub enum NotComparable {
 /// # Errors
 /// [`NotComparable`] says why not.
 pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotComparable> {
-    let result = line.result;
+    let (result, other) = (line.result, baseline.result);
     if !line.applicable {
         return Err(NotComparable::NotApplicable { result });
     }
     if line.robot != baseline.robot {
-        let (robot, baseline) = (line.robot.clone(), baseline.robot.clone());
-        return Err(NotComparable::OtherRobot { result, robot, baseline });
+        let (robot, other_robot) = (line.robot.clone(), baseline.robot.clone());
+        return Err(NotComparable::OtherRobot { result, robot, other, other_robot });
     }
     if line.method != baseline.method {
-        let (method, baseline) = (line.method.clone(), baseline.method.clone());
-        return Err(NotComparable::OtherMethod { result, method, baseline });
+        let (method, other_method) = (line.method.clone(), baseline.method.clone());
+        return Err(NotComparable::OtherMethod { result, method, other, other_method });
     }
     if line.regrouping != baseline.regrouping {
-        return Err(NotComparable::OtherRegrouping { result });
+        return Err(NotComparable::OtherRegrouping { result, other });
     }
     let names = difference(line, baseline);
     if !names.is_empty() {
-        return Err(NotComparable::OtherParameters { result, names });
+        return Err(NotComparable::OtherParameters { result, other, names });
     }
-    let baseline_kg = baseline.payload_kg();
+    let other_kg = baseline.payload_kg();
     match line.payload_kg() {
-        Some(payload_kg)
-            if baseline_kg.is_none_or(|kg| (kg - payload_kg).abs() > SAME_PAYLOAD_KG) =>
-        {
-            Err(NotComparable::OtherPayload { result, payload_kg, baseline_kg })
+        Some(payload_kg) if other_kg.is_none_or(|kg| (kg - payload_kg).abs() > SAME_PAYLOAD_KG) => {
+            Err(NotComparable::OtherPayload { result, payload_kg, other, other_kg })
         }
         _ => Ok(()),
     }

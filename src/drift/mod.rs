@@ -7,6 +7,7 @@
 mod alarm;
 mod baseline;
 mod change;
+mod chronicle;
 mod comparable;
 mod options;
 mod status;
@@ -17,6 +18,7 @@ mod words;
 pub use alarm::{Alarm, AlarmEvent};
 pub use baseline::{BASELINE_SCHEMA, Baseline, BaselineError, BaselineWatch};
 pub use change::Change;
+pub use chronicle::{Chronicle, Entry};
 pub use comparable::{NotComparable, comparable};
 pub use options::{DriftOptionError, DriftOptions};
 pub use status::{AlarmStatus, DriftStatus, ParameterDrift};

@@ -104,12 +104,24 @@ fn what_is_not_comparable_is_said_and_changes_no_alarm() {
     };
     for (line, says) in [
         (other(&|line| line.applicable = false), "result 2 is not applicable"),
-        (other(&|line| line.robot = "rx160".into()), "of the robot rx160, the baseline of tx40"),
-        (other(&|line| line.method = "didim".into()), "by didim, the baseline by idim-ls"),
-        (other(&|line| line.regrouping = "s".into()), "made up in another way"),
+        (
+            other(&|line| line.robot = "rx160".into()),
+            "is of the robot rx160, result 0 of tx40; set a new baseline",
+        ),
+        (
+            other(&|line| line.method = "didim".into()),
+            "by didim, result 0 by idim-ls; set a new baseline",
+        ),
+        (
+            other(&|line| line.regrouping = "s".into()),
+            "another way than those of result 0; set a new baseline",
+        ),
         (other(&|line| line.parameters[1].name = "zz1".into()), "(+zz1 −zz1r)"),
         (other(&|line| drop(line.parameters.pop())), "(−zz1r)"),
-        (other(&|line| line.note = payload(2.0)), "2 kg was noted with result 2, none with"),
+        (
+            other(&|line| line.note = payload(2.0)),
+            "2 kg was noted with result 2, none with result 0",
+        ),
     ] {
         let mut tracker = tracker();
         tracker.handle_line(&self::line(1, 9.0));

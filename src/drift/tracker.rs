@@ -43,13 +43,17 @@ impl Tracker {
         &self.baseline
     }
 
-    /// Takes the next line of the history and gives the alarms that changed. Lines before the
-    /// baseline say nothing of what became of it.
-    pub fn handle_line(&mut self, line: &HistoryLine) -> Vec<(String, AlarmEvent)> {
+    /// Whether a result came after the baseline: those before say nothing of what became of it.
+    pub fn follows(&self, line: &HistoryLine) -> bool {
         let baseline = &self.baseline.result;
         // Numbers begin anew in an emptied folder.
         let later = line.result > baseline.result || line.time > baseline.time;
-        if !later || line.result == baseline.result {
+        later && (line.result, line.time) != (baseline.result, baseline.time)
+    }
+
+    /// Takes the next line of the history and gives the alarms that changed.
+    pub fn handle_line(&mut self, line: &HistoryLine) -> Vec<(String, AlarmEvent)> {
+        if !self.follows(line) {
             return Vec::new();
         }
         let compared = self.compare(line);
@@ -143,6 +147,7 @@ impl Tracker {
             compared: matches!(self.last, Some(Ok(_))),
             why_not: match &self.last {
                 None => Some("no result has come since the baseline was set".to_owned()),
+                Some(Err(why)) if why.is_lasting() => Some(format!("{why}; set a new baseline")),
                 Some(Err(why)) => Some(why.to_string()),
                 Some(Ok(_)) => None,
             },

@@ -17,6 +17,7 @@ mod comparison;
 mod configuration;
 mod conversion;
 mod golden;
+mod history;
 mod identification;
 mod logs;
 mod outputs;

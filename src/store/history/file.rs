@@ -135,7 +135,7 @@ impl HistoryFile {
         };
         if scan.passed_over > 0 {
             tracing::warn!(
-                "{}: {} lines are torn or none of this program's and are passed over",
+                "{}: lines passed over as torn or unknown: {}",
                 path.display(),
                 scan.passed_over
             );
