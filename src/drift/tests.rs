@@ -311,6 +311,19 @@ fn a_trend_is_followed_no_further_than_it_reaches() {
 }
 
 #[test]
+fn a_rate_per_day_needs_a_day() {
+    let mut tracker = tracker();
+    for hour in 1..=23 {
+        let time = Timestamp::from_unix_s(START_S + hour * 3600);
+        tracker.handle_line(&HistoryLine { time, ..line(hour, 6.0 - 0.01 * hour as f64) });
+    }
+    assert_eq!(tracker.trend("fc3"), None);
+    assert!(!tracker.sentence("fc3").unwrap().contains("day"));
+    tracker.handle_line(&line(24, 6.0));
+    assert!(tracker.trend("fc3").is_some());
+}
+
+#[test]
 fn a_parameter_that_could_be_zero_is_told_in_its_unit() {
     let change =
         Change::new(&value("b", 0.01, 0.02), &value("b", -0.3, 0.02), &DriftOptions::default());

@@ -8,6 +8,9 @@ use super::{
 };
 use crate::store::{HistoryLine, Timestamp};
 
+/// A rate per day needs a day.
+const SHORTEST_TREND_DAYS: f64 = 1.0;
+
 /// A baseline, and what the results after it say.
 #[derive(Clone, Debug)]
 pub struct Tracker {
@@ -97,7 +100,8 @@ impl Tracker {
     }
 
     /// The line through the last results that were compared, and the baseline if there is room:
-    /// in SI units over days since the baseline.
+    /// in SI units over days since the baseline. Nothing for results of less than a day: how friction
+    /// falls while an arm warms up says nothing of how it changes from day to day.
     pub fn trend(&self, parameter: &str) -> Option<Trend> {
         let baseline = &self.baseline.result;
         let room = self.compared.len() < self.options.trend_results;
@@ -107,7 +111,8 @@ impl Tracker {
             let days = line.time.days_after(baseline.time);
             Some((days, found.value, found.standard_deviation))
         };
-        trend(&lines.filter_map(point).collect::<Vec<_>>())
+        let trend = trend(&lines.filter_map(point).collect::<Vec<_>>())?;
+        (trend.span.1 - trend.span.0 >= SHORTEST_TREND_DAYS).then_some(trend)
     }
 
     /// The alarms that are raised: parameter and since when it is outside.

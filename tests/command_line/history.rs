@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{Folder, cia402_cell, data, didim};
+use crate::support::{Configuration, Folder, cia402_cell, data, didim};
 
 /// Replays the same log so many times into one folder.
 fn replayed(folder: &Folder, times: usize) -> String {
@@ -68,6 +68,44 @@ fn results_are_listed_compared_and_reported() {
     assert_eq!(cleared, "there is no baseline any more\n");
     let shown = didim(&["baseline", "show", "--state", &state]);
     shown.refused(1, &["no baseline is set", "`didim baseline set`"]);
+}
+
+/// An arm whose third joint has worn: the simulated friction has grown, and the cell that identifies
+/// knows nothing of it.
+#[test]
+fn worn_friction_is_found_by_its_name_and_size() {
+    let folder = Folder::new();
+    let state = folder.path("state");
+    let worn = Configuration::with("robots/tx40.toml", "fc3 = 6.48", "fc3 = 7.45");
+    let worn = worn.path("cells/tx40-cia402.toml");
+    // A shipped scenario has the shipped arm: as a file it takes that of the cell.
+    let scenario = include_str!("../../sim-fixtures/scenarios/tx40-paper.toml");
+    let scenario = folder.file("scenario.toml", scenario);
+    let replay = |cell: &str, seed: &str| {
+        let log = folder.path("drive.log");
+        let bus = format!("log:{log}");
+        let sim = ["sim", "--cell", cell, "--scenario", &scenario, "--seed", seed, "--bus", &bus];
+        didim(&sim).done();
+        didim(&["replay", "--cell", &cia402_cell(), &log, "--state", &state]).done();
+    };
+    replay(&cia402_cell(), "1");
+    didim(&["baseline", "set", "--state", &state]).done();
+    replay(&cia402_cell(), "2");
+    let alarms = || {
+        let document = json(&didim(&["history", "--state", &state, "--json"]).done());
+        document["alarms"].as_array().unwrap().clone()
+    };
+    assert!(alarms().is_empty(), "the arm is as it was");
+    replay(&worn, "3");
+    assert!(alarms().is_empty(), "one result is none");
+    replay(&worn, "4");
+    let alarms = alarms();
+    assert_eq!(alarms.len(), 1, "{alarms:?}");
+    assert_eq!(alarms[0]["parameter"], "fc3");
+    let number = |key: &str| alarms[0][key].as_f64().unwrap();
+    let (change, sigma) = (number("relative_change"), number("deviation_sigma"));
+    let deviation = (change - (7.45 / 6.48 - 1.0)) * sigma / change;
+    assert!(deviation.abs() < 4.0, "{deviation} σ from the truth: {alarms:?}");
 }
 
 #[test]

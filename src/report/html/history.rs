@@ -16,7 +16,7 @@ const OWN_STYLE: &str = include_str!("history.css");
 
 /// Standard deviations to either side of a value.
 const SIGMAS: f64 = 2.0;
-/// Shorter histories have the time of the day at their axis [d].
+/// Shorter histories have the time of the day at their axis \[d\].
 const DAYS_WITH_TIME: f64 = 3.0;
 
 /// What a report of a history is made from.
