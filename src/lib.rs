@@ -9,6 +9,7 @@ pub mod experiment;
 pub mod identify;
 pub mod latency;
 pub mod pipeline;
+pub mod reload;
 pub mod report;
 pub mod service;
 pub mod status;

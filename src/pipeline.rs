@@ -16,7 +16,9 @@ use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::{AcquisitionPart, EstimationPart};
 use crate::store::WindowProvenance;
 use crate::stream::{FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions};
-use crate::worker::{Identified, RecordOptions, Window, WindowOptionError, WorkerOptions};
+use crate::worker::{
+    Configuration, Identified, RecordOptions, Window, WindowOptionError, WorkerOptions,
+};
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
@@ -178,15 +180,15 @@ pub fn acquisition(
     }))
 }
 
-/// The part that identifies. What it identified last is left in `last`.
+/// How the cell cuts windows and identifies them. What it identified last is left in `last`.
 ///
 /// # Errors
-/// [`PipelineError::Stream`] and [`PipelineError::Windows`].
-pub fn estimation(
+/// [`PipelineError::Windows`].
+pub fn configuration(
     cell: &Cell,
     places: &Places,
     last: &LastIdentification,
-) -> Result<EstimationPart, PipelineError> {
+) -> Result<Configuration, PipelineError> {
     let (cell_of_worker, last) = (cell.clone(), last.clone());
     let has_folder = places.state.is_some();
     let identify = move |window: &Window| {
@@ -202,20 +204,38 @@ pub fn estimation(
         last.set(LastWindow { window: provenance, identification });
         Ok(Identified { estimate, report })
     };
-    Ok(EstimationPart {
+    Ok(Configuration {
+        windows: cell.window.plan(cell.sample_rate_hz())?,
         identify: Box::new(identify),
+        sha256: cell.configuration_sha256.clone(),
+        records: RecordOptions {
+            texts: cell.configuration.clone(),
+            regrouping: cell.regrouping_sha256(),
+            drift: cell.service.drift,
+        },
+    })
+}
+
+/// The part that identifies. What it identified last is left in `last`.
+///
+/// # Errors
+/// [`PipelineError::Stream`] and [`PipelineError::Windows`].
+pub fn estimation(
+    cell: &Cell,
+    places: &Places,
+    last: &LastIdentification,
+) -> Result<EstimationPart, PipelineError> {
+    let Configuration { windows, identify, sha256, records } = configuration(cell, places, last)?;
+    Ok(EstimationPart {
+        identify,
         options: WorkerOptions {
             stream: places.stream(cell)?,
-            windows: cell.window.plan(cell.sample_rate_hz())?,
+            windows,
             queue: WINDOWS_WAITING,
             folder: places.state.clone(),
             keep: cell.service.keep_results,
-            configuration: cell.configuration_sha256.clone(),
-            records: RecordOptions {
-                texts: cell.configuration.clone(),
-                regrouping: cell.regrouping_sha256(),
-                drift: cell.service.drift,
-            },
+            configuration: sha256,
+            records,
         },
     })
 }

@@ -424,6 +424,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
         .child("child_serves")
         .env("DIDIM_TEST_FOLDER", folder.path())
         .env("NOTIFY_SOCKET", folder.path().join("notify"))
+        .env("WATCHDOG_USEC", "2000000")
         .spawn()
         .map(Process)
         .unwrap();

@@ -1,5 +1,8 @@
-//! A real-time priority and a processor of its own for the bus thread, when they are granted.
+//! A real-time priority, a processor of its own and memory that is never swapped for the bus thread,
+//! when they are granted.
 
+use rustix::mm::{MlockAllFlags, mlockall};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde::{Deserialize, Serialize};
 use thread_priority::{
@@ -18,6 +21,9 @@ pub struct RealTimeOptions {
     /// The only processor to run on; nothing leaves the choice to the kernel.
     #[serde(default)]
     pub cpu: Option<usize>,
+    /// Keeps the memory of the process that reads the bus from being swapped out or dropped.
+    #[serde(default)]
+    pub lock_memory: bool,
 }
 
 /// What became of a wish.
@@ -43,6 +49,9 @@ pub struct RealTimeGrants {
     pub priority: Grant,
     /// The processor.
     pub cpu: Grant,
+    /// The locked memory, of the whole process.
+    #[serde(default)]
+    pub memory: Grant,
 }
 
 impl RealTimeOptions {
@@ -52,6 +61,7 @@ impl RealTimeOptions {
         RealTimeGrants {
             cpu: self.cpu.map_or(Grant::NotAsked, pin),
             priority: self.priority.map_or(Grant::NotAsked, raise),
+            memory: if self.lock_memory { lock() } else { Grant::NotAsked },
         }
     }
 }
@@ -79,7 +89,42 @@ fn raise(priority: u8) -> Grant {
     match granted {
         Ok(()) => Grant::Granted,
         Err(why) => Grant::Refused {
-            why: format!("SCHED_FIFO {priority}: {why}; raise LimitRTPRIO (RLIMIT_RTPRIO)"),
+            why: format!(
+                "SCHED_FIFO {priority}: {why}; in the unit: LimitRTPRIO of at least as much \
+                 (RLIMIT_RTPRIO), RestrictRealtime=no"
+            ),
+        },
+    }
+}
+
+/// Locks what is in memory, and what comes to be as it is touched: at once would mean all of every
+/// thread's stack and of the allocator's reserves, hundreds of megabytes that nobody uses. The stream's
+/// shared memory has been touched before.
+///
+/// Under a limit, mlockall(2) would have a later allocation or thread fail, which the process would
+/// not survive; so it is all or nothing.
+fn lock() -> Grant {
+    let limit = getrlimit(Resource::Memlock);
+    if let (Some(current), None) = (limit.current, limit.maximum) {
+        // Up to the hard limit anybody may. What is granted is seen by what follows.
+        let _ = setrlimit(Resource::Memlock, Rlimit { current: None, maximum: None });
+        tracing::debug!(current, "the limit of locked memory is raised to its maximum, none");
+    }
+    if let Some(bytes) = getrlimit(Resource::Memlock).current {
+        return Grant::Refused {
+            why: format!(
+                "lock_memory: at most {bytes} bytes may be locked; in the unit: \
+                 LimitMEMLOCK=infinity (RLIMIT_MEMLOCK)"
+            ),
+        };
+    }
+    match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT) {
+        Ok(()) => Grant::Granted,
+        Err(why) => Grant::Refused {
+            why: format!(
+                "lock_memory: {why}; in the unit: LimitMEMLOCK=infinity, and mlockall among the \
+                 permitted system calls (SystemCallFilter=@memlock)"
+            ),
         },
     }
 }
@@ -95,7 +140,7 @@ mod tests {
 
     #[test]
     fn what_does_not_exist_is_refused_in_words() {
-        let asked = RealTimeOptions { priority: Some(0), cpu: Some(100_000) };
+        let asked = RealTimeOptions { priority: Some(0), cpu: Some(100_000), lock_memory: false };
         let grants = std::thread::spawn(move || asked.apply()).join().unwrap();
         assert!(matches!(grants.cpu, Grant::Refused { .. }), "{grants:?}");
         assert!(matches!(grants.priority, Grant::Refused { .. }), "{grants:?}");
@@ -103,7 +148,7 @@ mod tests {
 
     #[test]
     fn what_is_granted_is_so() {
-        let asked = RealTimeOptions { priority: Some(7), cpu: Some(0) };
+        let asked = RealTimeOptions { priority: Some(7), cpu: Some(0), lock_memory: false };
         std::thread::spawn(move || {
             let grants = asked.apply();
             assert_eq!(grants.cpu, Grant::Granted);

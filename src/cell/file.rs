@@ -134,7 +134,7 @@ impl Default for SimulationSection {
 }
 
 /// `[service]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ServiceSection {
     /// Where results go.

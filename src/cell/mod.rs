@@ -7,6 +7,7 @@ mod address;
 mod error;
 mod file;
 mod library;
+mod restart;
 mod values;
 
 use std::path::Path;

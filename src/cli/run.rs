@@ -8,7 +8,8 @@ use super::CliError;
 use crate::cell::{Cell, Processes};
 use crate::identify::LastIdentification;
 use crate::pipeline::{PipelineError, Places, acquisition, estimation, open_source};
-use crate::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run};
+use crate::reload::reload_of;
+use crate::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -83,7 +84,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         "didim {} starts",
         env!("CARGO_PKG_VERSION")
     );
-    let report = run(&options, parts).map_err(CliError::failed)?;
+    let estimates = part != Some(Part::Acquisition);
+    let reload = reload_of(arguments.cell.clone(), cell, places, estimates);
+    let report = run_with_reload(&options, parts, Some(reload)).map_err(CliError::failed)?;
     tracing::info!(
         "ended: {}",
         match report.end {

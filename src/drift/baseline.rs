@@ -133,6 +133,11 @@ impl BaselineWatch {
         Self { folder: folder.to_owned(), seen: None }
     }
 
+    /// Lets the next look find a change.
+    pub fn forget(&mut self) {
+        self.seen = None;
+    }
+
     /// The baseline, if it is another one, or none any more, since the last look.
     ///
     /// # Errors

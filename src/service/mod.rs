@@ -4,6 +4,12 @@
 //! their own. What each may do when another fails is decided here: one that fails ends the service,
 //! and a service manager starts it anew.
 
+mod line;
+mod manager;
+mod readiness;
+mod reload;
+mod running;
+mod signals;
 mod supervise;
 mod threads;
 
@@ -17,7 +23,8 @@ use crate::status::{ListenError, Snapshot};
 use crate::stream::{StreamError, StreamOptions};
 use crate::worker::{Identify, WorkerError, WorkerOptions};
 
-pub use supervise::run;
+pub use reload::Reload;
+pub use supervise::{run, run_with_reload};
 
 /// A socket to listen at.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,11 +1,15 @@
 //! Makes snapshots of what the threads count.
 
+use core::time::Duration;
 use std::time::Instant;
 
-use super::snapshot::{Health, SCHEMA, Snapshot, StreamStatus};
+use super::snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
 use crate::acquire::{AcquisitionStatus, ReceiveBuffer, SharedAcquisition};
 use crate::stream::StreamOptions;
 use crate::worker::SharedEstimation;
+
+/// An estimation on its own tells when no sample came for so long.
+const WITHOUT_SAMPLES: Duration = Duration::from_secs(2);
 
 /// Collects the counts of this process's threads, and makes rates of them.
 #[derive(Debug)]
@@ -16,6 +20,10 @@ pub struct Collector {
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
     receive_buffer: Option<ReceiveBuffer>,
+    /// What is of the process.
+    pub process: ProcessStatus,
+    /// Samples of a worker without a bus in this process, and when they were last more than before.
+    last_sample: (u64, Instant),
     /// When frames and samples were last counted, and how many there were.
     before: Option<(Instant, u64, u64)>,
 }
@@ -40,6 +48,8 @@ impl Collector {
             acquisition,
             estimation,
             receive_buffer,
+            process: ProcessStatus::default(),
+            last_sample: (0, now),
             before: None,
         }
     }
@@ -60,16 +70,42 @@ impl Collector {
             status
         });
         let estimation = self.estimation.as_ref().map(SharedEstimation::snapshot);
+        let mut health = Health::of(acquisition.as_ref(), estimation.as_ref());
+        if let (None, Some(estimation)) = (&acquisition, &estimation)
+            && let Some(silent) = self.without_samples(estimation.samples, now)
+        {
+            health.add(format!(
+                "no sample has come for {} s: the bus is silent, or the acquisition does not run",
+                silent.as_secs()
+            ));
+        }
+        // What somebody has just done comes first.
+        for reason in self.process.reasons().into_iter().rev() {
+            health.ok = false;
+            health.reasons.insert(0, reason);
+        }
         Snapshot {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             cell: self.cell.clone(),
             uptime_s: (now - self.started).as_secs_f64(),
-            health: Health::of(acquisition.as_ref(), estimation.as_ref()),
+            health,
+            process: self.process.clone(),
             stream: self.stream.clone(),
             acquisition,
             estimation,
         }
+    }
+}
+
+impl Collector {
+    /// For how long another process has sent nothing, if that is long.
+    fn without_samples(&mut self, samples: u64, now: Instant) -> Option<Duration> {
+        if samples != self.last_sample.0 {
+            self.last_sample = (samples, now);
+        }
+        let silent = now.saturating_duration_since(self.last_sample.1);
+        (silent >= WITHOUT_SAMPLES).then_some(silent)
     }
 }
 

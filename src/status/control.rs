@@ -56,10 +56,15 @@ async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> 
 
 /// Any reason in one line.
 fn refusal(why: &str) -> String {
-    let words = why.split(|each: char| each.is_whitespace() || each.is_control());
+    format!("error: {}\n", one_line(why, MAX_ANSWER))
+}
+
+/// A text as one line without control characters, of at most so many characters: it may quote a
+/// file, and what follows a line break would be taken for a line of its own.
+pub(crate) fn one_line(text: &str, limit: usize) -> String {
+    let words = text.split(|each: char| each.is_whitespace() || each.is_control());
     let line = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
-    let line: String = line.chars().take(MAX_ANSWER).collect();
-    format!("error: {line}\n")
+    line.chars().take(limit).collect()
 }
 
 #[cfg(test)]

@@ -27,6 +27,10 @@ pub fn fetch(places: &Places) -> Result<Snapshot, ClientError> {
             snapshot.acquisition = other.acquisition;
             snapshot.health =
                 Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
+            let own = snapshot.process.reasons();
+            let others = other.process.reasons();
+            let others = others.into_iter().map(|reason| format!("acquisition: {reason}"));
+            own.into_iter().chain(others).for_each(|reason| snapshot.health.add(reason));
         }
         Err(error) => snapshot.health.add(format!("the acquisition does not answer: {error}")),
     }

@@ -17,6 +17,7 @@ mod snapshot;
 
 pub use client::{ClientError, fetch_status, send_request};
 pub use collect::Collector;
+pub(crate) use control::one_line;
 pub use control::serve_commands;
 pub use dispatch::{DispatchError, Dispatcher, ReloadAnswer, ReloadSender};
 pub use fetch::fetch;
@@ -24,4 +25,4 @@ pub use listen::{ListenError, Socket};
 pub use render::{Colour, render};
 pub use request::{MAX_REQUEST, Request, RequestError, parse_request};
 pub use serve::serve_status;
-pub use snapshot::{Health, SCHEMA, Snapshot, StreamStatus};
+pub use snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};

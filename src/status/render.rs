@@ -109,8 +109,11 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
         rows.plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));
     }
     if let Some(grants) = &status.real_time {
-        for (name, grant) in [("real-time priority", &grants.priority), ("processor", &grants.cpu)]
-        {
+        for (name, grant) in [
+            ("real-time priority", &grants.priority),
+            ("processor", &grants.cpu),
+            ("locked memory", &grants.memory),
+        ] {
             match grant {
                 Grant::NotAsked => {}
                 Grant::Granted => rows.judged(name, "granted", true),

@@ -22,6 +22,9 @@ pub struct Snapshot {
     pub uptime_s: f64,
     /// Whether all is well.
     pub health: Health,
+    /// The process that tells this; where there are two, the one that estimates.
+    #[serde(default)]
+    pub process: ProcessStatus,
     /// The stream between the two.
     pub stream: StreamStatus,
     /// The bus thread; nothing where another process runs it.
@@ -37,6 +40,25 @@ pub struct Health {
     pub ok: bool,
     /// The reasons, for people.
     pub reasons: Vec<String>,
+}
+
+/// What is of a process and not of its threads.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ProcessStatus {
+    /// Why the configuration, read again, was not taken over; nothing when it was, or was not read
+    /// again.
+    pub reload_refused: Option<String>,
+}
+
+impl ProcessStatus {
+    /// Why all is not well with it.
+    pub fn reasons(&self) -> Vec<String> {
+        let refused = self.reload_refused.iter();
+        refused
+            .map(|why| format!("reload refused, the configuration before goes on: {why}"))
+            .collect()
+    }
 }
 
 /// The stream's dimensions.
@@ -67,7 +89,8 @@ impl Health {
                 }
                 BusState::Ok | BusState::Ended => {}
             }
-            let grants = acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu]);
+            let grants =
+                acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu, &is.memory]);
             for grant in grants {
                 if let Grant::Refused { why } = grant {
                     reasons.push(format!("not granted: {why}"));

@@ -127,6 +127,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
         cell: "left".into(),
         uptime_s: 93_784.0,
         health: Health::of(Some(&acquisition), Some(&estimation)),
+        process: crate::status::ProcessStatus::default(),
         stream: StreamStatus { sample_rate_hz: 5000.0, ..StreamStatus::default() },
         acquisition: Some(acquisition),
         estimation: Some(estimation),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use didim_core::identification::Estimate;
 
+use super::configuration::Identifier;
 use super::records::Records;
 use super::run::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
@@ -36,7 +37,7 @@ const POLL: Duration = Duration::from_millis(2);
 const ABANDON_AFTER: Duration = Duration::from_millis(300);
 
 /// How long a stop waits for a result that is being stored.
-const STORE_TIMEOUT: Duration = Duration::from_secs(2);
+const STORE_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// How soon a late reader of the estimates gets the last one.
 const WELCOME_EVERY: Duration = Duration::from_millis(500);
@@ -50,10 +51,16 @@ pub(super) enum WhenBusy {
     Wait,
 }
 
+/// A window, and what is to identify it.
+struct Queued {
+    window: Window,
+    identifier: Identifier,
+}
+
 /// The sending side of the queue.
 #[derive(Debug)]
 pub(super) struct Identification {
-    queue: SyncSender<Window>,
+    queue: SyncSender<Queued>,
     /// Windows that the queue holds.
     places: usize,
     shared: SharedEstimation,
@@ -64,7 +71,6 @@ impl Identification {
     /// Opens the store and starts the thread.
     pub(super) fn start(
         options: &WorkerOptions,
-        identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<Self, WorkerError> {
         let records = options.folder.as_ref().map(|folder| Records::open(folder, options));
@@ -78,7 +84,7 @@ impl Identification {
                 // Ports stay on the thread that makes them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let mut job = Job { options, identify, records, estimates, shared: job_shared };
+                let mut job = Job { options, records, estimates, shared: job_shared };
                 job.run(&windows);
                 Ok(())
             })
@@ -90,21 +96,23 @@ impl Identification {
     /// for [`Self::give_up`] to reject.
     pub(super) fn submit(
         &self,
-        mut window: Window,
+        window: Window,
+        identifier: Identifier,
         when_busy: WhenBusy,
         stop: &AtomicBool,
     ) -> Result<bool, WorkerError> {
         self.shared.pend(&window);
+        let mut queued = Queued { window, identifier };
         loop {
-            window = match self.queue.try_send(window) {
+            queued = match self.queue.try_send(queued) {
                 Ok(()) => return Ok(true),
                 Err(TrySendError::Disconnected(_)) => return Err(WorkerError::IdentificationEnded),
-                Err(TrySendError::Full(window)) => window,
+                Err(TrySendError::Full(queued)) => queued,
             };
             if when_busy == WhenBusy::Reject {
-                self.shared.settle(window.number);
-                self.shared.reject(RejectedWindow::new(&window, Rejection::Busy));
-                self.shared.return_note(window.note);
+                self.shared.settle(queued.window.number);
+                self.shared.reject(RejectedWindow::new(&queued.window, Rejection::Busy));
+                self.shared.return_note(queued.window.note);
                 return Ok(true);
             }
             if stop.load(Ordering::Relaxed) {
@@ -163,18 +171,17 @@ impl Identification {
 
 struct Job {
     options: WorkerOptions,
-    identify: Identify,
     records: Option<Records>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
 }
 
 impl Job {
-    fn run(&mut self, windows: &Receiver<Window>) {
+    fn run(&mut self, windows: &Receiver<Queued>) {
         self.look();
         loop {
-            let window = match windows.recv_timeout(WELCOME_EVERY) {
-                Ok(window) => window,
+            let Queued { window, identifier } = match windows.recv_timeout(WELCOME_EVERY) {
+                Ok(queued) => queued,
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {
                     self.look();
@@ -188,7 +195,7 @@ impl Job {
             if !self.shared.is_wanted(window.number) {
                 continue;
             }
-            match self.one(&window) {
+            match self.one(&window, &identifier) {
                 Ok(()) => {}
                 // Given up while it was identified, and counted by whoever did so.
                 Err(Rejection::Stopped) => continue,
@@ -210,20 +217,19 @@ impl Job {
         }
     }
 
-    fn one(&mut self, window: &Window) -> Result<(), Rejection> {
-        let Identified { estimate, report } =
-            (self.identify)(window).map_err(|why| Rejection::Refused { why: why.to_string() })?;
+    fn one(&mut self, window: &Window, identifier: &Identifier) -> Result<(), Rejection> {
+        let Identified { estimate, report } = identifier
+            .identify(window)
+            .map_err(|why| Rejection::Refused { why: why.to_string() })?;
         if !self.shared.claim(window.number) {
             return Err(Rejection::Stopped);
         }
-        let record = ResultRecord::new(
-            &self.options.stream.cell,
-            &self.options.configuration,
-            window,
-            &estimate,
-        );
+        let record =
+            ResultRecord::new(&self.options.stream.cell, identifier.sha256(), window, &estimate);
         let json = match &mut self.records {
-            Some(records) => records.take(&record, report.as_deref(), window.note.clone()),
+            Some(records) => {
+                records.take(&record, report.as_deref(), window.note.clone(), identifier.records())
+            }
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;

@@ -4,6 +4,8 @@
 //! identification never makes the stream overflow. What is decided depends on sequence numbers
 //! only, never on when something arrived.
 
+mod command;
+mod configuration;
 mod identify;
 mod log_rate;
 mod options;
@@ -13,11 +15,12 @@ mod state;
 mod window;
 mod windower;
 
+pub use command::{Command, Commands, SubmitError};
+pub use configuration::Configuration;
 pub use identify::{Identified, Identify, IdentifyError};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
-pub use run::{
-    Command, Commands, RecordOptions, SubmitError, Worker, WorkerEnd, WorkerError, WorkerOptions,
-};
+pub use records::RecordOptions;
+pub use run::{Worker, WorkerEnd, WorkerError, WorkerOptions};
 pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
 pub use window::{Loss, RejectedWindow, Rejection, Window, WindowEnd, WindowEvent};
 pub use windower::{CommandError, Windower};

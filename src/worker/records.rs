@@ -3,17 +3,30 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
-use super::run::{RecordOptions, WorkerOptions};
-use crate::drift::{AlarmEvent, BaselineWatch, DriftStatus, Tracker};
+use super::run::WorkerOptions;
+use crate::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::store::{
-    HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, ResultRecord, Store, StoreError, Timestamp,
+    ConfigurationTexts, HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, ResultRecord, Store,
+    StoreError, Timestamp,
 };
+
+/// What is kept beside the results, so that they can be made again and compared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordOptions {
+    /// The files of the configuration as they were read.
+    pub texts: ConfigurationTexts,
+    /// Hash of how the base parameters are made up, for the history.
+    pub regrouping: String,
+    /// What counts as drift from the baseline.
+    pub drift: DriftOptions,
+}
 
 /// The folder of the results as the thread that identifies sees it.
 #[derive(Debug)]
 pub(super) struct Records {
     store: Store,
-    options: RecordOptions,
+    /// What counts as drift: that of the last window.
+    drift: DriftOptions,
     /// The last lines of the history, for a baseline that is set in their midst.
     recent: VecDeque<HistoryLine>,
     baseline: BaselineWatch,
@@ -26,8 +39,8 @@ const RECENT: usize = 512;
 impl Records {
     pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
         let (store, recent) = Store::open_with_history(folder, options.keep)?;
-        let options = options.records.clone();
-        Ok(Self { store, options, recent, baseline: BaselineWatch::new(folder), tracker: None })
+        let drift = options.records.drift;
+        Ok(Self { store, drift, recent, baseline: BaselineWatch::new(folder), tracker: None })
     }
 
     /// Looks whether the baseline was set or cleared by another process, and compares with the new
@@ -43,7 +56,7 @@ impl Records {
         };
         let had = self.tracker.is_some();
         self.tracker = baseline.map(|baseline| {
-            let mut tracker = Tracker::new(baseline, self.options.drift);
+            let mut tracker = Tracker::new(baseline, self.drift);
             self.recent.iter().for_each(|line| drop(tracker.handle_line(line)));
             tracker
         });
@@ -66,7 +79,12 @@ impl Records {
         self.tracker.as_ref().map(Tracker::status)
     }
 
-    fn follow(&mut self, line: HistoryLine) {
+    fn follow(&mut self, line: HistoryLine, drift: DriftOptions) {
+        if drift != self.drift {
+            // The same baseline, judged otherwise from here on, with what is at hand.
+            self.drift = drift;
+            self.baseline.forget();
+        }
         // Before the line: one that was set after it has to find it at hand.
         self.look();
         if let Some(tracker) = &mut self.tracker {
@@ -92,33 +110,39 @@ impl Records {
         record: &ResultRecord<'_>,
         report: Option<&str>,
         note: Option<Note>,
+        options: &RecordOptions,
     ) -> Result<Vec<u8>, StoreError> {
         // Before the result that refers to it.
-        let configured = self.store.keep_configuration(record.configuration, &self.options.texts);
+        let configured = self.store.keep_configuration(record.configuration, &options.texts);
         let stored = self.store.write(record, report)?;
-        let line = self.line(stored.number, record, note);
+        let line = line(stored.number, record, note, &options.regrouping);
         for problem in [configured.err(), self.store.remember(&line).err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
-        self.follow(line);
+        self.follow(line, options.drift);
         Ok(stored.json)
     }
+}
 
-    fn line(&self, result: u64, record: &ResultRecord<'_>, note: Option<Note>) -> HistoryLine {
-        let estimate = record.estimate;
-        HistoryLine {
-            schema: HISTORY_SCHEMA,
-            time: Timestamp::now(),
-            result,
-            robot: estimate.robot.clone(),
-            configuration: record.configuration.to_owned(),
-            regrouping: self.options.regrouping.clone(),
-            method: estimate.method.clone(),
-            applicable: estimate.verdict.applicable,
-            relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
-            note,
-            parameters: ParameterValue::of(estimate),
-        }
+fn line(
+    result: u64,
+    record: &ResultRecord<'_>,
+    note: Option<Note>,
+    regrouping: &str,
+) -> HistoryLine {
+    let estimate = record.estimate;
+    HistoryLine {
+        schema: HISTORY_SCHEMA,
+        time: Timestamp::now(),
+        result,
+        robot: estimate.robot.clone(),
+        configuration: record.configuration.to_owned(),
+        regrouping: regrouping.to_owned(),
+        method: estimate.method.clone(),
+        applicable: estimate.verdict.applicable,
+        relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
+        note,
+        parameters: ParameterValue::of(estimate),
     }
 }
 

@@ -3,17 +3,19 @@
 use core::time::Duration;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 
 use didim_drivers::socket::monotonic_ns;
 
+use super::command::{Answer, Asked, Command, Commands, Request};
+use super::configuration::{Configuration, Identifier};
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
+use super::records::RecordOptions;
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, WindowEvent};
 use super::windower::{CommandError, Windower};
-use crate::drift::DriftOptions;
-use crate::store::{ConfigurationTexts, Note, StoreError};
+use crate::store::StoreError;
 use crate::stream::{
     Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
 };
@@ -40,17 +42,6 @@ pub struct WorkerOptions {
     pub configuration: String,
     /// What is kept beside the results.
     pub records: RecordOptions,
-}
-
-/// What is kept beside the results, so that they can be made again and compared.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RecordOptions {
-    /// The files of the configuration as they were read.
-    pub texts: ConfigurationTexts,
-    /// Hash of how the base parameters are made up, for the history.
-    pub regrouping: String,
-    /// What counts as drift from the baseline.
-    pub drift: DriftOptions,
 }
 
 /// Why the worker ended before its time.
@@ -82,59 +73,15 @@ pub enum WorkerEnd {
     StreamEnded,
 }
 
-/// What somebody wants of the windows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
-    /// Open one.
-    Begin,
-    /// Close it.
-    End,
-    /// Close it at once, whatever opened it, and identify it.
-    Identify,
-}
-
-type Answer = Result<(), CommandError>;
-type Request = (Command, SyncSender<Answer>);
-
-/// Hands commands to the worker.
-#[derive(Clone, Debug)]
-pub struct Commands(SyncSender<Request>, SharedEstimation);
-
-/// The worker did not take a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SubmitError {
-    /// Too many wait, or it has ended: ask again later.
-    #[error("the worker takes no commands now")]
-    Unavailable,
-    /// The command does not fit the state.
-    #[error(transparent)]
-    Refused(#[from] CommandError),
-}
-
-impl Commands {
-    /// Notes something with the open window, or with the next one. What was noted before and no
-    /// window took is amended.
-    pub fn note(&self, note: Note) {
-        let mut status = self.1.update();
-        status.note = Some(status.note.take().unwrap_or_default().amended(note));
-    }
-
-    /// Hands over a command and waits for the answer, at most `timeout`.
-    ///
-    /// # Errors
-    /// [`SubmitError`].
-    pub fn submit(&self, command: Command, timeout: Duration) -> Result<(), SubmitError> {
-        let (answer, answered) = sync_channel(1);
-        self.0.try_send((command, answer)).map_err(|_| SubmitError::Unavailable)?;
-        Ok(answered.recv_timeout(timeout).map_err(|_| SubmitError::Unavailable)??)
-    }
-}
-
 /// The worker, joined to the stream and ready to run on the thread that made it.
 #[derive(Debug)]
 pub struct Worker {
     reader: SampleReader,
     windower: Windower,
+    /// Of the open window, or of the next one.
+    identifier: Identifier,
+    /// What is valid once no window is open.
+    next: Option<Box<Configuration>>,
     identification: Identification,
     shared: SharedEstimation,
     requests: Receiver<Request>,
@@ -151,17 +98,22 @@ impl Worker {
         identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
-        let identification = Identification::start(options, identify, shared)?;
+        let identification = Identification::start(options, shared)?;
         let (submit, requests) = sync_channel(COMMANDS);
+        let records = options.records.clone();
+        let identifier = Identifier::new(identify, options.configuration.clone(), records);
+        shared.update().configuration.clone_from(&options.configuration);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
             windower: Windower::new(options.windows.clone()),
+            identifier,
+            next: None,
             identification,
             shared: shared.clone(),
             requests,
             last: None,
         };
-        Ok((worker, Commands(submit, shared.clone())))
+        Ok((worker, Commands::new(submit, shared.clone())))
     }
 
     /// Follows the stream until it ends or `stop` is set.
@@ -215,16 +167,38 @@ impl Worker {
     }
 
     fn answer(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
-        while let Ok((command, answer)) = self.requests.try_recv() {
-            let outcome = match command {
-                Command::Begin => self.windower.handle_begin(),
-                Command::End => self.windower.handle_end(),
-                Command::Identify => self.identify_now(stop)?,
+        while let Ok((asked, answer)) = self.requests.try_recv() {
+            let outcome = match asked {
+                Asked::Command(Command::Begin) => self.windower.handle_begin(),
+                Asked::Command(Command::End) => self.windower.handle_end(),
+                Asked::Command(Command::Identify) => self.identify_now(stop)?,
+                Asked::Configure(configuration) => {
+                    self.shared.update().configuration_waits = true;
+                    self.next = Some(configuration);
+                    self.change_between_windows();
+                    Ok(())
+                }
             };
             // Whoever asked may have gone.
             let _ = answer.try_send(outcome);
         }
         Ok(())
+    }
+
+    /// Takes the next configuration, if there is one and no window is open.
+    fn change_between_windows(&mut self) {
+        if self.windower.open_samples().is_some() {
+            return;
+        }
+        let Some(next) = self.next.take() else { return };
+        let Configuration { windows, identify, sha256, records } = *next;
+        tracing::info!(configuration = sha256, "another configuration is valid from here on");
+        let mut status = self.shared.update();
+        status.configuration.clone_from(&sha256);
+        status.configuration_waits = false;
+        drop(status);
+        self.windower.change_plan(windows);
+        self.identifier = Identifier::new(identify, sha256, records);
     }
 
     /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
@@ -259,6 +233,9 @@ impl Worker {
         }
         let mut missing = 0;
         for sample in batch.samples() {
+            if self.next.is_some() {
+                self.change_between_windows();
+            }
             if let Some(last) = self.last {
                 missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
                 if sample.queue_drops > last.queue_drops {
@@ -295,8 +272,9 @@ impl Worker {
             None => Ok(()),
             Some(WindowEvent::Closed(mut window)) => {
                 window.note = self.shared.update().note.take();
+                let identifier = self.identifier.clone();
                 // A stop is seen by whoever called.
-                self.identification.submit(window, when_busy, stop).map(drop)
+                self.identification.submit(window, identifier, when_busy, stop).map(drop)
             }
             Some(WindowEvent::Rejected(rejected)) => {
                 self.shared.reject(rejected);

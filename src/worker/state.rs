@@ -90,6 +90,10 @@ pub struct EstimationStatus {
     /// The same from the sending of their batch: what it takes to wake the worker, and longer where
     /// that is busy.
     pub batch_to_worker: Option<LatencySummary>,
+    /// Hash of the configuration of the open window, or of the next one.
+    pub configuration: String,
+    /// Another configuration waits for the open window to close.
+    pub configuration_waits: bool,
     /// The current window.
     pub window: WindowState,
     /// Windows opened.
@@ -154,6 +158,11 @@ impl SharedEstimation {
     /// Turns of the worker's loop: they go on as long as it is well, samples or not.
     pub fn turns(&self) -> u64 {
         self.0.turns.load(Ordering::Relaxed)
+    }
+
+    /// [`EstimationStatus::samples`], without a copy of the rest.
+    pub fn samples(&self) -> u64 {
+        self.update().samples
     }
 
     pub(super) fn turn(&self) {

@@ -62,12 +62,7 @@ pub enum CommandError {
 impl Windower {
     /// With nothing seen yet.
     pub fn new(plan: WindowPlan) -> Self {
-        // A motion is noticed up to one lag after it began.
-        let lag = match plan.trigger {
-            PlannedTrigger::Motion { lag, .. } => lag,
-            PlannedTrigger::Interval { .. } | PlannedTrigger::Command => 0,
-        };
-        let recent_limit = plan.margin_before + lag;
+        let recent_limit = recent_limit(&plan);
         Self {
             recent: VecDeque::with_capacity(recent_limit + 1),
             recent_limit,
@@ -77,6 +72,17 @@ impl Windower {
             last_sequence: None,
             opened: 0,
         }
+    }
+
+    /// Cuts windows otherwise from now on; to be called while none is open. What was seen stays, as
+    /// the margin of the next.
+    pub(super) fn change_plan(&mut self, plan: WindowPlan) {
+        // `begin` is a command, and the new plan may know none.
+        self.begin &= plan.trigger == PlannedTrigger::Command;
+        self.recent_limit = recent_limit(&plan);
+        let surplus = self.recent.len().saturating_sub(self.recent_limit);
+        self.recent.drain(..surplus);
+        self.plan = plan;
     }
 
     /// Takes the next sample.
@@ -269,6 +275,16 @@ impl Windower {
             self.recent.pop_front();
         }
     }
+}
+
+/// Samples that a new window may take from before it.
+fn recent_limit(plan: &WindowPlan) -> usize {
+    // A motion is noticed up to one lag after it began.
+    let lag = match plan.trigger {
+        PlannedTrigger::Motion { lag, .. } => lag,
+        PlannedTrigger::Interval { .. } | PlannedTrigger::Command => 0,
+    };
+    plan.margin_before + lag
 }
 
 fn rejected(number: u64, samples: &[JointSample], rejection: Rejection) -> WindowEvent {

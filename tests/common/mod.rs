@@ -2,10 +2,13 @@
 #![allow(
     dead_code,
     clippy::unwrap_used,
+    clippy::panic,
     reason = "each test binary uses its part, and a helper of tests may panic as they do"
 )]
 
 pub(crate) mod bus;
+pub(crate) mod cell;
+pub(crate) mod manager;
 pub(crate) mod program;
 pub(crate) mod recording;
 

@@ -31,6 +31,7 @@ fn snapshot() -> Snapshot {
         real_time: Some(RealTimeGrants {
             priority: Grant::Refused { why: "SCHED_FIFO 20: EPERM".into() },
             cpu: Grant::NotAsked,
+            memory: Grant::NotAsked,
         }),
         ..AcquisitionStatus::default()
     };
@@ -75,6 +76,7 @@ fn snapshot() -> Snapshot {
         cell: "left".into(),
         uptime_s: 93_784.0,
         health: Health::of(Some(&acquisition), Some(&estimation)),
+        process: crate::status::ProcessStatus::default(),
         stream: StreamStatus {
             sample_rate_hz: 5000.0,
             buffer_s: 20.0,

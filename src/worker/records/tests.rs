@@ -27,6 +27,10 @@ fn open(folder: &Path) -> Records {
 }
 
 fn take(records: &mut Records, fc3: f64) {
+    take_with(records, fc3, DriftOptions::default());
+}
+
+fn take_with(records: &mut Records, fc3: f64, drift: DriftOptions) {
     let estimate = Estimate {
         method: "idim-ls".into(),
         robot: "tx40".into(),
@@ -49,7 +53,9 @@ fn take(records: &mut Records, fc3: f64) {
         end: WindowEnd::Rest,
         note: None,
     };
-    records.take(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None, None).unwrap();
+    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let options = RecordOptions { drift, ..RecordOptions::default() };
+    records.take(&record, None, None, &options).unwrap();
 }
 
 fn set_baseline(folder: &Path, result: usize) {
@@ -112,4 +118,22 @@ fn a_history_that_cannot_be_written_costs_no_result() {
     take(&mut records, 6.48);
     assert!(folder.path().join("result-00000000.json").exists());
     assert!(folder.path().join("latest.json").exists());
+}
+
+#[test]
+fn another_band_judges_what_is_at_hand_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut records = open(folder.path());
+    take(&mut records, 6.48);
+    set_baseline(folder.path(), 0);
+    for _ in 0..3 {
+        take(&mut records, 7.5);
+    }
+    assert_eq!(alarms(&records), ["fc3"]);
+    // 7.5 is 16 % more.
+    let wider = DriftOptions { relative: 0.2, ..DriftOptions::default() };
+    take_with(&mut records, 7.5, wider);
+    assert_eq!(alarms(&records), Vec::<String>::new());
+    take(&mut records, 7.5);
+    assert_eq!(alarms(&records), ["fc3"]);
 }

@@ -1,0 +1,56 @@
+//! What of a cell file a running service cannot take over.
+
+use super::{Cell, ServiceSection};
+
+impl Cell {
+    /// The first key in which `other` differs so that only a restart takes it over: the bus, what its
+    /// frames mean, and how the service runs. Nothing when windows, identification, controller and
+    /// robot are all that differs.
+    pub fn needs_restart_for(&self, other: &Self) -> Option<&'static str> {
+        // The robot decides how many joints a sample has; a layout for others would be refused.
+        let differs = [
+            ("name", self.name != other.name),
+            ("bus.source", self.sources != other.sources),
+            ("bus.receive_buffer_bytes", self.receive_buffer_bytes != other.receive_buffer_bytes),
+            ("bus.layout", self.layout != other.layout),
+            ("bus.drives", self.drives != other.drives || self.scales != other.scales),
+        ];
+        let bus = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
+        bus.or_else(|| service_differs(&self.service, &other.service))
+    }
+}
+
+fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'static str> {
+    let differs = [
+        ("service.state_directory", one.state_directory != other.state_directory),
+        ("service.runtime_directory", one.runtime_directory != other.runtime_directory),
+        ("service.status_mode", one.status_mode != other.status_mode),
+        ("service.status_group", one.status_group != other.status_group),
+        ("service.command_mode", one.command_mode() != other.command_mode()),
+        ("service.command_group", one.command_group != other.command_group),
+        ("service.keep_results", one.keep_results != other.keep_results),
+        ("service.buffer_s", one.buffer_s.to_bits() != other.buffer_s.to_bits()),
+        ("service.real_time", one.real_time != other.real_time),
+        ("service.processes", one.processes != other.processes),
+    ];
+    let named = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
+    // A key that is not listed needs a restart too, but for what counts as drift: that is judged anew
+    // with each result.
+    let other = ServiceSection { drift: one.drift, ..other.clone() };
+    named.or_else(|| (*one != other).then_some("service"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drift::DriftOptions;
+
+    #[test]
+    fn what_counts_as_drift_needs_no_restart() {
+        let one = ServiceSection::default();
+        let drift = DriftOptions { relative: 0.2, ..DriftOptions::default() };
+        assert_eq!(service_differs(&one, &ServiceSection { drift, ..one.clone() }), None);
+        let other = ServiceSection { drift, keep_results: 7, ..one.clone() };
+        assert_eq!(service_differs(&one, &other), Some("service.keep_results"));
+    }
+}

@@ -1,0 +1,30 @@
+//! The cell file of a running service, read again.
+
+use std::path::PathBuf;
+
+use crate::cell::Cell;
+use crate::identify::LastIdentification;
+use crate::pipeline::{Places, configuration};
+use crate::service::Reload;
+
+/// Reads the file again each time that it is called. What concerns the bus or the service itself must
+/// be as in `running`: nothing of it changes until a restart, so that no sample is lost. `estimates`
+/// says whether this process has a worker that is to use the rest.
+pub fn reload_of(file: PathBuf, running: Cell, places: Places, estimates: bool) -> Reload {
+    Box::new(move || {
+        let cell = Cell::read(&file).map_err(|error| error.to_string())?;
+        if let Some(key) = running.needs_restart_for(&cell) {
+            return Err(format!(
+                "{}: `{key}` has changed, which takes a restart of the service; only [window], \
+                 [identification], [controller] and the robot are taken over without",
+                file.display()
+            ));
+        }
+        if !estimates {
+            return Ok(None);
+        }
+        configuration(&cell, &places, &LastIdentification::default())
+            .map(Some)
+            .map_err(|error| error.to_string())
+    })
+}

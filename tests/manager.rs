@@ -1,0 +1,288 @@
+//! What the service manager hears of the service, from real processes, with faults on purpose.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use std::io::Write;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use common::bus::{assembler, frames, interface};
+use common::manager::{Manager, terminate};
+use common::{Network, Process};
+use didim::acquire::{AcquireOptions, RealTimeOptions};
+use didim::service::{
+    AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceOptions, SocketOptions, run,
+};
+use didim::stream::Pace;
+use didim::worker::{Identified, Identify, Trigger, WindowOptions, WorkerOptions};
+use didim_core::identification::Estimate;
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{
+    InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
+    WhenFull, in_process_bus,
+};
+
+/// What is wrong with a child, by the word that its parent gives it.
+fn fault() -> String {
+    std::env::var("DIDIM_TEST_FAULT").unwrap()
+}
+
+/// The in-process bus, with its faults.
+struct Faulty {
+    bus: InProcessSource,
+    began: Instant,
+}
+
+impl Source for Faulty {
+    fn receive(
+        &mut self,
+        batch: &mut Vec<Frame>,
+        timeout: Duration,
+    ) -> Result<Received, SourceError> {
+        if fault() == "stuck-bus" && self.began.elapsed() > Duration::from_secs(3) {
+            std::thread::sleep(Duration::from_secs(600));
+        }
+        self.bus.receive(batch, timeout)
+    }
+
+    fn counters(&self) -> SourceCounters {
+        self.bus.counters()
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        self.bus.interfaces()
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        // It is asked while the bus thread starts.
+        if fault() == "slow-start" {
+            std::thread::sleep(Duration::from_secs(5));
+        }
+        self.bus.stamp_clock()
+    }
+}
+
+/// Blocks the worker's thread when that logs, which it does when it rejects a window.
+struct Blocking;
+
+impl Write for Blocking {
+    fn write(&mut self, text: &[u8]) -> std::io::Result<usize> {
+        if std::thread::current().name() == Some("worker") {
+            std::thread::sleep(Duration::from_secs(600));
+        }
+        Ok(text.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+fn identify() -> Identify {
+    let takes = if ["long-identification", "replay"].contains(&fault().as_str()) { 600 } else { 0 };
+    Box::new(move |_| {
+        std::thread::sleep(Duration::from_secs(takes));
+        Ok(Identified { estimate: Estimate::default(), report: None })
+    })
+}
+
+/// A service on a bus at 1 kHz, live or replayed, until it is told to stop.
+#[test]
+#[ignore = "the other process of a test"]
+fn child_serves() {
+    let Some(network) = Network::inherited() else { return };
+    let folder = PathBuf::from(std::env::var_os("DIDIM_TEST_FOLDER").unwrap());
+    let fault = fault();
+    if fault == "stuck-worker" {
+        tracing_subscriber::fmt().with_writer(|| Blocking).init();
+    }
+    let (sender, bus) = in_process_bus(&[interface()], 4096, WhenFull::Wait);
+    let replays = fault == "replay";
+    std::thread::spawn(move || {
+        let mut due = Instant::now();
+        for (number, frame) in frames(120_000, |_| true).into_iter().enumerate() {
+            if fault == "silent" {
+                std::thread::sleep(Duration::from_secs(600));
+            }
+            if !replays {
+                std::thread::sleep(due.saturating_duration_since(Instant::now()));
+                due += Duration::from_millis(1);
+            }
+            // A gap has the open window rejected, which is logged.
+            if fault == "stuck-worker" && number == 3000 {
+                continue;
+            }
+            if sender.send(frame).is_err() {
+                break;
+            }
+        }
+    });
+    let acquisition = AcquisitionPart {
+        source: Box::new(Faulty { bus, began: Instant::now() }),
+        assembler: assembler(),
+        options: AcquireOptions {
+            stream: network.options(),
+            pace: if replays { Pace::Replay } else { Pace::Live },
+            real_time: RealTimeOptions::default(),
+            silence_after: Duration::from_millis(1500),
+        },
+    };
+    let windows = WindowOptions {
+        trigger: Trigger::Interval { length_s: 0.3 },
+        margin_before_s: 0.05,
+        margin_after_s: 0.05,
+        min_s: 0.2,
+        max_s: 5.0,
+    };
+    let estimation = EstimationPart {
+        identify: identify(),
+        options: WorkerOptions {
+            stream: network.options(),
+            windows: windows.plan(common::bus::RATE_HZ).unwrap(),
+            queue: 1,
+            folder: Some(folder.join("results")),
+            keep: 10,
+            configuration: "c0ffee".into(),
+            records: didim::worker::RecordOptions::default(),
+        },
+    };
+    let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });
+    let options = ServiceOptions {
+        status: socket("status", 0o660),
+        control: socket("command", 0o600),
+        receive_buffer: None,
+    };
+    let report = run(&options, Parts::Both(Box::new(acquisition), estimation)).unwrap();
+    assert_eq!(report.end, ServiceEnd::Signal);
+}
+
+/// A child with its manager.
+struct Managed {
+    folder: tempfile::TempDir,
+    _network: Network,
+    child: Process,
+    manager: Manager,
+}
+
+impl Managed {
+    fn start(fault: &str, watchdog: Option<Duration>) -> Self {
+        let (network, folder) = (Network::new(), tempfile::tempdir_in("/tmp").unwrap());
+        let manager = Manager::listen(folder.path(), "notify");
+        let mut command = network.child("child_serves");
+        command.env("DIDIM_TEST_FOLDER", folder.path()).env("DIDIM_TEST_FAULT", fault);
+        manager.manages(&mut command, watchdog);
+        let child = Process(command.spawn().unwrap());
+        Self { folder, _network: network, child, manager }
+    }
+
+    fn socket(&self, name: &str) -> UnixStream {
+        UnixStream::connect(Path::new(self.folder.path()).join(name)).unwrap()
+    }
+
+    /// It ends well and soon: a second, and what a busy machine takes to start and end a process.
+    fn stops(mut self) {
+        let (status, took) = terminate(&mut self.child);
+        assert!(status.success(), "{status}");
+        assert!(took < Duration::from_millis(1500), "{took:?}");
+        self.manager.expect(0, "STOPPING=1");
+        assert!(!self.folder.path().join("status").exists());
+    }
+}
+
+#[test]
+fn it_is_ready_when_samples_flow_and_says_what_flows() {
+    let mut managed = Managed::start("none", None);
+    let (number, ready) = managed.manager.expect(0, "READY=1");
+    assert!(ready.contains("window open"), "{ready}");
+    // Samples flow: the status of that moment has some.
+    let told = didim::status::fetch_status(&managed.folder.path().join("status")).unwrap();
+    assert!(told.acquisition.unwrap().samples > 0);
+    let (_, line) = managed.manager.expect(number, " samples/s");
+    assert!(line.starts_with("STATUS="), "{line}");
+    managed.manager.expect(number, "last estimate not applicable, ");
+    assert_eq!(managed.manager.times("WATCHDOG=1").len(), 0, "nobody asked for it");
+    managed.stops();
+}
+
+#[test]
+fn it_is_ready_when_the_bus_is_known_to_be_silent_and_not_before() {
+    let started = Instant::now();
+    let mut managed = Managed::start("silent", Some(Duration::from_secs(2)));
+    let (number, waiting) = managed.manager.expect(0, "waiting for the bus");
+    assert!(!waiting.contains("READY=1"), "{waiting}");
+    let (ready, _) = managed.manager.expect(0, "READY=1");
+    assert!(ready > number);
+    assert!(started.elapsed() >= Duration::from_millis(1500), "that is when it is silent");
+    // Silence is no reason to restart.
+    is_fed(&mut managed, Duration::from_secs(2));
+    managed.stops();
+}
+
+#[test]
+fn a_long_start_asks_for_more_time() {
+    let mut managed = Managed::start("slow-start", None);
+    let (extended, _) = managed.manager.expect(0, "EXTEND_TIMEOUT_USEC=");
+    let (ready, _) = managed.manager.expect(0, "READY=1");
+    assert!(extended < ready);
+    managed.stops();
+}
+
+#[test]
+fn a_start_can_be_stopped() {
+    let mut managed = Managed::start("slow-start", None);
+    managed.manager.expect(0, "EXTEND_TIMEOUT_USEC=");
+    managed.stops();
+}
+
+/// Whether the watchdog is fed within each of its periods, for three of them.
+fn is_fed(managed: &mut Managed, watchdog: Duration) {
+    managed.manager.expect(0, "WATCHDOG=1");
+    managed.manager.hear(3 * watchdog);
+    let fed = managed.manager.times("WATCHDOG=1");
+    let longest = fed.windows(2).map(|two| two[1] - two[0]).max().unwrap();
+    assert!(fed.len() >= 4 && longest < watchdog, "{} times, {longest:?}", fed.len());
+}
+
+#[test]
+fn an_identification_of_minutes_does_not_starve_the_watchdog_nor_hold_up_a_stop() {
+    let mut managed = Managed::start("long-identification", Some(Duration::from_secs(2)));
+    managed.manager.expect(0, "READY=1");
+    is_fed(&mut managed, Duration::from_secs(2));
+    // Clients that say nothing, at both sockets, hold nobody up either.
+    let _silent = [managed.socket("command"), managed.socket("status")];
+    managed.stops();
+}
+
+/// Whether the watchdog, fed at first, is fed no more.
+fn starves(mut managed: Managed) {
+    managed.manager.expect(0, "WATCHDOG=1");
+    managed.manager.hear(Duration::from_secs(5));
+    let so_far = managed.manager.count();
+    assert!(managed.manager.times("WATCHDOG=1").len() >= 2);
+    managed.manager.hear(Duration::from_secs(3));
+    assert!(managed.manager.count() > so_far, "the rest of the service goes on");
+    let fed = managed.manager.times("WATCHDOG=1");
+    let last = fed.last().unwrap().elapsed();
+    assert!(last > Duration::from_secs(3), "fed {last:?} ago");
+    // A thread that is stuck does not hold up the end.
+    managed.stops();
+}
+
+#[test]
+fn a_bus_thread_that_is_stuck_starves_the_watchdog() {
+    starves(Managed::start("stuck-bus", Some(Duration::from_secs(1))));
+}
+
+#[test]
+fn a_worker_that_is_stuck_starves_the_watchdog() {
+    starves(Managed::start("stuck-worker", Some(Duration::from_secs(1))));
+}
+
+#[test]
+fn a_replay_can_be_stopped() {
+    let mut managed = Managed::start("replay", Some(Duration::from_secs(2)));
+    managed.manager.expect(0, "READY=1");
+    managed.stops();
+}
