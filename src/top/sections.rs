@@ -21,15 +21,7 @@ pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'
     let rows = rows(snapshot);
     losses(&mut section, &rows);
     latencies(&mut section, snapshot);
-    // What is recorded is told as the status tells it.
-    for row in rows.iter().filter(|row| row.name.starts_with("record")) {
-        let style = match row.kind {
-            Kind::Bad => looks.bad(),
-            Kind::Good => looks.good(),
-            Kind::Plain | Kind::Count | Kind::Cause => Style::new(),
-        };
-        section.add(row.name, &row.value, style);
-    }
+    recording(&mut section, &rows);
     match &snapshot.estimation {
         Some(status) => estimation(&mut section, status, snapshot.stream.sample_rate_hz),
         None => section.add("estimation", "its process does not answer", looks.bad()),
@@ -89,6 +81,24 @@ fn losses(section: &mut Section, rows: &[Row]) {
         section.add("losses", "none", section.looks.good());
     } else {
         section.plain("losses", &counted.join(" · "));
+    }
+}
+
+/// What is recorded, in the words of the status; its losses are among the others.
+fn recording(section: &mut Section, rows: &[Row]) {
+    const NAME: &str = "recording";
+    for row in rows.iter().filter(|row| row.name.starts_with(NAME)) {
+        let style = match row.kind {
+            Kind::Count | Kind::Cause => continue,
+            Kind::Bad => section.looks.bad(),
+            Kind::Good => section.looks.good(),
+            Kind::Plain => Style::new(),
+        };
+        let value = match row.name {
+            NAME => row.value.clone(),
+            name => format!("{name}: {}", row.value),
+        };
+        section.add(NAME, &value, style);
     }
 }
 
@@ -158,5 +168,31 @@ fn estimation(section: &mut Section, status: &EstimationStatus, sample_rate_hz: 
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_recorded_has_its_lines_and_its_losses_are_told_once() {
+        let row = |name, value: &str, kind| Row { name, value: value.into(), kind };
+        let rows = [
+            row("recording", "12 of 64 MB", Kind::Plain),
+            row("recordings kept", "3, 1.5 MB", Kind::Plain),
+            row("recording failures", "2", Kind::Count),
+        ];
+        let looks = Looks { colour: false };
+        let mut section = Section { lines: Vec::new(), looks, width: 80 };
+        recording(&mut section, &rows);
+        losses(&mut section, &rows);
+        let lines: Vec<String> = section.lines.iter().map(ToString::to_string).collect();
+        let expected = [
+            "recording  12 of 64 MB",
+            "recording  recordings kept: 3, 1.5 MB",
+            "losses     2 recording failures",
+        ];
+        assert_eq!(lines, expected);
     }
 }
