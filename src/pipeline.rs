@@ -17,7 +17,9 @@ use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::{AcquisitionPart, EstimationPart};
 use crate::store::WindowProvenance;
 use crate::stream::{FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions};
-use crate::worker::{Configuration, Identified, Window, WindowOptionError, WorkerOptions};
+use crate::worker::{
+    Configuration, Identified, RecordOptions, Window, WindowOptionError, WorkerOptions,
+};
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
@@ -216,7 +218,7 @@ pub fn configuration(
         let provenance = WindowProvenance::of(window);
         let report = has_folder.then(|| {
             let samples = SampleRange::Window(provenance.clone());
-            let origin = Origin { input: None, samples };
+            let origin = Origin { input: None, samples, note: window.note.clone() };
             Report { cell, identification: &identification, origin: &origin }.to_html()
         });
         let estimate = identification.estimate.clone();
@@ -227,6 +229,11 @@ pub fn configuration(
         windows: cell.window.plan(cell.sample_rate_hz())?,
         identify: Box::new(identify),
         sha256: cell.configuration_sha256.clone(),
+        records: RecordOptions {
+            texts: cell.configuration.clone(),
+            regrouping: cell.regrouping_sha256(),
+            drift: cell.service.drift,
+        },
     })
 }
 
@@ -239,7 +246,7 @@ pub fn estimation(
     places: &Places,
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
-    let Configuration { windows, identify, sha256 } = configuration(cell, places, last)?;
+    let Configuration { windows, identify, sha256, records } = configuration(cell, places, last)?;
     Ok(EstimationPart {
         identify,
         options: WorkerOptions {
@@ -251,6 +258,7 @@ pub fn estimation(
             configuration: sha256,
             recorded: None,
             keeper: None,
+            records,
         },
     })
 }

@@ -16,9 +16,11 @@ use didim::service::{
     ServiceReport, SocketOptions, run,
 };
 use didim::status::{ClientError, Request, fetch_status, send_request};
+use didim::store::{HistoryLine, Note, Timestamp, read_history};
 use didim::stream::{Pace, StreamNode, Topic};
 use didim::worker::{
-    Command, Identified, Identify, Rejection, Trigger, Window, WindowOptions, WorkerOptions,
+    Command, Identified, Identify, RecordOptions, Rejection, Trigger, Window, WindowOptions,
+    WorkerOptions,
 };
 use didim_core::identification::{Estimate, SingularValues, Verdict};
 use didim_drivers::frame::Frame;
@@ -50,6 +52,7 @@ fn estimation(
             configuration: "c0ffee".into(),
             recorded: None,
             keeper: None,
+            records: RecordOptions::default(),
         },
     }
 }
@@ -110,6 +113,7 @@ fn replay(frames: Vec<Frame>, folder: &Path, identify: Identify) -> ServiceRepor
     run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap()
 }
 
+/// What there is beside the history, which has dates.
 fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut results: Vec<_> = std::fs::read_dir(folder)
         .unwrap()
@@ -118,6 +122,7 @@ fn results(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
             (entry.file_name().into(), std::fs::read(entry.path()).unwrap())
         })
         .collect();
+    results.retain(|(name, _): &(PathBuf, _)| name.as_os_str() != "history.jsonl");
     results.sort();
     results
 }
@@ -141,6 +146,14 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     let results = results(fast.path());
     assert_eq!(results.len(), 4, "three results and the latest");
     assert_eq!(results, self::results(slow.path()));
+    let history = |folder: &Path| read_history(folder).unwrap().0;
+    let undated = |folder: &Path| -> Vec<_> {
+        let lines = history(folder).into_iter();
+        lines.map(|line| HistoryLine { time: Timestamp::from_unix_s(0), ..line }).collect()
+    };
+    let numbers: Vec<_> = history(fast.path()).iter().map(|line| line.result).collect();
+    assert_eq!(numbers, [0, 1, 2]);
+    assert_eq!(undated(fast.path()), undated(slow.path()));
 }
 
 #[test]
@@ -433,7 +446,13 @@ fn a_living_service_is_asked_commanded_and_stopped() {
 
     // A window by command, from another process.
     eventually("the bus", || fetch_status(&status).unwrap().health.ok);
+    // Noted before the window and in it.
+    let note = |note| send_request(&control, &Request::Note(note));
+    note(Note { payload_kg: Some(2.5), ..Note::default() }).unwrap();
+    let implausible = note(Note { temperature_c: Some(-300.0), ..Note::default() });
+    assert!(matches!(&implausible, Err(ClientError::Refused { why }) if why.contains("-300 °C")));
     send_request(&control, &Request::Window(Command::Begin)).unwrap();
+    note(Note { text: Some("warm".into()), ..Note::default() }).unwrap();
     let again = send_request(&control, &Request::Window(Command::Begin));
     assert!(matches!(&again, Err(ClientError::Refused { why }) if why.contains("open already")));
     std::thread::sleep(Duration::from_millis(600));
@@ -458,6 +477,13 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let acquisition = snapshot.acquisition.unwrap();
     assert!((800.0..1200.0).contains(&acquisition.samples_per_second), "{acquisition:?}");
     assert!(folder.path().join("results/latest.json").exists());
+    let noted = |line: &HistoryLine| line.note.as_ref().map(Note::line);
+    let (history, _) = read_history(&folder.path().join("results")).unwrap();
+    let notes: Vec<_> = history.iter().map(noted).collect();
+    assert_eq!(notes, [Some("2.5 kg, warm".to_owned()), None], "noted with one window only");
+    let latest = std::fs::read_to_string(folder.path().join("results/latest.json")).unwrap();
+    let first = std::fs::read_to_string(folder.path().join("results/result-00000000.json"));
+    assert!(!latest.contains("note") && !first.unwrap().contains("warm"), "results hold no notes");
     plausible(acquisition.frame_to_buffer.map(|latency| latency.times));
     let estimation = snapshot.estimation.unwrap();
     plausible(estimation.buffer_to_worker);

@@ -17,6 +17,7 @@ use serde::Deserialize;
 
 use super::BusAddress;
 use crate::acquire::RealTimeOptions;
+use crate::drift::DriftOptions;
 use crate::recording::RecordingOptions;
 use crate::worker::WindowOptions;
 
@@ -167,6 +168,8 @@ pub struct ServiceSection {
     pub processes: Processes,
     /// Raw frames on disk; nothing records none.
     pub recordings: Option<RecordingOptions>,
+    /// What counts as drift from the baseline.
+    pub drift: DriftOptions,
 }
 
 impl Default for ServiceSection {
@@ -183,6 +186,7 @@ impl Default for ServiceSection {
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
             recordings: None,
+            drift: DriftOptions::default(),
         }
     }
 }

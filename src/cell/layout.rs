@@ -6,12 +6,12 @@ use didim_drivers::layout::{CompiledLayout, LayoutSpec};
 
 use super::{CellError, Library};
 
-/// The plan and the texts that it was made from.
+/// The plan and the texts that it was made from, each with the name to keep it under.
 pub(super) fn read(
     library: Library,
     cell: &Path,
     spec: &LayoutSpec,
-) -> Result<(CompiledLayout, Vec<String>), CellError> {
+) -> Result<(CompiledLayout, Vec<(String, String)>), CellError> {
     let folder = cell.parent().unwrap_or(Path::new(""));
     let named =
         |key| move |source| CellError::Named { cell: cell.into(), key, source: Box::new(source) };
@@ -30,7 +30,7 @@ pub(super) fn read(
             let path = folder.join(dbc);
             let text = library.read(&path).map_err(named("bus.layout.dbc"))?;
             let compiled = CompiledLayout::compile(&text, spec);
-            (vec![text], path, compiled)
+            (vec![("bus.dbc".to_owned(), text)], path, compiled)
         }
         (None, false) => {
             let files = spec.nodes.iter().filter_map(|node| node.file());
@@ -40,7 +40,9 @@ pub(super) fn read(
                 .map_err(named("bus.layout.nodes"))?;
             let borrowed: Vec<&str> = texts.iter().map(String::as_str).collect();
             let compiled = CompiledLayout::compile_nodes(&borrowed, spec);
-            (texts, folder.to_path_buf(), compiled)
+            // A file of several nodes is kept once for each.
+            let named = (1..).zip(texts).map(|(node, text)| (format!("node-{node}.eds"), text));
+            (named.collect(), folder.to_path_buf(), compiled)
         }
     };
     let layout = compiled.map_err(|source| CellError::Layout {

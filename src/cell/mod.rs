@@ -28,6 +28,7 @@ pub use error::CellError;
 pub use file::{BusSection, CellFile, IdentificationSection, Processes, ServiceSection};
 pub use library::{Library, SHIPPED};
 
+use crate::store::ConfigurationTexts;
 use crate::worker::WindowOptions;
 
 /// A cell, validated.
@@ -72,6 +73,8 @@ pub struct Cell {
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC or device files, so that a result names what it was made with.
     pub configuration_sha256: String,
+    /// The texts of these files as they were read.
+    pub configuration: ConfigurationTexts,
 }
 
 impl Cell {
@@ -236,8 +239,13 @@ impl Cell {
             name: file.name,
             configuration_sha256: {
                 let mut texts = vec![text.as_str(), &robot_text];
-                texts.extend(layout_texts.iter().map(String::as_str));
+                texts.extend(layout_texts.iter().map(|(_, text)| text.as_str()));
                 sha256(&texts)
+            },
+            configuration: ConfigurationTexts {
+                cell: text,
+                robot: robot_text,
+                layout: layout_texts,
             },
             robot,
             robot_as_described,
@@ -257,6 +265,16 @@ impl Cell {
             output_error,
             service: file.service,
         })
+    }
+
+    /// SHA-256 over how the base parameters are made up: where two results have the same one, a name
+    /// stands for the same sum of parameters in both.
+    pub fn regrouping_sha256(&self) -> String {
+        let sums =
+            self.base.names().iter().map(|name| {
+                format!("{name} = {}\n", self.base.expression(name).unwrap_or_default())
+            });
+        sha256(&[&format!("{:?}", self.robot.sign_model()), &sums.collect::<String>()])
     }
 
     /// The nominal sample rate of the bus \[Hz\].

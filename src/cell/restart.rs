@@ -34,6 +34,23 @@ fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'sta
         ("service.processes", one.processes != other.processes),
     ];
     let named = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
-    // A key that is not listed needs a restart too.
-    named.or_else(|| (one != other).then_some("service"))
+    // A key that is not listed needs a restart too, but for what counts as drift: that is judged anew
+    // with each result.
+    let other = ServiceSection { drift: one.drift, ..other.clone() };
+    named.or_else(|| (*one != other).then_some("service"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drift::DriftOptions;
+
+    #[test]
+    fn what_counts_as_drift_needs_no_restart() {
+        let one = ServiceSection::default();
+        let drift = DriftOptions { relative: 0.2, ..DriftOptions::default() };
+        assert_eq!(service_differs(&one, &ServiceSection { drift, ..one.clone() }), None);
+        let other = ServiceSection { drift, keep_results: 7, ..one.clone() };
+        assert_eq!(service_differs(&one, &other), Some("service.keep_results"));
+    }
 }

@@ -15,6 +15,7 @@ pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Resu
     if let Some(recordings) = &file.service.recordings {
         recordings.check()?;
     }
+    file.service.drift.validate().map_err(|error| (error.key, error.problem))?;
     if file.service.keep_results == 0 {
         return Err(("service.keep_results", "has to be at least 1".to_owned()));
     }

@@ -189,7 +189,11 @@ fn origin(
     // A scenario is a file or the name of a shipped one.
     let scenario = arguments.scenario.as_ref().map(PathBuf::from).filter(|path| path.is_file());
     let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
-    Ok(Origin { input, samples: SampleRange::Record(counted, recording.signals.sample_rate_hz) })
+    Ok(Origin {
+        input,
+        samples: SampleRange::Record(counted, recording.signals.sample_rate_hz),
+        note: None,
+    })
 }
 
 /// Every limit that does not hold is named.

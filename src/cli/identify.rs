@@ -107,7 +107,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let input = InputFile::read(&arguments.input)
             .map_err(|error| CliError::in_file(&arguments.input, error))?;
         let samples = SampleRange::Record(counted, recording.signals.sample_rate_hz);
-        let origin = Origin { input: Some(input), samples };
+        let origin = Origin { input: Some(input), samples, note: None };
         let report = Report { cell: &cell, identification: &identification, origin: &origin };
         write_report(path, &report)?;
     }

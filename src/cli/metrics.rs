@@ -6,8 +6,9 @@ use clap::Args;
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::CliError;
-use super::status::{WhichService, fetch};
+use super::status::WhichService;
 use crate::metrics::{Limits, exposition, serve};
+use crate::status::fetch;
 
 /// Only this machine, unless another address is named.
 const LISTEN: &str = "127.0.0.1:9752";

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
 //! 78 configuration.
 
+mod baseline;
 mod capture;
 mod check;
 mod compare;
@@ -10,9 +11,11 @@ mod convert;
 mod convert_frames;
 mod demo;
 mod error;
+mod history;
 mod identify;
 mod manual;
 mod metrics;
+mod note;
 mod outcome;
 mod output;
 mod reload;
@@ -20,8 +23,10 @@ mod replay;
 mod run;
 mod signals;
 mod sim;
+mod state;
 mod status;
 mod study;
+mod top;
 mod window;
 
 use std::process::ExitCode;
@@ -62,12 +67,20 @@ enum Command {
     Status(status::Arguments),
     /// Tell Prometheus what a running service knows
     Metrics(metrics::Arguments),
+    /// Watch a running service
+    Top(top::Arguments),
     /// Open, close or identify the running service's window by hand
     Window(window::Arguments),
     /// Have the running service read its cell file again
     Reload(reload::Arguments),
     /// Keep a recording of the bus from now on
     Capture(capture::Arguments),
+    /// Note payload, temperature or a text with the open window or the next one
+    Note(note::Arguments),
+    /// Show the results over time, beside the baseline
+    History(history::Arguments),
+    /// Set, clear or show the result that later ones are compared with
+    Baseline(baseline::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
 }
@@ -99,9 +112,13 @@ pub fn main() -> ExitCode {
         Command::Convert(arguments) => convert::execute(&arguments),
         Command::Status(arguments) => status::execute(&arguments),
         Command::Metrics(arguments) => metrics::execute(&arguments),
+        Command::Capture(arguments) => capture::execute(&arguments),
+        Command::Top(arguments) => top::execute(&arguments),
         Command::Window(arguments) => window::execute(&arguments),
         Command::Reload(arguments) => reload::execute(&arguments),
-        Command::Capture(arguments) => capture::execute(&arguments),
+        Command::Note(arguments) => note::execute(&arguments),
+        Command::History(arguments) => history::execute(&arguments),
+        Command::Baseline(arguments) => baseline::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
     };
     match outcome {

@@ -225,11 +225,11 @@ fn estimate(text: &mut Text, last: &EstimateSummary) {
             text.family(name, Gauge, help).value(value);
         }
     }
-    if last.values.is_empty() {
+    if last.parameters.is_empty() {
         return;
     }
     let method = last.method.as_str();
-    let shown = || last.values.iter().take(MAX_LABELS);
+    let shown = || last.parameters.iter().take(MAX_LABELS);
     // Of every unit that parameters have, so the unit is no part of the name.
     let mut family = text.family(
         "didim_estimate_parameter",
@@ -237,13 +237,13 @@ fn estimate(text: &mut Text, last: &EstimateSummary) {
         "Parameters of the last estimate, in SI units.",
     );
     for value in shown() {
-        family.labelled(&[("parameter", &value.name), ("method", method)], number(value.value));
+        family.labelled(&[("parameter", &value.name), ("method", method)], value.value);
     }
     let help = "Standard deviations of the last estimate's parameters, in SI units.";
     let mut family = text.family("didim_estimate_parameter_standard_deviation", Gauge, help);
     for value in shown() {
         let labels = [("parameter", value.name.as_str()), ("method", method)];
-        family.labelled(&labels, number(value.standard_deviation));
+        family.labelled(&labels, value.standard_deviation);
     }
 }
 
@@ -285,10 +285,6 @@ fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
 
 fn truth(is: bool) -> f64 {
     f64::from(u8::from(is))
-}
-
-fn number(value: Option<f64>) -> f64 {
-    value.unwrap_or(f64::NAN)
 }
 
 #[expect(clippy::cast_precision_loss, reason = "Prometheus counts in f64")]

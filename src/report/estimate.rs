@@ -3,7 +3,7 @@
 use didim_core::identification::{Estimate, ParameterEstimate};
 
 use super::convergence;
-use super::table::{aligned, significant};
+use super::table::{aligned, significant, to_uncertainty};
 
 /// The value a parameter really has, when it is known: a simulated arm's truth.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
@@ -100,15 +100,7 @@ pub(super) fn value(p: &ParameterEstimate) -> String {
 
 /// The same, with so many digits at most.
 pub(super) fn short_value(p: &ParameterEstimate, most: usize) -> String {
-    let ratio = (p.value / p.standard_deviation).abs();
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to 2..=7 digits"
-    )]
-    let digits =
-        if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
-    significant(p.value, digits.min(most))
+    to_uncertainty(p.value, p.standard_deviation, most)
 }
 
 fn relative(p: &ParameterEstimate) -> String {

@@ -4,6 +4,7 @@ pub mod comparison;
 pub mod convergence;
 pub mod estimate;
 pub mod figure;
+pub mod history;
 pub mod html;
 pub mod reduction;
 pub mod table;

@@ -50,6 +50,20 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
+/// A number with as many digits as its standard deviation justifies, down to a tenth of it, and with
+/// `most` at most.
+pub fn to_uncertainty(value: f64, standard_deviation: f64, most: usize) -> String {
+    let ratio = (value / standard_deviation).abs();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to 2..=7 digits"
+    )]
+    let digits =
+        if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
+    significant(value, digits.min(most))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,10 +2,11 @@
 
 use super::{TorquePanel, value_range};
 
-const DOTS_WIDE: usize = 2;
-const DOTS_HIGH: usize = 4;
+pub(super) const DOTS_WIDE: usize = 2;
+pub(super) const DOTS_HIGH: usize = 4;
 /// Bit of each dot in a Braille pattern (Unicode 16.0, U+2800), by column and row.
-const DOT: [[u8; DOTS_HIGH]; DOTS_WIDE] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
+pub(super) const DOT: [[u8; DOTS_HIGH]; DOTS_WIDE] =
+    [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
 /// Measured torque and, below it on the same scale, what the model leaves unexplained.
 ///

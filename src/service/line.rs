@@ -97,7 +97,7 @@ mod tests {
         });
         let estimate: EstimateSummary = serde_json::from_value(serde_json::json!({
             "window": 0, "first_sequence": 0, "last_sequence": 1, "method": "idim-ls",
-            "parameters": 1, "relative_error": null, "condition_number": null,
+            "parameters": [], "relative_error": null, "condition_number": null,
             "applicable": true, "reasons": []
         }))
         .unwrap();

@@ -65,6 +65,11 @@ impl Dispatcher {
                 let submitted = tokio::task::spawn_blocking(move || request.submit(&windows));
                 Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
             }
+            Request::Note(note) => {
+                let windows = self.windows.as_ref();
+                windows.ok_or(DispatchError::NotHere("has no windows"))?.note(note);
+                Ok(())
+            }
             Request::Reload => {
                 let reload = self.reload.as_ref();
                 reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::snapshot::Snapshot;
 use crate::acquire::{AcquisitionStatus, BusState, FrameLatency, FrameTime, Grant};
+use crate::drift::DriftStatus;
 use crate::latency::LatencySummary;
 use crate::recording::{KeptStatus, RecordingState, RecordingStatus};
 use crate::worker::{EstimationStatus, WindowState};
@@ -17,9 +18,37 @@ pub enum Colour {
     Always,
 }
 
+/// What a line of the status is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A value that is neither good nor bad.
+    Plain,
+    /// As it should be.
+    Good,
+    /// Not as it should be.
+    Bad,
+    /// A count of what should not be, which the name says.
+    Count,
+    /// Such a count with its cause.
+    Cause,
+}
+
+/// A line of the status.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    pub(crate) value: String,
+    pub(crate) kind: Kind,
+}
+
 /// The snapshot as aligned lines of a name and a value.
 pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
-    let mut rows = Rows { rows: Vec::new(), colour };
+    aligned(&rows(snapshot), colour)
+}
+
+/// The lines before they are aligned.
+pub(crate) fn rows(snapshot: &Snapshot) -> Vec<Row> {
+    let mut rows = Rows(Vec::new());
     rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
     rows.plain("up for", duration(snapshot.uptime_s));
     if snapshot.health.ok {
@@ -43,7 +72,7 @@ pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
     if let Some(estimation) = &snapshot.estimation {
         estimation_rows(&mut rows, estimation);
     }
-    rows.aligned()
+    rows.0
 }
 
 fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
@@ -120,6 +149,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
     if let Some(kept) = &status.kept_recordings {
         kept_rows(rows, kept);
     }
+    if let Some(note) = &status.note {
+        rows.plain("noted for the next", note.line());
+    }
     rows.causes("windows rejected", &status.windows_rejected);
     if let Some(rejected) = &status.last_rejection {
         rows.plain("last rejection", format!("window {}: {}", rejected.number, rejected.rejection));
@@ -132,7 +164,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
             "last estimate",
             format!(
                 "window {}, {}, {} parameters, relative error {error}",
-                estimate.window, estimate.method, estimate.parameters
+                estimate.window,
+                estimate.method,
+                estimate.parameters.len()
             ),
         );
         if estimate.applicable {
@@ -141,6 +175,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         for reason in &estimate.reasons {
             rows.judged("verdict", reason, false);
         }
+    }
+    if let Some(drift) = &status.drift {
+        drift_rows(rows, drift);
     }
 }
 
@@ -177,20 +214,39 @@ fn kept_rows(rows: &mut Rows, status: &KeptStatus) {
     }
 }
 
-struct Rows {
-    rows: Vec<(&'static str, String)>,
-    colour: Colour,
+fn drift_rows(rows: &mut Rows, drift: &DriftStatus) {
+    let DriftStatus { baseline, time, reconfigured, .. } = drift;
+    rows.plain("baseline", format!("result {baseline} of {time}"));
+    match &drift.why_not {
+        Some(why) => rows.plain("drift", format!("not compared: {why}")),
+        None if drift.alarms.is_empty() => {
+            rows.judged("drift", "every parameter in its band", true)
+        }
+        None => {}
+    }
+    if *reconfigured {
+        rows.plain("drift", "the configuration has changed since the baseline".to_owned());
+    }
+    for reason in drift.reasons() {
+        rows.judged("drift", &reason, false);
+    }
 }
+
+struct Rows(Vec<Row>);
 
 impl Rows {
     fn plain(&mut self, name: &'static str, value: String) {
-        self.rows.push((name, clean(&value)));
+        self.add(name, &value, Kind::Plain);
+    }
+
+    fn add(&mut self, name: &'static str, value: &str, kind: Kind) {
+        self.0.push(Row { name, value: clean(value), kind });
     }
 
     /// A count that is only worth a line when it is not zero.
     fn counted(&mut self, name: &'static str, count: u64) {
         if count > 0 {
-            self.plain(name, count.to_string());
+            self.add(name, &count.to_string(), Kind::Count);
         }
     }
 
@@ -202,35 +258,35 @@ impl Rows {
 
     fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
         for (cause, count) in causes {
-            self.plain(name, format!("{count} {}", cause.replace('_', " ")));
+            self.add(name, &format!("{count} {}", cause.replace('_', " ")), Kind::Cause);
         }
     }
 
     fn judged(&mut self, name: &'static str, value: &str, good: bool) {
-        let value = clean(value);
-        let value = match self.colour {
-            Colour::Never => value,
-            Colour::Always => format!("\x1b[{}m{value}\x1b[0m", if good { 32 } else { 31 }),
-        };
-        self.rows.push((name, value));
-    }
-
-    fn aligned(&self) -> String {
-        let width = self.rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-        let mut before = "";
-        let mut text = String::new();
-        for (name, value) in &self.rows {
-            // A name is written once for its lines.
-            let shown = if *name == before { "" } else { name };
-            text.push_str(&format!("{shown:width$}  {value}\n"));
-            before = name;
-        }
-        text
+        self.add(name, value, if good { Kind::Good } else { Kind::Bad });
     }
 }
 
+fn aligned(rows: &[Row], colour: Colour) -> String {
+    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    let mut before = "";
+    let mut text = String::new();
+    for Row { name, value, kind } in rows {
+        // A name is written once for its lines.
+        let shown = if *name == before { "" } else { name };
+        let value = match (colour, kind) {
+            (Colour::Always, Kind::Good) => format!("\x1b[32m{value}\x1b[0m"),
+            (Colour::Always, Kind::Bad) => format!("\x1b[31m{value}\x1b[0m"),
+            _ => value.clone(),
+        };
+        text.push_str(&format!("{shown:width$}  {value}\n"));
+        before = name;
+    }
+    text
+}
+
 /// Without control characters: the text comes from another process.
-fn clean(text: &str) -> String {
+pub(crate) fn clean(text: &str) -> String {
     text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
 }
 
@@ -240,7 +296,7 @@ fn megabytes(bytes: u64) -> f64 {
 }
 
 /// The quantiles of a latency in a line.
-fn quantiles(times: LatencySummary) -> String {
+pub(crate) fn quantiles(times: LatencySummary) -> String {
     let LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns } = times;
     let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
     format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}")
@@ -264,7 +320,7 @@ fn time(ns: u64) -> String {
     format!("{value:.decimals$} {unit}")
 }
 
-fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -4,13 +4,14 @@ use core::fmt;
 use core::str::FromStr;
 
 use super::capture::CaptureRequest;
+use crate::store::{Note, NoteError};
 use crate::worker::Command;
 
 /// The longest line of a request, its newline included \[bytes\].
 pub const MAX_REQUEST: usize = 512;
 
 /// What may be asked of a running service.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Request {
     /// `window begin`, `window end`, `window identify`.
     Window(Command),
@@ -18,13 +19,16 @@ pub enum Request {
     Capture(CaptureRequest),
     /// `reload`: read the configuration again.
     Reload,
+    /// `note {"payload_kg":2.5,"temperature_c":31,"text":"…"}`, one of them at least: noted with the
+    /// open window, or the next one.
+    Note(Note),
 }
 
 /// The lines that are requests, for who wrote another.
-const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, reload";
+const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, baseline set [N]|clear, reload";
 
 /// A line that is no request: write one of those that it names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
     /// Its words are not known.
     #[error("not a command; there are: {KNOWN}")]
@@ -32,6 +36,9 @@ pub enum RequestError {
     /// It is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
     NoLine,
+    /// What is to be noted cannot be meant.
+    #[error(transparent)]
+    Note(#[from] NoteError),
     /// It is not text.
     #[error("a command is UTF-8 text without control characters")]
     NotText,
@@ -51,6 +58,10 @@ impl FromStr for Request {
             ("window", "end") => Ok(Self::Window(Command::End)),
             ("window", "identify") => Ok(Self::Window(Command::Identify)),
             ("capture", _) => line.parse().map(Self::Capture).map_err(|_| RequestError::Unknown),
+            ("note", json) => {
+                let note: Note = serde_json::from_str(json).map_err(|_| RequestError::Unknown)?;
+                Ok(Self::Note(note.checked()?))
+            }
             ("reload", "") if line == verb => Ok(Self::Reload),
             _ => Err(RequestError::Unknown),
         }
@@ -65,6 +76,9 @@ impl fmt::Display for Request {
             Self::Window(Command::End) => f.write_str("window end"),
             Self::Window(Command::Identify) => f.write_str("window identify"),
             Self::Capture(request) => request.fmt(f),
+            Self::Note(note) => {
+                write!(f, "note {}", serde_json::to_string(note).map_err(|_| fmt::Error)?)
+            }
             Self::Reload => f.write_str("reload"),
         }
     }
@@ -101,6 +115,29 @@ mod tests {
                 let line = format!("{request}{end}");
                 assert_eq!(parse_request(line.as_bytes()), Ok(request.clone()));
             }
+        }
+    }
+
+    fn note(text: &str) -> Note {
+        Note { payload_kg: Some(2.5), temperature_c: Some(-12.25), text: Some(text.into()) }
+    }
+
+    #[test]
+    fn the_longest_note_has_room_in_a_line() {
+        for text in ["gripper \"B\" \\ {}", &"\u{1f9be}".repeat(100), &"\"".repeat(100)] {
+            let line = format!("{}\n", Request::Note(note(text)));
+            assert!(line.len() <= MAX_REQUEST, "{}", line.len());
+            assert_eq!(parse_request(line.as_bytes()), Ok(Request::Note(note(text))));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_noted_is_refused_in_words() {
+        let error = parse_request(b"note {\"payload_kg\":-1}\n").unwrap_err();
+        assert!(error.to_string().contains("a payload of -1 kg cannot be"), "{error}");
+        assert_eq!(parse_request(b"note {}\n"), Err(RequestError::Note(NoteError::Empty)));
+        for line in [&b"note\n"[..], b"note 3 kg\n", b"note {\"payload\":1}\n"] {
+            assert_eq!(parse_request(line), Err(RequestError::Unknown), "{line:?}");
         }
     }
 

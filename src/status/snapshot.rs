@@ -7,7 +7,7 @@ use crate::recording::RecordingState;
 use crate::worker::EstimationStatus;
 
 /// Version of the object's layout: it changes when a key changes its meaning or goes away.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// Everything the service tells about itself. Fields of a later version are passed over, so that
 /// an old client can read a new service.
@@ -130,6 +130,9 @@ impl Health {
                     "the last estimate is not applicable: {}",
                     estimate.reasons.join("; ")
                 ));
+            }
+            if let Some(drift) = &estimation.drift {
+                reasons.extend(drift.reasons());
             }
         }
         Self { ok: reasons.is_empty(), reasons }

@@ -1,14 +1,28 @@
 //! Results on disk: whole or not at all, a bounded number, with what is needed to make them again.
 
+mod configurations;
+mod digest;
+mod history;
+mod note;
 mod record;
+mod samples;
+mod timestamp;
 
+use std::collections::VecDeque;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
 
+pub use configurations::ConfigurationTexts;
+use configurations::Configurations;
+pub use history::{HISTORY_SCHEMA, HistoryError, HistoryLine, ParameterValue, read_history};
+use history::{HistoryFile, TREND_LINES};
+pub use note::{Note, NoteError};
 pub use record::{ResultRecord, WindowProvenance};
+pub use samples::input_sha256;
+pub use timestamp::Timestamp;
 
 /// Results kept unless the cell says otherwise.
 pub const DEFAULT_KEEP: usize = 1000;
@@ -17,7 +31,8 @@ const LATEST: &str = "latest.json";
 const TEMPORARY: &str = ".writing.tmp";
 
 /// A folder of results, `result-00000000.json` and on, each with its report of the same number
-/// (`.html`), and `latest.json`, a copy of the newest.
+/// (`.html`), `latest.json`, a copy of the newest, and `history.jsonl`, a line per result with its
+/// date. `configurations` has a folder for each configuration that a result was made with.
 ///
 /// One process writes into it at a time: it is locked as long as this lives. The number in a name
 /// continues over restarts, so that no result is overwritten. Files with other names are let be.
@@ -28,7 +43,12 @@ pub struct Store {
     locked: File,
     keep: usize,
     next: u64,
+    history: HistoryFile,
+    configurations: Configurations,
 }
+
+/// Lines of the history that a new process takes with it.
+const RECENT_LINES: usize = 512;
 
 /// Why a result is not on disk.
 #[derive(Debug, thiserror::Error)]
@@ -63,6 +83,17 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`] and [`StoreError::InUse`].
     pub fn open(folder: &Path, keep: usize) -> Result<Self, StoreError> {
+        Self::open_with_history(folder, keep).map(|(store, _)| store)
+    }
+
+    /// As [`Self::open`], with the last lines of the history.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_with_history(
+        folder: &Path,
+        keep: usize,
+    ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
         let locked = File::open(folder).map_err(at("open the folder", folder))?;
         // flock(2): the lock is of the opened folder and goes with the process, however it ends.
@@ -70,7 +101,17 @@ impl Store {
             rustix::io::Errno::WOULDBLOCK => StoreError::InUse { folder: folder.to_owned() },
             other => at("lock the folder", folder)(other.into()),
         })?;
-        let mut store = Self { folder: folder.to_owned(), locked, keep: keep.max(1), next: 0 };
+        let lines = keep.max(TREND_LINES);
+        let (history, recent) = HistoryFile::open(folder, lines, RECENT_LINES)?;
+        let mut store = Self {
+            folder: folder.to_owned(),
+            locked,
+            keep: keep.max(1),
+            next: 0,
+            history,
+            configurations: Configurations::beside_results(folder),
+        };
+        store.configurations.clear_unfinished()?;
         // What a process was writing when it died.
         match fs::remove_file(store.folder.join(TEMPORARY)) {
             Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
@@ -79,7 +120,27 @@ impl Store {
             _ => {}
         }
         store.next = store.indices()?.last().map_or(0, |last| last.saturating_add(1));
-        Ok(store)
+        Ok((store, recent))
+    }
+
+    /// Keeps the texts of a configuration for the results that refer to its hash.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn keep_configuration(
+        &self,
+        sha256: &str,
+        texts: &ConfigurationTexts,
+    ) -> Result<(), StoreError> {
+        self.configurations.keep(sha256, texts)
+    }
+
+    /// Appends a result to the history.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`]; the lines of before are untouched.
+    pub fn remember(&mut self, line: &HistoryLine) -> Result<(), StoreError> {
+        self.history.append(line)
     }
 
     /// Writes a result: into a temporary file, to the disk, and only then under its name. Then
@@ -101,12 +162,14 @@ impl Store {
         let beside = report.map_or(Ok(()), |report| {
             self.replace(&self.folder.join(report_name(self.next)), report.as_bytes())
         });
+        let number = self.next;
         self.next = self.next.saturating_add(1);
         let tidied = self
             .sync_folder()
             .and_then(|()| self.replace(&self.folder.join(LATEST), &json))
             .and_then(|()| self.sync_folder());
-        for problem in [beside.err(), tidied.err(), self.prune().err()].into_iter().flatten() {
+        let pruned = self.prune(record.configuration);
+        for problem in [beside.err(), tidied.err(), pruned.err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
         Ok(Stored { number, path, json })
@@ -127,8 +190,9 @@ impl Store {
         self.locked.sync_all().map_err(at("sync", &self.folder))
     }
 
-    /// Removes every result beyond the number to keep that can be removed, each with its report.
-    fn prune(&self) -> Result<(), StoreError> {
+    /// Removes every result beyond the number to keep that can be removed, each with its report, and
+    /// the configurations to which no other result refers.
+    fn prune(&self, current: &str) -> Result<(), StoreError> {
         let indices = self.indices()?;
         let surplus = indices.len().saturating_sub(self.keep);
         let mut removed = Ok(());
@@ -144,7 +208,28 @@ impl Store {
             let path = self.folder.join(name(index));
             removed = removed.and(fs::remove_file(&path).map_err(at("remove", &path)));
         }
-        removed
+        removed.and_then(|()| if surplus > 0 { self.prune_configurations(current) } else { Ok(()) })
+    }
+
+    /// Removes every configuration that is not the current one and to which no result refers.
+    /// There is one as a rule, and then no result is read.
+    fn prune_configurations(&self, current: &str) -> Result<(), StoreError> {
+        let mut unused = self.configurations.kept()?;
+        unused.retain(|sha256| sha256 != current);
+        // Whatever was made with an older configuration is among the oldest results.
+        for index in self.indices()? {
+            if unused.is_empty() {
+                return Ok(());
+            }
+            let path = self.folder.join(name(index));
+            let content = fs::read(&path).map_err(at("read", &path))?;
+            match serde_json::from_slice::<Referring>(&content) {
+                Ok(result) => unused.retain(|sha256| *sha256 != result.configuration),
+                // It may refer to any.
+                Err(_) => return Ok(()),
+            }
+        }
+        unused.iter().try_for_each(|sha256| self.configurations.remove(sha256))
     }
 
     /// The numbers of the results in the folder, in order.
@@ -158,6 +243,12 @@ impl Store {
         indices.sort_unstable();
         Ok(indices)
     }
+}
+
+/// Of a result's file, what its configuration is.
+#[derive(serde::Deserialize)]
+struct Referring {
+    configuration: String,
 }
 
 /// A result that is on disk.

@@ -3,6 +3,7 @@
 use didim_core::identification::Estimate;
 use serde::Serialize;
 
+use super::input_sha256;
 use crate::worker::{Window, WindowEnd};
 
 /// The content of a result file. It holds no date and no run time: the same input gives the same
@@ -17,6 +18,8 @@ pub struct ResultRecord<'a> {
     pub cell: &'a str,
     /// Hash of the cell's and the robot's files as they were read.
     pub configuration: &'a str,
+    /// Hash of the window's samples; see [`input_sha256`].
+    pub input_sha256: String,
     /// What it was identified from.
     pub window: WindowProvenance,
     /// The result.
@@ -73,6 +76,7 @@ impl<'a> ResultRecord<'a> {
             version: env!("CARGO_PKG_VERSION"),
             cell,
             configuration,
+            input_sha256: input_sha256(window),
             window: WindowProvenance::of(window),
             estimate,
         }

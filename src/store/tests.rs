@@ -30,12 +30,30 @@ fn window() -> Window {
         samples: (10..16).map(|sequence| JointSample::zero(sequence, 0)).collect(),
         counted: 1..5,
         end: WindowEnd::Rest,
+        note: None,
     }
 }
 
 fn write(store: &mut Store, value: f64) -> Stored {
     let (window, estimate) = (window(), estimate(value));
     store.write(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None).unwrap()
+}
+
+const CONFIGURATIONS: [&str; 2] = [
+    "1111111111111111111111111111111111111111111111111111111111111111",
+    "2222222222222222222222222222222222222222222222222222222222222222",
+];
+
+fn texts() -> ConfigurationTexts {
+    let layout = vec![("bus.dbc".into(), "c".into())];
+    ConfigurationTexts { cell: "a".into(), robot: "b".into(), layout }
+}
+
+/// As a worker does with each result.
+fn write_with(store: &mut Store, configuration: &str) {
+    let (window, estimate) = (window(), estimate(1.0));
+    store.keep_configuration(configuration, &texts()).unwrap();
+    store.write(&ResultRecord::new("cell", configuration, &window, &estimate), None).unwrap();
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -192,4 +210,47 @@ fn a_report_has_the_number_of_its_result_and_goes_with_it() {
     );
     let report = fs::read_to_string(folder.path().join("result-00000002.html")).unwrap();
     assert_eq!(report, "third");
+}
+
+#[test]
+fn a_configuration_is_kept_once_and_goes_with_its_last_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = folder.path().join("configurations");
+    // What a dying process left.
+    fs::create_dir_all(kept.join(".writing.tmp/x")).unwrap();
+    let mut store = Store::open(folder.path(), 2).unwrap();
+    assert_eq!(names(&kept), Vec::<String>::new());
+    let [one, two] = CONFIGURATIONS;
+    fs::create_dir(kept.join("not-ours")).unwrap();
+    write_with(&mut store, one);
+    write_with(&mut store, one);
+    let file = |name: &str| fs::read_to_string(kept.join(one).join(name)).unwrap();
+    assert_eq!([file("cell.toml"), file("robot.toml"), file("bus.dbc")], ["a", "b", "c"]);
+    assert_eq!(names(&kept), [one, "not-ours"]);
+    write_with(&mut store, two);
+    assert_eq!(names(&kept), [one, two, "not-ours"], "a result of the first is still there");
+    write_with(&mut store, two);
+    assert_eq!(names(&kept), [two, "not-ours"]);
+}
+
+#[test]
+fn no_configuration_goes_when_a_result_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 2).unwrap();
+    let [one, two] = CONFIGURATIONS;
+    write_with(&mut store, one);
+    write_with(&mut store, one);
+    fs::write(folder.path().join("result-00000001.json"), "{").unwrap();
+    write_with(&mut store, two);
+    assert_eq!(names(&folder.path().join("configurations")), [one, two]);
+}
+
+#[test]
+fn a_name_that_is_no_hash_is_never_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path(), 2).unwrap();
+    for name in ["c0ffee", "../../etc", ""] {
+        store.keep_configuration(name, &texts()).unwrap();
+    }
+    assert_eq!(names(folder.path()), Vec::<String>::new());
 }

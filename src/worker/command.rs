@@ -1,11 +1,14 @@
 //! What may be asked of a running worker.
 
 use core::time::Duration;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use super::configuration::Configuration;
+use super::state::SharedEstimation;
 use super::windower::CommandError;
 use crate::recording::Keeper;
+use crate::store::Note;
 
 /// What somebody wants of the windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +34,10 @@ pub(super) enum Asked {
 #[derive(Clone, Debug)]
 pub struct Commands {
     requests: SyncSender<Request>,
+    shared: SharedEstimation,
     keeper: Option<Keeper>,
+    /// Folder of the results.
+    folder: Option<PathBuf>,
 }
 
 /// The worker did not take a command.
@@ -46,13 +52,30 @@ pub enum SubmitError {
 }
 
 impl Commands {
-    pub(super) fn new(requests: SyncSender<Request>, keeper: Option<Keeper>) -> Self {
-        Self { requests, keeper }
+    pub(super) fn new(
+        requests: SyncSender<Request>,
+        shared: SharedEstimation,
+        keeper: Option<Keeper>,
+        folder: Option<PathBuf>,
+    ) -> Self {
+        Self { requests, shared, keeper, folder }
     }
 
     /// Takes captures; nothing where nothing is recorded.
     pub fn keeper(&self) -> Option<&Keeper> {
         self.keeper.as_ref()
+    }
+
+    /// The folder of the results, if they are stored.
+    pub fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
+    }
+
+    /// Notes something with the open window, or with the next one. What was noted before and no
+    /// window took is amended.
+    pub fn note(&self, note: Note) {
+        let mut status = self.shared.update();
+        status.note = Some(status.note.take().unwrap_or_default().amended(note));
     }
 
     /// Hands over a command and waits for the answer, at most `timeout`.

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::identify::{Identified, Identify, IdentifyError};
 use super::options::WindowPlan;
+use super::records::RecordOptions;
 use super::window::Window;
 
 /// How windows are cut and identified, valid from one window to another.
@@ -14,6 +15,8 @@ pub struct Configuration {
     pub identify: Identify,
     /// Hash of the configuration, for the results.
     pub sha256: String,
+    /// What is kept beside the results.
+    pub records: RecordOptions,
 }
 
 /// What identifies a window and names the configuration that it did so with. A window has that of
@@ -25,11 +28,16 @@ struct Inner {
     /// One thread identifies; the lock is never waited for.
     identify: Mutex<Identify>,
     sha256: String,
+    records: RecordOptions,
 }
 
 impl Identifier {
-    pub(super) fn new(identify: Identify, sha256: String) -> Self {
-        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256 }))
+    pub(super) fn new(identify: Identify, sha256: String, records: RecordOptions) -> Self {
+        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256, records }))
+    }
+
+    pub(super) fn records(&self) -> &RecordOptions {
+        &self.0.records
     }
 
     pub(super) fn sha256(&self) -> &str {
@@ -50,7 +58,7 @@ impl core::fmt::Debug for Identifier {
 
 impl core::fmt::Debug for Configuration {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { windows, identify: _, sha256 } = self;
+        let Self { windows, identify: _, sha256, records: _ } = self;
         f.debug_struct("Configuration")
             .field("windows", windows)
             .field("sha256", sha256)

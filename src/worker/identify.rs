@@ -8,11 +8,12 @@ use std::time::{Duration, Instant};
 use didim_core::identification::Estimate;
 
 use super::configuration::Identifier;
+use super::records::Records;
 use super::run::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::window::{RejectedWindow, Rejection, Window};
 use crate::recording::{Keeper, RecordedWindow};
-use crate::store::{ResultRecord, Store};
+use crate::store::ResultRecord;
 use crate::stream::{DocumentWriter, StreamNode, Topic};
 
 /// Why a window could not be identified; its text reaches the status.
@@ -74,10 +75,8 @@ impl Identification {
         shared: &SharedEstimation,
         keeper: Option<Keeper>,
     ) -> Result<Self, WorkerError> {
-        let store = match &options.folder {
-            Some(folder) => Some(Store::open(folder, options.keep)?),
-            None => None,
-        };
+        let records = options.folder.as_ref().map(|folder| Records::open(folder, options));
+        let records = records.transpose()?;
         let places = options.queue.max(1);
         let (queue, windows) = sync_channel(places);
         let (options, job_shared) = (options.clone(), shared.clone());
@@ -87,7 +86,7 @@ impl Identification {
                 // Ports stay on the thread that makes them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let mut job = Job { options, store, estimates, shared: job_shared, keeper };
+                let mut job = Job { options, records, estimates, shared: job_shared, keeper };
                 job.run(&windows);
                 Ok(())
             })
@@ -115,6 +114,7 @@ impl Identification {
             if when_busy == WhenBusy::Reject {
                 self.shared.settle(queued.window.number);
                 self.shared.reject(RejectedWindow::new(&queued.window, Rejection::Busy));
+                self.shared.return_note(queued.window.note);
                 return Ok(true);
             }
             if stop.load(Ordering::Relaxed) {
@@ -173,7 +173,7 @@ impl Identification {
 
 struct Job {
     options: WorkerOptions,
-    store: Option<Store>,
+    records: Option<Records>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
     keeper: Option<Keeper>,
@@ -181,11 +181,13 @@ struct Job {
 
 impl Job {
     fn run(&mut self, windows: &Receiver<Queued>) {
+        self.look();
         loop {
             let Queued { window, identifier } = match windows.recv_timeout(WELCOME_EVERY) {
                 Ok(queued) => queued,
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {
+                    self.look();
                     if let Err(cause) = self.estimates.welcome() {
                         tracing::debug!("{cause}");
                     }
@@ -200,9 +202,21 @@ impl Job {
                 Ok(()) => {}
                 // Given up while it was identified, and counted by whoever did so.
                 Err(Rejection::Stopped) => continue,
-                Err(rejection) => self.shared.reject(RejectedWindow::new(&window, rejection)),
+                Err(rejection) => {
+                    self.shared.reject(RejectedWindow::new(&window, rejection));
+                    self.shared.return_note(window.note.clone());
+                }
             }
             self.shared.settle(window.number);
+        }
+    }
+
+    /// Whether the baseline was set or cleared meanwhile.
+    fn look(&mut self) {
+        if let Some(records) = &mut self.records
+            && records.look()
+        {
+            self.shared.update().drift = records.drift();
         }
     }
 
@@ -215,13 +229,15 @@ impl Job {
         }
         let record =
             ResultRecord::new(&self.options.stream.cell, identifier.sha256(), window, &estimate);
-        let json = match &mut self.store {
-            Some(store) => store.write(&record, report.as_deref()).map(|stored| {
-                if let Some(keeper) = &self.keeper {
-                    keeper.keep_result(stored.number, &RecordedWindow::of(window));
-                }
-                stored.json
-            }),
+        let json = match &mut self.records {
+            Some(records) => records
+                .take(&record, report.as_deref(), window.note.clone(), identifier.records())
+                .map(|stored| {
+                    if let Some(keeper) = &self.keeper {
+                        keeper.keep_result(stored.number, &RecordedWindow::of(window));
+                    }
+                    stored.json
+                }),
             None => serde_json::to_vec(&record).map_err(Into::into),
         };
         let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;
@@ -239,6 +255,7 @@ impl Job {
         let mut status = self.shared.update();
         status.windows_identified += 1;
         status.last_estimate = Some(EstimateSummary::new(window, &estimate));
+        status.drift = self.records.as_ref().and_then(Records::drift);
         Ok(())
     }
 }

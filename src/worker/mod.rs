@@ -9,6 +9,7 @@ mod configuration;
 mod identify;
 mod log_rate;
 mod options;
+mod records;
 mod run;
 mod silence;
 mod state;
@@ -19,9 +20,8 @@ pub use command::{Command, Commands, SubmitError};
 pub use configuration::Configuration;
 pub use identify::{Identified, Identify, IdentifyError};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
+pub use records::RecordOptions;
 pub use run::{Worker, WorkerEnd, WorkerError, WorkerOptions};
-pub use state::{
-    EstimateSummary, EstimationStatus, ParameterSummary, SharedEstimation, WindowState,
-};
+pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
 pub use window::{Loss, RejectedWindow, Rejection, Window, WindowEnd, WindowEvent};
 pub use windower::{CommandError, Windower};

@@ -12,6 +12,7 @@ use super::command::{Answer, Asked, Command, Commands, Request};
 use super::configuration::{Configuration, Identifier};
 use super::identify::{Identification, Identify, WhenBusy};
 use super::options::{WindowOptionError, WindowPlan};
+use super::records::RecordOptions;
 use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, Rejection, WindowEvent};
@@ -46,6 +47,8 @@ pub struct WorkerOptions {
     pub recorded: Option<RecordedWindow>,
     /// Where recordings are kept; nothing keeps none.
     pub keeper: Option<KeeperOptions>,
+    /// What is kept beside the results.
+    pub records: RecordOptions,
 }
 
 /// Why the worker ended before its time.
@@ -112,7 +115,8 @@ impl Worker {
         }
         let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
-        let identifier = Identifier::new(identify, options.configuration.clone());
+        let records = options.records.clone();
+        let identifier = Identifier::new(identify, options.configuration.clone(), records);
         shared.update().configuration.clone_from(&options.configuration);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
@@ -129,7 +133,8 @@ impl Worker {
             keeper,
             silence: SilenceWatch::default(),
         };
-        Ok((worker, Commands::new(submit, handle)))
+        let folder = options.folder.clone();
+        Ok((worker, Commands::new(submit, shared.clone(), handle, folder)))
     }
 
     /// Follows the stream until it ends or `stop` is set.
@@ -213,14 +218,14 @@ impl Worker {
             return;
         }
         let Some(next) = self.next.take() else { return };
-        let Configuration { windows, identify, sha256 } = *next;
+        let Configuration { windows, identify, sha256, records } = *next;
         tracing::info!(configuration = sha256, "another configuration is valid from here on");
         let mut status = self.shared.update();
         status.configuration.clone_from(&sha256);
         status.configuration_waits = false;
         drop(status);
         self.windower.change_plan(windows);
-        self.identifier = Identifier::new(identify, sha256);
+        self.identifier = Identifier::new(identify, sha256, records);
     }
 
     /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
@@ -303,7 +308,8 @@ impl Worker {
     ) -> Result<(), WorkerError> {
         match event {
             None => Ok(()),
-            Some(WindowEvent::Closed(window)) => {
+            Some(WindowEvent::Closed(mut window)) => {
+                window.note = self.shared.update().note.take();
                 let identifier = self.identifier.clone();
                 // A stop is seen by whoever called.
                 self.identification.submit(window, identifier, when_busy, stop).map(drop)

@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection, Window};
+use crate::drift::DriftStatus;
 use crate::latency::{Latencies, LatencySummary};
 use crate::recording::{KeptStatus, SharedKept};
+use crate::store::{Note, ParameterValue};
 use crate::stream::Batch;
 
 /// Where the current window is.
@@ -39,8 +41,8 @@ pub struct EstimateSummary {
     pub last_sequence: u64,
     /// Method.
     pub method: String,
-    /// Number of parameters.
-    pub parameters: usize,
+    /// The parameters with their standard deviations, in the model's order.
+    pub parameters: Vec<ParameterValue>,
     /// ‖y − Xθ‖ / ‖y‖; nothing when it is not a number.
     pub relative_error: Option<f64>,
     /// Condition number; nothing when it is not finite.
@@ -49,20 +51,6 @@ pub struct EstimateSummary {
     pub applicable: bool,
     /// Why not.
     pub reasons: Vec<String>,
-    /// The parameters with their uncertainty.
-    #[serde(default)]
-    pub values: Vec<ParameterSummary>,
-}
-
-/// One parameter of an estimate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ParameterSummary {
-    /// Its name.
-    pub name: String,
-    /// Its value in SI units; nothing when it is not finite.
-    pub value: Option<f64>,
-    /// Its standard deviation in the same unit; likewise.
-    pub standard_deviation: Option<f64>,
 }
 
 impl EstimateSummary {
@@ -73,20 +61,11 @@ impl EstimateSummary {
             first_sequence: window.first_sequence(),
             last_sequence: window.last_sequence(),
             method: estimate.method.clone(),
-            parameters: estimate.parameters.len(),
+            parameters: ParameterValue::of(estimate),
             relative_error: finite(estimate.relative_error),
             condition_number: finite(estimate.condition_number),
             applicable: estimate.verdict.applicable,
             reasons: estimate.verdict.reasons.clone(),
-            values: estimate
-                .parameters
-                .iter()
-                .map(|parameter| ParameterSummary {
-                    name: parameter.name.clone(),
-                    value: finite(parameter.value),
-                    standard_deviation: finite(parameter.standard_deviation),
-                })
-                .collect(),
         }
     }
 }
@@ -134,6 +113,10 @@ pub struct EstimationStatus {
     pub last_estimate: Option<EstimateSummary>,
     /// Recordings kept of results, faults and captures; nothing where nothing is recorded.
     pub kept_recordings: Option<KeptStatus>,
+    /// What is noted with the open window or the next one.
+    pub note: Option<Note>,
+    /// How the last estimate differs from the baseline; nothing without one.
+    pub drift: Option<DriftStatus>,
 }
 
 /// The counts, shared between the worker's threads and the status. The bus thread has no part in
@@ -223,6 +206,14 @@ impl SharedEstimation {
         let mut pending = lock(&self.0.pending);
         let found = pending.iter_mut().find(|pending| pending.given_up.number == number);
         found.map(|pending| pending.claimed = true).is_some()
+    }
+
+    /// A window is not identified: what was noted with it goes to the next one, unless something
+    /// newer was noted meanwhile.
+    pub(super) fn return_note(&self, note: Option<Note>) {
+        let mut status = self.update();
+        let Some(note) = note else { return };
+        status.note = Some(note.amended(status.note.take().unwrap_or_default()));
     }
 
     /// A window is counted.

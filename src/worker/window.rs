@@ -6,6 +6,8 @@ use core::ops::Range;
 use didim_core::JointSample;
 use serde::{Deserialize, Serialize};
 
+use crate::store::Note;
+
 /// What ended a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -35,6 +37,8 @@ pub struct Window {
     pub counted: Range<usize>,
     /// What ended it.
     pub end: WindowEnd,
+    /// What was noted with it.
+    pub note: Option<Note>,
 }
 
 impl Window {

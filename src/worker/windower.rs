@@ -281,6 +281,7 @@ impl Windower {
             samples: open.samples,
             counted,
             end,
+            note: None,
         })
     }
 

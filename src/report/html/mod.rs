@@ -7,6 +7,7 @@
 mod chart;
 mod checks;
 mod comparison;
+mod history;
 mod information;
 mod joints;
 mod parameters;
@@ -17,6 +18,7 @@ use didim_core::identification::{Identification, Method};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 pub use comparison::ComparisonReport;
+pub use history::HistoryReport;
 pub use provenance::{InputFile, Origin, SampleRange};
 
 use super::figure::CURVES;

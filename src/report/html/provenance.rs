@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::{Report, number};
 use crate::cell::Cell;
-use crate::store::WindowProvenance;
+use crate::store::{Note, WindowProvenance};
 
 /// Where the samples of a result come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct Origin {
     pub input: Option<InputFile>,
     /// Which of its samples.
     pub samples: SampleRange,
+    /// What a person noted with them.
+    pub note: Option<Note>,
 }
 
 /// Which samples a result comes from.
@@ -68,7 +70,8 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         }
     };
     let explanation = "The same input, configuration and program give this report again, byte for \
-                       byte. The configuration is the cell, robot and DBC file.";
+                       byte, but for what a person noted. The configuration is the cell, robot and \
+                       DBC file.";
     super::section("Provenance", explanation, &content)
 }
 
@@ -80,6 +83,15 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
             div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
         }
         (samples(&origin.samples))
+        @if let Some(note) = &origin.note {
+            @if let Some(payload) = note.payload_kg {
+                div { dt { "Payload, as noted" } dd { (payload) " kg" } }
+            }
+            @if let Some(temperature) = note.temperature_c {
+                div { dt { "Temperature, as noted" } dd { (temperature) " °C" } }
+            }
+            @if let Some(text) = &note.text { div { dt { "Note" } dd { (text) } } }
+        }
         div { dt { "Configuration" } dd { "cell " (cell.name) ", robot " (cell.robot.name()) } }
         div {
             dt { "SHA-256 of the configuration" }

@@ -113,7 +113,7 @@ pub(super) fn cell() -> Cell {
 
 pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
-    Origin { input: Some(input), samples: SampleRange::Record(100..900, 1000.0) }
+    Origin { input: Some(input), samples: SampleRange::Record(100..900, 1000.0), note: None }
 }
 
 fn html() -> String {

@@ -1,7 +1,9 @@
 use super::*;
 use crate::acquire::RealTimeGrants;
+use crate::drift::AlarmStatus;
 use crate::latency::LatencySummary;
 use crate::status::{Health, SCHEMA, StreamStatus};
+use crate::store::{ParameterValue, Timestamp};
 use crate::worker::{EstimateSummary, Loss, RejectedWindow, Rejection};
 
 fn snapshot() -> Snapshot {
@@ -72,12 +74,15 @@ fn snapshot() -> Snapshot {
             first_sequence: 0,
             last_sequence: 90,
             method: "idim-ls".into(),
-            parameters: 28,
+            parameters: vec![ParameterValue {
+                name: "fc3".into(),
+                value: 6.48,
+                standard_deviation: 0.003,
+            }],
             relative_error: Some(0.0564),
             condition_number: Some(174.9),
             applicable: true,
             reasons: vec![],
-            values: vec![],
         }),
         ..EstimationStatus::default()
     };
@@ -129,7 +134,7 @@ recordings not kept        1
 last not kept              result 7: the ring does not hold it
 windows rejected           2 sample-gap
 last rejection             window 4: 2 samples are missing after sample 900
-last estimate              window 3, idim-ls, 28 parameters, relative error 5.64 %
+last estimate              window 3, idim-ls, 1 parameters, relative error 5.64 %
 verdict                    applicable
 ";
     assert_eq!(render(&snapshot(), Colour::Never), expected);
@@ -154,4 +159,50 @@ fn a_snapshot_survives_its_json_and_unknown_keys() {
     assert_eq!(serde_json::from_value::<Snapshot>(json.clone()).unwrap(), snapshot);
     json["acquisition"]["of_a_later_version"] = 1.into();
     assert_eq!(serde_json::from_value::<Snapshot>(json).unwrap(), snapshot);
+}
+
+#[test]
+fn drift_is_told_with_its_alarms_bounded_and_is_a_reason() {
+    let mut snapshot = snapshot();
+    let alarm = |k: u32| AlarmStatus {
+        parameter: format!("fc{k}"),
+        relative_change: Some(0.123),
+        deviation_sigma: Some(30.0),
+        slope_per_day: None,
+        slope_sd: None,
+        since: Timestamp::from_unix_s(1_795_331_849),
+        text: format!("fc{k} has grown"),
+    };
+    let mut drift = DriftStatus {
+        baseline: 12,
+        time: Timestamp::from_unix_s(1_795_331_849),
+        compared: true,
+        why_not: None,
+        reconfigured: true,
+        parameters: Vec::new(),
+        alarms: Vec::new(),
+    };
+    let mut rendered = |drift: &DriftStatus| {
+        let estimation = snapshot.estimation.as_mut().unwrap();
+        estimation.drift = Some(drift.clone());
+        estimation.last_rejection = None;
+        snapshot.health = Health::of(None, snapshot.estimation.as_ref());
+        (render(&snapshot, Colour::Never), snapshot.health.clone())
+    };
+    let (text, health) = rendered(&drift);
+    assert!(
+        text.contains("baseline                   result 12 of 2026-11-22T07:17:29Z\n"),
+        "{text}"
+    );
+    assert!(text.contains("drift                      every parameter in its band\n"), "{text}");
+    assert!(text.contains("the configuration has changed since the baseline\n"), "{text}");
+    assert!(health.ok, "{health:?}");
+    drift.alarms = (1..=7).map(alarm).collect();
+    let (text, health) = rendered(&drift);
+    assert_eq!(health.reasons.len(), 6);
+    assert_eq!(health.reasons[4..], ["fc5 has grown", "2 more parameters have left their bands"]);
+    assert!(text.contains("fc5 has grown\n") && !text.contains("fc6"), "{text}");
+    drift.why_not = Some("result 13 is not applicable".into());
+    drift.compared = false;
+    assert!(rendered(&drift).0.contains("not compared: result 13 is not applicable\n"));
 }

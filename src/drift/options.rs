@@ -1,0 +1,93 @@
+//! What counts as drift: `[service.drift]` of the cell file.
+
+use serde::{Deserialize, Serialize};
+
+/// When a parameter has left its band, and for how long that has to last.
+///
+/// A parameter θ has left the band of its baseline θ₀ when |θ − θ₀| is more than
+/// `standard_deviations`·σ_Δ **and** more than `relative`·|θ₀|. The first says that the difference is
+/// real, the second that it matters: the standard deviation of a good window is some 0.05 %, and
+/// friction moves by several per cent between a cold and a warm arm without anything being wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DriftOptions {
+    /// Half of the band in standard deviations of the difference. 4: with 28 parameters, noise alone
+    /// leaves such a band twice in a row about once in 37,000 results.
+    pub standard_deviations: f64,
+    /// Half of the band as a share of the baseline's value. 0.1: more than the warming up of an arm
+    /// moves its friction, less than wear or a forgotten payload does.
+    pub relative: f64,
+    /// Consecutive results outside the band that raise the alarm, and inside that clear it. 2: one
+    /// odd window is none.
+    pub results: u32,
+    /// Results of which the trend is formed, the last ones. 50.
+    pub trend_results: usize,
+}
+
+/// The most results of which a trend is formed: what a new process takes of the history.
+const MOST_RESULTS: usize = 500;
+
+impl Default for DriftOptions {
+    fn default() -> Self {
+        Self { standard_deviations: 4.0, relative: 0.1, results: 2, trend_results: 50 }
+    }
+}
+
+/// An option is outside its range: change it in the cell file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{problem}")]
+pub struct DriftOptionError {
+    /// The key, from the cell file's top.
+    pub key: &'static str,
+    /// What is wrong with it, and what is allowed.
+    pub problem: String,
+}
+
+impl DriftOptions {
+    /// Checks every option.
+    ///
+    /// # Errors
+    /// [`DriftOptionError`] names the first option that cannot be meant.
+    pub fn validate(&self) -> Result<(), DriftOptionError> {
+        let refuse = |key, problem: String| Err(DriftOptionError { key, problem });
+        let Self { standard_deviations, relative, results, trend_results } = *self;
+        if !(1.0..=100.0).contains(&standard_deviations) {
+            let problem = format!("{standard_deviations} is not in 1..=100");
+            return refuse("service.drift.standard_deviations", problem);
+        }
+        if !(0.0..=10.0).contains(&relative) {
+            return refuse("service.drift.relative", format!("{relative} is not in 0..=10"));
+        }
+        if !(1..=100).contains(&results) {
+            return refuse("service.drift.results", format!("{results} is not in 1..=100"));
+        }
+        if !(3..=MOST_RESULTS).contains(&trend_results) {
+            let problem = format!("{trend_results} is not in 3..={MOST_RESULTS}");
+            return refuse("service.drift.trend_results", problem);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_meant_is_refused_by_its_key() {
+        assert_eq!(DriftOptions::default().validate(), Ok(()));
+        for (text, key) in [
+            ("standard_deviations = 0.5", "service.drift.standard_deviations"),
+            ("standard_deviations = nan", "service.drift.standard_deviations"),
+            ("relative = -0.1", "service.drift.relative"),
+            ("relative = 11.0", "service.drift.relative"),
+            ("results = 0", "service.drift.results"),
+            ("trend_results = 2", "service.drift.trend_results"),
+            ("trend_results = 501", "service.drift.trend_results"),
+        ] {
+            let options: DriftOptions = toml::from_str(text).unwrap();
+            assert_eq!(options.validate().unwrap_err().key, key, "{text}");
+        }
+        assert!(toml::from_str::<DriftOptions>("relativ = 0.1").is_err());
+    }
+}

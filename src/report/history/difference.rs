@@ -1,0 +1,128 @@
+//! Two results side by side.
+
+use serde::Serialize;
+
+use super::super::table::{aligned, significant, to_uncertainty};
+use crate::drift::{Change, Chronicle, NotComparable, comparable};
+use crate::store::{HistoryLine, ParameterValue};
+
+/// Why two results are not compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DifferenceError {
+    /// There is none of that number. `didim history` lists those that there are.
+    #[error("result {0} is not in the history; `didim history` lists those that there are")]
+    Unknown(u64),
+    /// They have nothing to compare.
+    #[error("nothing to compare: {0}")]
+    NotComparable(#[from] NotComparable),
+}
+
+/// What changed from one result to another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Their numbers.
+    pub results: [u64; 2],
+    /// What speaks against comparing them and does not forbid it.
+    pub caveats: Vec<String>,
+    /// The parameters, in the model's order.
+    pub parameters: Vec<ParameterDifference>,
+}
+
+/// What changed of one parameter. What is no number is null in JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterDifference {
+    /// Its name.
+    pub parameter: String,
+    /// Value and standard deviation in both.
+    pub values: [ParameterValue; 2],
+    /// Δ, in the unit of the values.
+    pub difference: f64,
+    /// Δ / σ_Δ.
+    pub deviation_sigma: f64,
+    /// θ/θ₀ − 1.
+    pub relative_change: f64,
+    /// |Δ| as a share of half of the band about the first; more than 1 is outside.
+    pub band_share: f64,
+}
+
+impl Difference {
+    /// From one result of the history to another.
+    ///
+    /// # Errors
+    /// [`DifferenceError`].
+    pub fn new(chronicle: &Chronicle, [then, now]: [u64; 2]) -> Result<Self, DifferenceError> {
+        let line = |number| chronicle.result(number).ok_or(DifferenceError::Unknown(number));
+        let (first, second) = (line(then)?, line(now)?);
+        let mut caveats = Vec::new();
+        if !first.applicable {
+            caveats.push(NotComparable::NotApplicable { result: then }.to_string());
+        }
+        match comparable(first, second) {
+            Err(
+                why @ (NotComparable::NotApplicable { .. } | NotComparable::OtherPayload { .. }),
+            ) => {
+                caveats.push(why.to_string());
+                // What was judged after it.
+                let usable = HistoryLine { applicable: true, note: None, ..second.clone() };
+                comparable(first, &usable)?;
+            }
+            other => other?,
+        }
+        if first.configuration != second.configuration {
+            caveats.push("their configurations differ".to_owned());
+        }
+        let parameters = first.parameters.iter().filter_map(|then| {
+            let now = second.parameter(&then.name)?;
+            let change = Change::new(then, now, &chronicle.options);
+            Some(ParameterDifference {
+                parameter: then.name.clone(),
+                values: [then.clone(), now.clone()],
+                difference: change.difference,
+                deviation_sigma: change.deviations(),
+                relative_change: change.relative(),
+                band_share: change.band_share(),
+            })
+        });
+        Ok(Self { results: [then, now], caveats, parameters: parameters.collect() })
+    }
+
+    /// As a table for people.
+    pub fn table(&self) -> String {
+        let rows: Vec<Vec<String>> = (self.parameters.iter())
+            .map(|row| {
+                let value = |p: &ParameterValue| to_uncertainty(p.value, p.standard_deviation, 7);
+                let sigma = row.difference / row.deviation_sigma;
+                let band = match row.band_share {
+                    share if share > 1.0 => "outside".to_owned(),
+                    share if share.is_nan() => "–".to_owned(),
+                    share => format!("{:.0} %", 100.0 * share),
+                };
+                vec![
+                    row.parameter.clone(),
+                    value(&row.values[0]),
+                    value(&row.values[1]),
+                    signed(row.difference, sigma),
+                    format!("{:+.2} %", 100.0 * row.relative_change),
+                    format!("{:+.1}", row.deviation_sigma),
+                    band,
+                ]
+            })
+            .collect();
+        let [then, now] = self.results.map(|number| format!("result {number}"));
+        let mut text =
+            aligned(&["parameter", &then, &now, "Δ", "relative", "Δ [σ]", "of the band"], &rows);
+        for caveat in &self.caveats {
+            text += &format!("note: {caveat}\n");
+        }
+        text
+    }
+}
+
+/// A difference of exactly nothing has no digits to show.
+fn signed(difference: f64, sigma: f64) -> String {
+    if difference == 0.0 || !sigma.is_finite() {
+        return significant(difference, 3);
+    }
+    let text = to_uncertainty(difference, sigma, 4);
+    if difference > 0.0 { format!("+{text}") } else { text }
+}

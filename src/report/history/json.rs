@@ -1,0 +1,102 @@
+//! The history for scripts.
+
+use serde::Serialize;
+
+use super::Difference;
+use crate::drift::{AlarmStatus, Baseline, Chronicle, Trend};
+use crate::store::HistoryLine;
+
+/// One object with everything.
+#[derive(Clone, Debug, Serialize)]
+pub struct HistoryDocument<'a> {
+    /// Version of its layout: it changes when a key changes its meaning or goes away.
+    pub schema: u32,
+    /// Lines of the file that were passed over, torn or none of ours.
+    pub passed_over: usize,
+    /// The baseline.
+    pub baseline: Option<&'a Baseline>,
+    /// The results, oldest first.
+    pub results: Vec<ResultDocument<'a>>,
+    /// The alarms that are raised.
+    pub alarms: Vec<AlarmStatus>,
+    /// The trends of the parameters, in SI units over days since the baseline.
+    pub trends: Vec<TrendDocument>,
+    /// Two results side by side, where it was asked for.
+    pub difference: Option<Difference>,
+}
+
+/// A result and what it says beside the baseline.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResultDocument<'a> {
+    /// Its line in the history.
+    #[serde(flatten)]
+    pub line: &'a HistoryLine,
+    /// Whether it was compared with the baseline.
+    pub compared: bool,
+    /// Why it was not.
+    pub why_not: Option<String>,
+    /// The parameters outside their bands.
+    pub outside: Vec<String>,
+    /// Those whose alarms were raised after it.
+    pub alarmed: &'a [String],
+}
+
+/// A straight line through the results that were compared.
+#[derive(Clone, Debug, Serialize)]
+pub struct TrendDocument {
+    /// The parameter.
+    pub parameter: String,
+    /// Results.
+    pub points: usize,
+    /// Slope per day.
+    pub slope_per_day: f64,
+    /// Its standard deviation.
+    pub slope_sd: f64,
+    /// By how much the results scatter more than their standard deviations say, at least 1.
+    pub scatter: f64,
+}
+
+impl<'a> HistoryDocument<'a> {
+    /// Of all results and these parameters.
+    pub fn new(
+        chronicle: &'a Chronicle,
+        passed_over: usize,
+        parameters: &[&str],
+        difference: Option<Difference>,
+    ) -> Self {
+        let tracker = chronicle.tracker.as_ref();
+        let results = chronicle.entries.iter().map(|entry| {
+            let compared = entry.compared.as_ref();
+            let outside = compared.and_then(|compared| compared.as_ref().ok()).map(|compared| {
+                let outside = compared.changes.iter().filter(|change| change.band_share() > 1.0);
+                outside.map(|change| change.parameter.clone()).collect()
+            });
+            ResultDocument {
+                line: &entry.line,
+                compared: matches!(compared, Some(Ok(_))),
+                why_not: compared.and_then(|compared| Some(compared.as_ref().err()?.to_string())),
+                outside: outside.unwrap_or_default(),
+                alarmed: &entry.alarmed,
+            }
+        });
+        let trends = parameters.iter().filter_map(|name| {
+            let Trend { points, slope, slope_deviation, scatter, .. } = tracker?.trend(name)?;
+            Some(TrendDocument {
+                parameter: (*name).to_owned(),
+                points,
+                slope_per_day: slope,
+                slope_sd: slope_deviation,
+                scatter,
+            })
+        });
+        Self {
+            schema: 1,
+            passed_over,
+            baseline: tracker.map(|tracker| tracker.baseline()),
+            results: results.collect(),
+            alarms: tracker.map_or(Vec::new(), |tracker| tracker.status().alarms),
+            trends: trends.collect(),
+            difference,
+        }
+    }
+}

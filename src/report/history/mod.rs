@@ -1,0 +1,90 @@
+//! The history for people and for scripts: results over time beside their baseline.
+
+mod difference;
+mod json;
+mod plot;
+
+pub use difference::{Difference, DifferenceError};
+pub use json::HistoryDocument;
+pub use plot::plot;
+
+use super::table::aligned;
+use crate::drift::{Chronicle, Entry};
+
+/// What the last column says of a result.
+pub fn drift_words(chronicle: &Chronicle, entry: &Entry) -> String {
+    if chronicle.is_baseline(&entry.line) {
+        return "baseline".to_owned();
+    }
+    match &entry.compared {
+        None => return "–".to_owned(),
+        Some(Err(_)) => return "not compared".to_owned(),
+        Some(Ok(_)) => {}
+    }
+    let largest = entry.largest_change();
+    let by = |change: &crate::drift::Change| {
+        format!("{} {:+.1} %", change.parameter, 100.0 * change.relative())
+    };
+    match (entry.alarmed.split_first(), largest) {
+        (Some((first, [])), _) => format!("ALARM {first}"),
+        (Some((first, more)), _) => format!("ALARM {first} and {} more", more.len()),
+        (None, Some(change)) if change.band_share() > 1.0 => format!("outside: {}", by(change)),
+        (None, Some(_)) => "in band".to_owned(),
+        (None, None) => "–".to_owned(),
+    }
+}
+
+/// The results as a table, and under it what the baseline is and what left its band.
+pub fn table(chronicle: &Chronicle) -> String {
+    let rows: Vec<Vec<String>> = chronicle
+        .entries
+        .iter()
+        .map(|entry| {
+            let line = &entry.line;
+            let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
+            vec![
+                line.result.to_string(),
+                line.time.minute(),
+                line.method.clone(),
+                if line.applicable { "yes" } else { "NO" }.to_owned(),
+                error.unwrap_or_else(|| "–".to_owned()),
+                drift_words(chronicle, entry),
+            ]
+        })
+        .collect();
+    let header = ["result", "time (UTC)", "method", "applicable", "relative error", "drift"];
+    let table = aligned(&header, &rows);
+    // Notes are words, and stand to the left in the last column.
+    let notes = chronicle.entries.iter().map(|entry| entry.line.note.as_ref());
+    let notes: Vec<String> = notes.map(|note| note.map_or(String::new(), |n| n.line())).collect();
+    if notes.iter().all(String::is_empty) {
+        return table;
+    }
+    let lines = table.lines().zip(std::iter::once("noted".to_owned()).chain(notes));
+    lines.map(|(line, note)| format!("{line}  {note}").trim_end().to_owned() + "\n").collect()
+}
+
+/// The baseline, and a sentence per parameter whose alarm is raised.
+pub fn summary(chronicle: &Chronicle) -> String {
+    let Some(tracker) = &chronicle.tracker else {
+        return "no baseline is set: `didim baseline set` sets one\n".to_owned();
+    };
+    let status = tracker.status();
+    let mut text = format!("baseline: result {} of {}\n", status.baseline, status.time);
+    if let Some(why) = &status.why_not {
+        text += &format!("not compared: {why}\n");
+    }
+    if status.reconfigured {
+        text += "the configuration has changed since the baseline\n";
+    }
+    for alarm in &status.alarms {
+        text += &format!("alarm: {}\n", alarm.text);
+    }
+    if status.alarms.is_empty() && status.compared {
+        text += "every parameter is in its band, or was not outside often enough for an alarm\n";
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+//! A parameter over time in the terminal, drawn with Braille patterns.
+
+use super::super::table::significant;
+use super::super::terminal::{DOT, DOTS_HIGH, DOTS_WIDE};
+use crate::drift::Chronicle;
+
+/// Lines of a plot.
+const ROWS: usize = 8;
+/// Standard deviations to either side of a value.
+const SIGMAS: f64 = 2.0;
+
+/// Values with two standard deviations to either side, and the band of the baseline as dotted lines.
+/// Nothing for a parameter that no usable result has.
+pub fn plot(chronicle: &Chronicle, parameter: &str, columns: usize) -> Option<String> {
+    let points = chronicle.points(parameter);
+    let (first, last) = (points.first()?.0, points.last()?.0);
+    let band =
+        chronicle.band(parameter).map(|(middle, half)| [middle - half, middle, middle + half]);
+    let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
+    let ends =
+        points.iter().flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
+    let (low, high) = ends
+        .chain(band.into_iter().flatten())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    // One value alone has a scale all the same.
+    let margin = 0.05 * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);
+    let (low, high) = (low - margin, high + margin);
+    let mut canvas = Canvas::new(columns.max(2), ROWS);
+    let (wide, tall) = ((canvas.columns * DOTS_WIDE - 1) as f64, (ROWS * DOTS_HIGH - 1) as f64);
+    let x = |days: f64| if last > first { (days - first) / (last - first) * wide } else { 0.0 };
+    let y = |value: f64| (high - value) / (high - low) * tall;
+    for level in band.into_iter().flatten() {
+        (0..canvas.columns * DOTS_WIDE)
+            .step_by(4)
+            .for_each(|column| canvas.dot(column as f64, y(level)));
+    }
+    for &(days, value, sigma) in &points {
+        let (top, bottom) = (y(value + spread(sigma)).round(), y(value - spread(sigma)).round());
+        let mut row = top;
+        while row <= bottom {
+            canvas.dot(x(days), row);
+            row += 1.0;
+        }
+        // A cross marks the value where the interval is no longer than a dot.
+        canvas.dot(x(days) - 1.0, y(value));
+        canvas.dot(x(days) + 1.0, y(value));
+    }
+    let from = chronicle.entries.first()?.line.time;
+    let date = |days: f64| from.plus_days(days).map_or_else(String::new, |time| time.minute());
+    let mut text = format!("{parameter}, ±2σ");
+    if band.is_some() {
+        text += "; dotted: the baseline and its band";
+    }
+    text += "\n";
+    let lines = canvas.lines();
+    for (row, line) in lines.iter().enumerate() {
+        let label = match row {
+            0 => significant(high, 4),
+            row if row + 1 == lines.len() => significant(low, 4),
+            _ => String::new(),
+        };
+        let tick = if label.is_empty() { '│' } else { '┤' };
+        text += format!("{label:>10} {tick}{line}").trim_end();
+        text.push('\n');
+    }
+    let (start, end) = (date(first), date(last));
+    let gap = canvas.columns.saturating_sub(start.len() + end.len());
+    if gap > 0 && last > first {
+        text += &format!("{:12}{start}{}{end}\n", "", " ".repeat(gap));
+    } else {
+        text += &format!("{:12}{start}\n", "");
+    }
+    Some(text)
+}
+
+struct Canvas {
+    columns: usize,
+    cells: Vec<Vec<u8>>,
+}
+
+impl Canvas {
+    fn new(columns: usize, rows: usize) -> Self {
+        Self { columns, cells: vec![vec![0; columns]; rows] }
+    }
+
+    /// Sets a dot; what lies outside is left out.
+    fn dot(&mut self, x: f64, y: f64) {
+        let (x, y) = (x.round(), y.round());
+        if !(x >= 0.0 && y >= 0.0) {
+            return;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative, and a cast saturates"
+        )]
+        let (x, y) = (x as usize, y as usize);
+        let cell = self.cells.get_mut(y / DOTS_HIGH).and_then(|row| row.get_mut(x / DOTS_WIDE));
+        if let Some(cell) = cell {
+            *cell |= DOT[x % DOTS_WIDE][y % DOTS_HIGH];
+        }
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let line = |row: &Vec<u8>| {
+            row.iter().filter_map(|bits| char::from_u32(0x2800 + u32::from(*bits))).collect()
+        };
+        self.cells.iter().map(line).collect()
+    }
+}

@@ -1,0 +1,162 @@
+use super::*;
+use crate::drift::{Baseline, DriftOptions};
+use crate::report::html::HistoryReport;
+use crate::store::{HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, Timestamp};
+
+const HOSTILE: &str = "<script>alert('&\"')</script>";
+
+fn line(result: u64, fc3: f64) -> HistoryLine {
+    let value = |name: &str, value: f64, standard_deviation: f64| ParameterValue {
+        name: name.into(),
+        value,
+        standard_deviation,
+    };
+    HistoryLine {
+        schema: HISTORY_SCHEMA,
+        time: Timestamp::from_unix_s(1_795_331_849 + 86_400 * result),
+        result,
+        robot: "tx40".into(),
+        configuration: "c0ffee".into(),
+        regrouping: "r".into(),
+        method: "idim-ls".into(),
+        applicable: true,
+        relative_error: Some(0.0564),
+        note: None,
+        parameters: vec![value("fc3", fc3, 0.01), value("mx4", -0.02, 0.0001)],
+    }
+}
+
+/// A baseline, two that drift, one that may not be used, one with a payload, and two outside.
+fn lines() -> Vec<HistoryLine> {
+    let mut lines: Vec<HistoryLine> =
+        (0..).zip([6.0, 6.0, 6.3, 6.7, 9.0, 6.2, 6.8, 6.9]).map(|(k, fc3)| line(k, fc3)).collect();
+    lines[4].applicable = false;
+    lines[4].relative_error = None;
+    lines[5].note =
+        Some(Note { payload_kg: Some(2.0), text: Some("new".into()), ..Note::default() });
+    lines
+}
+
+fn chronicle() -> Chronicle {
+    Chronicle::new(lines(), Some(Baseline::of(line(1, 6.0))), DriftOptions::default())
+}
+
+#[test]
+fn the_table_says_what_became_of_each_result() {
+    let expected = "\
+result        time (UTC)   method  applicable  relative error               drift  noted
+0       2026-11-22 07:17  idim-ls         yes          5.64 %                   –
+1       2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
+2       2026-11-24 07:17  idim-ls         yes          5.64 %             in band
+3       2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
+4       2026-11-26 07:17  idim-ls          NO               –        not compared
+5       2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new
+6       2026-11-28 07:17  idim-ls         yes          5.64 %           ALARM fc3
+7       2026-11-29 07:17  idim-ls         yes          5.64 %           ALARM fc3
+";
+    let squeezed = |text: &str| -> Vec<String> {
+        text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
+    };
+    assert_eq!(squeezed(&table(&chronicle())), squeezed(expected));
+    let widths: Vec<_> = table(&chronicle()).lines().map(|line| line.find("idim-ls")).collect();
+    assert!(widths[1..].iter().all(|at| *at == widths[1]), "aligned");
+    let summary = summary(&chronicle());
+    assert!(summary.starts_with("baseline: result 1 of 2026-11-23T07:17:29Z\n"), "{summary}");
+    // The slope through 6.0, 6.3, 6.7, 6.8 and 6.9 of days 0, 1, 2, 5 and 6: 3.54/26.8 of 6 a day.
+    let alarm = "alarm: fc3 has grown by 15.0 % ± 0.2 % since the baseline of 2026-11-23, +2.2 ± ";
+    assert!(summary.contains(alarm), "{summary}");
+    assert!(summary.contains("left its band on 2026-11-25"), "{summary}");
+    let none = Chronicle::new(lines(), None, DriftOptions::default());
+    assert!(self::summary(&none).contains("no baseline is set"));
+    assert!(!table(&none).contains("ALARM"));
+}
+
+#[test]
+fn two_results_side_by_side_have_their_difference_in_deviations() {
+    let chronicle = chronicle();
+    let difference = Difference::new(&chronicle, [1, 7]).unwrap();
+    let fc3 = &difference.parameters[0];
+    // 0.9 / (0.01 √2), and 0.9 of 0.6.
+    assert!((fc3.deviation_sigma - 63.639_610_306_789_3).abs() < 1e-9, "{fc3:?}");
+    assert!((fc3.relative_change - 0.15).abs() < 1e-12 && (fc3.band_share - 1.5).abs() < 1e-9);
+    let table = difference.table();
+    let row = table.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(row, "fc3 6.0000 6.9000 +0.9000 +15.00 % +63.6 outside");
+    assert_eq!(table.lines().count(), 3, "no caveat: {table}");
+    let refused = |numbers| Difference::new(&chronicle, numbers).unwrap_err().to_string();
+    assert!(refused([1, 99]).contains("result 99 is not in the history"));
+    let mut other = lines();
+    other[7].method = "didim".into();
+    // What may not be used is compared on demand, and told; what cannot be compared is not.
+    other[7].applicable = false;
+    let other = Chronicle::new(other, None, DriftOptions::default());
+    let error = Difference::new(&other, [1, 7]).unwrap_err().to_string();
+    assert_eq!(error, "nothing to compare: result 7 is by didim, result 1 by idim-ls");
+    let caveats = |numbers| Difference::new(&chronicle, numbers).unwrap().caveats;
+    assert_eq!(caveats([1, 4]), ["result 4 is not applicable"]);
+    assert_eq!(caveats([4, 1]), ["result 4 is not applicable"]);
+    assert!(caveats([1, 5])[0].contains("a payload of 2 kg was noted with result 5"));
+}
+
+#[test]
+fn a_plot_has_the_newest_value_at_its_end_and_stands_any_history() {
+    let plot = |lines: Vec<HistoryLine>| {
+        let baseline = lines.first().cloned().map(Baseline::of);
+        plot(&Chronicle::new(lines, baseline, DriftOptions::default()), "fc3", 20)
+    };
+    let text = plot(vec![line(0, 6.0), line(1, 6.0), line(2, 7.0)]).unwrap();
+    let rows: Vec<&str> = text.lines().collect();
+    assert_eq!(rows.len(), 1 + 8 + 1, "{text}");
+    // Highest and latest: the last character of the first row, and only it.
+    assert_ne!(rows[1].chars().last(), Some('\u{2800}'), "{text}");
+    assert!(rows[1].chars().skip(12).take(18).all(|c| c == '\u{2800}'), "{text}");
+    assert!(rows[9].contains("2026-11-22 07:17"), "{text}");
+    assert!(plot(vec![line(0, 6.0)]).unwrap().contains("2026-11-22 07:17"));
+    assert_eq!(plot(Vec::new()), None);
+    let mut odd = line(0, f64::NAN);
+    assert_eq!(plot(vec![odd.clone()]), None);
+    odd.applicable = false;
+    assert_eq!(plot(vec![odd]), None);
+    let mut unsure = line(0, 6.0);
+    unsure.parameters[0].standard_deviation = f64::INFINITY;
+    assert!(plot(vec![unsure, line(1, 6.0)]).is_some());
+}
+
+#[test]
+fn the_report_stands_by_itself_and_takes_no_orders() {
+    let mut hostile = lines();
+    for line in &mut hostile {
+        line.robot = HOSTILE.into();
+        line.method = HOSTILE.into();
+        line.parameters[0].name = HOSTILE.into();
+        line.note = Some(Note { text: Some(HOSTILE.into()), ..Note::default() });
+    }
+    let baseline = Baseline::of(hostile[1].clone());
+    let chronicle = Chronicle::new(hostile, Some(baseline), DriftOptions::default());
+    let parameters = chronicle.parameters();
+    let report = HistoryReport { chronicle: &chronicle, parameters: &parameters };
+    let html = report.to_html();
+    assert_eq!(html, report.to_html());
+    assert!(!html.contains("<script") && !html.contains("http") && html.contains("&lt;script"));
+    assert!(!html.contains("NaN") && !html.contains("=\"inf"), "{html}");
+    assert_eq!(html.matches("<svg class=\"panel\"").count(), 2);
+}
+
+#[test]
+fn the_report_shows_band_baseline_alarm_and_trend() {
+    let chronicle = chronicle();
+    let html = HistoryReport { chronicle: &chronicle, parameters: &["mx4", "fc3"] }.to_html();
+    assert!(html.contains("One parameter has left its band"));
+    let (first, second) = html.split_once("<figure class=\"\">").unwrap();
+    assert!(first.contains("<figure class=\"alarmed\">") && first.contains(">fc3</text>"));
+    assert!(second.contains(">mx4</text>") && !second.contains("class=\"when\""));
+    for class in ["band", "baseline", "when", "trend"] {
+        assert_eq!(first.matches(&format!("class=\"{class}\"")).count(), 1, "{class}");
+    }
+    // Seven may be used; those of 6.7, 6.8 and 6.9 are outside.
+    assert_eq!(first.matches("class=\"value").count(), 7);
+    assert_eq!(first.matches("class=\"value off\"").count(), 3);
+    let none = Chronicle::new(Vec::new(), None, DriftOptions::default());
+    let empty = HistoryReport { chronicle: &none, parameters: &[] }.to_html();
+    assert!(empty.contains("No baseline") && empty.contains("No result"));
+}

@@ -1,0 +1,271 @@
+//! The report of a history: what left its band, every result, every parameter over time.
+
+use std::fmt::Write as _;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, escape, ticks};
+use super::super::history::drift_words;
+use super::chart::panel;
+use super::summary::sentence;
+use super::{CURVES, STYLE, section, signed};
+use crate::drift::{Chronicle, Trend};
+use crate::store::Timestamp;
+
+const OWN_STYLE: &str = include_str!("history.css");
+
+/// Standard deviations to either side of a value.
+const SIGMAS: f64 = 2.0;
+/// Shorter histories have the time of the day at their axis \[d\].
+const DAYS_WITH_TIME: f64 = 3.0;
+
+/// What a report of a history is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct HistoryReport<'a> {
+    /// The history.
+    pub chronicle: &'a Chronicle,
+    /// The parameters to show.
+    pub parameters: &'a [&'a str],
+}
+
+impl HistoryReport<'_> {
+    /// The report as HTML. It holds no date of its own: the same history gives the same bytes.
+    pub fn to_html(&self) -> String {
+        let robots = self.chronicle.entries.iter().rev().map(|entry| entry.line.robot.as_str());
+        let robot = robots.clone().next().unwrap_or("no robot");
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (robot) " · history of dynamic parameters" }
+                    style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(OWN_STYLE)) }
+                }
+                body {
+                    header {
+                        p.kind { "History of dynamic parameters" }
+                        h1 { (robot) }
+                        p { (self.extent()) }
+                    }
+                    main {
+                        (self.alarms())
+                        (self.panels())
+                        (self.results())
+                    }
+                }
+            }
+        };
+        page.into_string() + "\n"
+    }
+
+    fn extent(&self) -> String {
+        let entries = &self.chronicle.entries;
+        match (entries.first(), entries.last()) {
+            (Some(first), Some(last)) => format!(
+                "{} results from {} to {} (UTC)",
+                entries.len(),
+                first.line.time.minute(),
+                last.line.time.minute()
+            ),
+            _ => "No result".to_owned(),
+        }
+    }
+
+    fn alarms(&self) -> Markup {
+        let Some(tracker) = &self.chronicle.tracker else {
+            return html! { section.alarms {
+                h2 { "No baseline" }
+                p { "Without one nothing is compared: " code { "didim baseline set" } " sets it." }
+            } };
+        };
+        let status = tracker.status();
+        let raised = !status.alarms.is_empty();
+        let heading = match status.alarms.len() {
+            0 if status.compared => "Every parameter in its band".to_owned(),
+            0 => "The last result is not compared".to_owned(),
+            1 => "One parameter has left its band".to_owned(),
+            count => format!("{count} parameters have left their bands"),
+        };
+        html! {
+            section.alarms.raised[raised] {
+                h2 { (heading) }
+                p { "The baseline is result " (status.baseline) " of " (status.time.minute()) " (UTC)." }
+                @if let Some(why) = &status.why_not { p { (sentence(why)) } }
+                @if status.reconfigured { p { "The configuration has changed since the baseline." } }
+                @if raised { ul { @for alarm in &status.alarms { li { (alarm.text) "." } } } }
+            }
+        }
+    }
+
+    fn panels(&self) -> Markup {
+        let alarmed: Vec<(&str, Timestamp)> =
+            self.chronicle.tracker.iter().flat_map(|tracker| tracker.alarms()).collect();
+        let since = |name: &str| alarmed.iter().find(|(own, _)| *own == name).map(|(_, at)| *at);
+        // What has to be looked at comes first.
+        let (first, others): (Vec<&str>, Vec<&str>) =
+            self.parameters.iter().partition(|name| since(name).is_some());
+        let content = html! {
+            div.panels { @for name in first.into_iter().chain(others) {
+                @let since = since(name);
+                figure.alarmed[since.is_some()] {
+                    (self.chart(name, since))
+                    @if let Some(text) = self.chronicle.tracker.as_ref().and_then(|t| t.sentence(name)) {
+                        figcaption { (text) "." }
+                    }
+                }
+            } }
+        };
+        let explanation = "Each result with two standard deviations to either side; one that may \
+                           not be used is left out. The band is that of the baseline, dashed, as \
+                           the last result is judged by it; a point outside it is hollow. The line \
+                           is the trend of the results that were compared. A dotted line marks \
+                           when a parameter left its band for good.";
+        section("Parameters over time", explanation, &content)
+    }
+
+    fn chart(&self, name: &str, since: Option<Timestamp>) -> Markup {
+        let label = format!("{name} over time, with its uncertainty and the band of the baseline");
+        panel(&label, |svg| self.draw(svg, name, since))
+    }
+
+    fn draw(&self, svg: &mut String, name: &str, since: Option<Timestamp>) {
+        let points = self.chronicle.points(name);
+        let title = escape(name);
+        let _ = write!(svg, r#"<text class="title" x="{LEFT}" y="20">{title}</text>"#);
+        let (Some(&(first, ..)), Some(&(last, ..)), Some(start)) =
+            (points.first(), points.last(), self.chronicle.entries.first())
+        else {
+            return;
+        };
+        let start = start.line.time;
+        let band = self.chronicle.band(name).map(|(middle, half)| (middle - half, middle + half));
+        let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
+        let ends = points
+            .iter()
+            .flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
+        let ends = ends.chain(band.into_iter().flat_map(|(low, high)| [low, high]));
+        let (low, high) = ends.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+        let margin = 0.06 * (high - low).max(1e-9 * high.abs()).max(1e-12);
+        let (low, high) = (low - margin, high + margin);
+        let (wide, tall) = (PANEL_WIDTH - LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+        // Points at the edge are whole.
+        let days = (last - first).max(1e-6);
+        let x = |at: f64| LEFT + 6.0 + (at - first) / days * (wide - 12.0);
+        let y = |value: f64| TOP + (high - value) / (high - low) * tall;
+        if let Some((bottom, top)) = band {
+            let _ = write!(
+                svg,
+                r#"<rect class="band" x="{LEFT}" y="{:.1}" width="{wide}" height="{:.1}"/>"#,
+                y(top),
+                y(bottom) - y(top)
+            );
+        }
+        for tick in ticks(low, high, 4) {
+            let _ = write!(
+                svg,
+                r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
+                LEFT + wide,
+                LEFT - 5.0,
+                y(tick) + 3.5,
+                signed(&format!("{tick}")),
+                at = y(tick)
+            );
+        }
+        for (at, anchor) in [(first, "start"), (0.5 * (first + last), "middle"), (last, "end")] {
+            let label = start.plus_days(at).map(|time| {
+                if last - first < DAYS_WITH_TIME { time.minute() } else { time.date() }
+            });
+            if anchor == "start" || last > first {
+                let _ = write!(
+                    svg,
+                    r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
+                    if anchor == "start" { LEFT } else { x(at) },
+                    TOP + tall + 16.0,
+                    label.unwrap_or_default()
+                );
+            }
+        }
+        if let Some((bottom, top)) = band {
+            let middle = y(0.5 * (bottom + top));
+            let _ = write!(
+                svg,
+                r#"<line class="baseline" x1="{LEFT}" x2="{}" y1="{middle:.1}" y2="{middle:.1}"/>"#,
+                LEFT + wide
+            );
+        }
+        if let Some(at) = since.map(|since| x(since.days_after(start))) {
+            let _ = write!(
+                svg,
+                r#"<line class="when" x1="{at:.1}" x2="{at:.1}" y1="{TOP}" y2="{:.1}"/>"#,
+                TOP + tall
+            );
+        }
+        for &(at, value, sigma) in &points {
+            let _ = write!(
+                svg,
+                r#"<line class="spread" x1="{0:.1}" x2="{0:.1}" y1="{1:.1}" y2="{2:.1}"/>"#,
+                x(at),
+                y(value + spread(sigma)),
+                y(value - spread(sigma))
+            );
+        }
+        for &(at, value, _) in &points {
+            let outside = band.is_some_and(|(bottom, top)| value < bottom || value > top);
+            let off = if outside { " off" } else { "" };
+            let _ = write!(
+                svg,
+                r#"<circle class="value{off}" cx="{:.1}" cy="{:.1}" r="2.6"/>"#,
+                x(at),
+                y(value)
+            );
+        }
+        let baseline = self.chronicle.tracker.as_ref().map(|t| t.baseline().result.time);
+        let trend = self.chronicle.tracker.as_ref().and_then(|tracker| tracker.trend(name));
+        if let (Some(baseline), Some(Trend { slope, span, mean_time, at_mean, .. })) =
+            (baseline, trend)
+        {
+            let offset = baseline.days_after(start);
+            let line = |t: f64| (at_mean + slope * (t - mean_time)).clamp(low, high);
+            let _ = write!(
+                svg,
+                r#"<line class="trend" x1="{:.1}" x2="{:.1}" y1="{:.1}" y2="{:.1}"/>"#,
+                x(span.0 + offset).max(LEFT),
+                x(span.1 + offset),
+                y(line(span.0)),
+                y(line(span.1))
+            );
+        }
+    }
+
+    fn results(&self) -> Markup {
+        let entries = self.chronicle.entries.iter().rev();
+        let table = html! {
+            div.scroll { table.results {
+                thead { tr {
+                    th.number scope="col" { "Result" }
+                    th scope="col" { "Time (UTC)" }
+                    th scope="col" { "Method" }
+                    th scope="col" { "Applicable" }
+                    th.number scope="col" { "Relative error" }
+                    th scope="col" { "Drift" }
+                    th scope="col" { "Noted" }
+                } }
+                tbody { @for entry in entries {
+                    @let line = &entry.line;
+                    @let largest = entry.largest_change().map_or(0.0, |change| change.band_share());
+                    tr.alarmed[!entry.alarmed.is_empty()].outside[largest > 1.0] {
+                        th.number scope="row" { (line.result) }
+                        td { (line.time.minute()) }
+                        td { (line.method) }
+                        td.refused[!line.applicable] { (if line.applicable { "yes" } else { "no" }) }
+                        td.number { (line.relative_error.map_or("–".into(), |error| super::percent(error, 3))) }
+                        td.drift { (drift_words(self.chronicle, entry).replace('-', "−")) }
+                        td.note { (line.note.as_ref().map(|note| note.line()).unwrap_or_default()) }
+                    }
+                } }
+            } }
+        };
+        section("Results", "The newest first.", &table)
+    }
+}

@@ -1,0 +1,140 @@
+//! What a person notes with a window: what the bus does not tell and a result depends on.
+
+use core::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+/// Payloads that an arm could carry \[kg\]: the strongest in series carry some 2.3 t.
+const PAYLOAD_KG: RangeInclusive<f64> = 0.0..=3000.0;
+/// Temperatures at which an arm could be at work \[°C\], in the open or beside a furnace.
+const TEMPERATURE_C: RangeInclusive<f64> = -60.0..=200.0;
+/// The longest text in characters: a line of a table, not a document.
+const MAX_TEXT: usize = 100;
+
+/// A note. It goes into the history and into the report, never into a result's file: a replay of
+/// the same samples gives the same file, whatever was noted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// Mass at the flange that the robot file does not describe \[kg\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub payload_kg: Option<f64>,
+    /// Temperature of the arm \[°C\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<f64>,
+    /// In words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+}
+
+/// A note that cannot be meant. Say it again as the text tells.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoteError {
+    /// There is nothing in it.
+    #[error("nothing to note: give a payload [kg], a temperature [°C] or a text")]
+    Empty,
+    /// A number that cannot be.
+    #[error("{what} of {value} {unit} cannot be: it lies within {} and {} {unit}", range.start(), range.end())]
+    Implausible {
+        /// Which.
+        what: &'static str,
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// What is allowed.
+        range: RangeInclusive<f64>,
+    },
+    /// The text is empty, too long, or has control characters.
+    #[error("the text of a note has 1 to {MAX_TEXT} characters in one line")]
+    Text,
+}
+
+impl Note {
+    /// The same note, if it can be meant.
+    ///
+    /// # Errors
+    /// [`NoteError`].
+    pub fn checked(self) -> Result<Self, NoteError> {
+        if self == Self::default() {
+            return Err(NoteError::Empty);
+        }
+        let plausible = |what, value: Option<f64>, unit, range: RangeInclusive<f64>| match value {
+            Some(value) if !range.contains(&value) => {
+                Err(NoteError::Implausible { what, value, unit, range })
+            }
+            _ => Ok(()),
+        };
+        plausible("a payload", self.payload_kg, "kg", PAYLOAD_KG)?;
+        plausible("a temperature", self.temperature_c, "°C", TEMPERATURE_C)?;
+        if let Some(text) = &self.text {
+            let length = text.chars().count();
+            if text.trim().is_empty() || length > MAX_TEXT || text.chars().any(char::is_control) {
+                return Err(NoteError::Text);
+            }
+        }
+        Ok(self)
+    }
+
+    /// With what a later note says in place of what this one said.
+    #[must_use]
+    pub fn amended(self, later: Self) -> Self {
+        Self {
+            payload_kg: later.payload_kg.or(self.payload_kg),
+            temperature_c: later.temperature_c.or(self.temperature_c),
+            text: later.text.or(self.text),
+        }
+    }
+
+    /// In a line: `2.5 kg, 31 °C, gripper changed`.
+    pub fn line(&self) -> String {
+        let parts = [
+            self.payload_kg.map(|kg| format!("{kg} kg")),
+            self.temperature_c.map(|celsius| format!("{celsius} °C")),
+            self.text.clone(),
+        ];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn payload(kg: f64) -> Note {
+        Note { payload_kg: Some(kg), ..Note::default() }
+    }
+
+    fn text(text: &str) -> Note {
+        Note { text: Some(text.into()), ..Note::default() }
+    }
+
+    #[test]
+    fn what_can_be_passes_unchanged() {
+        let long = "ü".repeat(100);
+        let notes = [payload(0.0), payload(3000.0), text(&long), text("gripper changed")];
+        for note in notes {
+            assert_eq!(note.clone().checked(), Ok(note));
+        }
+        let whole = Note { temperature_c: Some(-12.5), ..payload(2.0) }.amended(text("x"));
+        assert_eq!(whole.line(), "2 kg, -12.5 °C, x");
+        assert_eq!(whole.amended(payload(3.0)).line(), "3 kg, -12.5 °C, x");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_in_words() {
+        assert_eq!(Note::default().checked(), Err(NoteError::Empty));
+        for kg in [-0.1, 3000.1, f64::NAN, f64::INFINITY] {
+            let error = payload(kg).checked().unwrap_err().to_string();
+            assert!(error.contains("payload") && error.contains("0 and 3000 kg"), "{error}");
+        }
+        for celsius in [-273.15, 201.0, f64::NAN] {
+            let note = Note { temperature_c: Some(celsius), ..Note::default() };
+            let error = note.checked().unwrap_err().to_string();
+            assert!(error.contains("temperature") && error.contains("-60 and 200 °C"), "{error}");
+        }
+        for bad in ["", "  ", "two\nlines", "\u{1b}[2J", &"x".repeat(101)] {
+            assert_eq!(text(bad).checked(), Err(NoteError::Text), "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! An instant of the wall clock, as people and other programs read it.
+
+use core::fmt;
+use core::time::Duration;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+/// An instant of the wall clock to the second, in UTC. As text it is that of RFC 3339:
+/// `2026-11-22T07:17:29Z`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Timestamp(u64);
+
+/// The last second that RFC 3339 has a text for: the end of the year 9999.
+const LAST_S: u64 = 253_402_300_799;
+
+impl Timestamp {
+    /// Now. A clock before 1970 or after 9999 gives the nearest instant that has a text.
+    pub fn now() -> Self {
+        Self::from_unix_s(
+            SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+        )
+    }
+
+    /// So many seconds after 1970-01-01T00:00:00Z.
+    pub fn from_unix_s(seconds: u64) -> Self {
+        Self(seconds.min(LAST_S))
+    }
+
+    /// Seconds after 1970-01-01T00:00:00Z.
+    pub fn unix_s(self) -> u64 {
+        self.0
+    }
+
+    /// Days from another instant to this one, negative when the other is later.
+    #[expect(clippy::cast_precision_loss, reason = "seconds until 9999 are below 2^53")]
+    pub fn days_after(self, other: Self) -> f64 {
+        (self.0 as f64 - other.0 as f64) / 86_400.0
+    }
+
+    /// This instant and so many days more; nothing beyond the years that have a text.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "within the range just checked"
+    )]
+    pub fn plus_days(self, days: f64) -> Option<Self> {
+        let seconds = self.0 as f64 + 86_400.0 * days;
+        (0.0..=LAST_S as f64).contains(&seconds).then_some(Self(seconds as u64))
+    }
+
+    /// The day alone: `2026-11-22`.
+    pub fn date(self) -> String {
+        self.to_string().chars().take(10).collect()
+    }
+
+    /// Day and time to the minute, for tables: `2026-11-22 07:17`.
+    pub fn minute(self) -> String {
+        self.to_string().chars().take(16).map(|c| if c == 'T' { ' ' } else { c }).collect()
+    }
+
+    fn system_time(self) -> SystemTime {
+        UNIX_EPOCH + Duration::from_secs(self.0)
+    }
+}
+
+impl fmt::Display for Timestamp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        humantime::format_rfc3339_seconds(self.system_time()).fmt(f)
+    }
+}
+
+impl Serialize for Timestamp {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Timestamp {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let time = humantime::parse_rfc3339(&text).map_err(de::Error::custom)?;
+        let since = time.duration_since(UNIX_EPOCH).map_err(de::Error::custom)?;
+        Ok(Self::from_unix_s(since.as_secs()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_text_of_rfc_3339_both_ways() {
+        // date -u -d 2026-11-22T07:17:29Z +%s
+        let time = Timestamp::from_unix_s(1_795_331_849);
+        assert_eq!(serde_json::to_string(&time).unwrap(), "\"2026-11-22T07:17:29Z\"");
+        assert_eq!(serde_json::from_str::<Timestamp>("\"2026-11-22T07:17:29Z\"").unwrap(), time);
+        assert_eq!(
+            (time.date().as_str(), time.minute().as_str()),
+            ("2026-11-22", "2026-11-22 07:17")
+        );
+        let later = time.plus_days(1.5).unwrap();
+        assert_eq!(later.to_string(), "2026-11-23T19:17:29Z");
+        assert!((time.days_after(later) + 1.5).abs() < 1e-12);
+        assert_eq!(time.plus_days(1e9), None);
+        assert_eq!(time.plus_days(f64::NAN), None);
+        assert!(Timestamp::from_unix_s(u64::MAX).to_string().starts_with("9999-12-31"));
+        for bad in ["\"yesterday\"", "3", "\"2026-13-01T00:00:00Z\"", "null"] {
+            assert!(serde_json::from_str::<Timestamp>(bad).is_err(), "{bad}");
+        }
+    }
+}
