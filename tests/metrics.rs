@@ -204,8 +204,10 @@ impl Drop for Program {
     }
 }
 
-/// Starts `didim metrics` on any port; gives the address that it tells.
-fn program(runtime: &Path) -> (Program, SocketAddr) {
+type Lines = std::io::Lines<BufReader<std::process::ChildStderr>>;
+
+/// Starts `didim metrics` on any port; gives the address that it tells, and what it tells then.
+fn program(runtime: &Path) -> (Program, SocketAddr, Lines) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_didim"))
         .args(["metrics", "--listen", "127.0.0.1:0", "--runtime"])
         .arg(runtime)
@@ -221,13 +223,14 @@ fn program(runtime: &Path) -> (Program, SocketAddr) {
         let (_, rest) = line.split_once("http://")?;
         rest.split_once("/metrics").map(|(address, _)| address.parse().unwrap())
     });
-    (program, told.unwrap())
+    (program, told.unwrap(), lines)
 }
 
 #[test]
 fn a_service_that_is_away_is_told_and_one_that_comes_is_asked() {
     let folder = tempfile::tempdir().unwrap();
-    let (mut program, address) = program(folder.path());
+    let (mut program, address, lines) = program(folder.path());
+    get(address, "/metrics");
     let away = get(address, "/metrics");
     assert!(away.starts_with("HTTP/1.1 200 OK"), "{away}");
     let (_, body) = away.split_once("\r\n\r\n").unwrap();
@@ -253,6 +256,9 @@ fn a_service_that_is_away_is_told_and_one_that_comes_is_asked() {
     )
     .unwrap();
     assert!(program.0.wait().unwrap().success());
+    let told: Vec<String> = lines.map(Result::unwrap).collect();
+    assert_eq!(told.len(), 2, "told when it changes, not at every scrape: {told:#?}");
+    assert!(told[0].contains("does not answer") && told[1].contains("answers again"), "{told:#?}");
 }
 
 #[test]

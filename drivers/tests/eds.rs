@@ -8,7 +8,8 @@ mod common;
 use common::cia402;
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{
-    AxisValues, CompiledLayout, CycleValues, Encoding, LayoutError, LayoutSpec, Quantity, Role,
+    AxisValues, CompiledLayout, CycleValues, Encoding, LayoutError, LayoutSpec,
+    MAX_DEVICE_FILE_BYTES, Quantity, Role,
 };
 use proptest::prelude::*;
 
@@ -267,6 +268,8 @@ fn what_cannot_be_used_is_refused_with_its_place() {
     refused(text, &["drive.eds: line", "key=value"]);
     refused(edited("[1001]", "[1000]"), &["[1000] is there already", "remove"]);
     refused(edited("[1001]", "[1001"), &["[name]"]);
+    let long = edited("[1001]", &format!("; {}\n[1001]", "x".repeat(MAX_DEVICE_FILE_BYTES)));
+    refused(long, &["drive.eds", "longer than 8388608 bytes"]);
     let position = "[6064]\nParameterName=Position actual value\nObjectType=0x7\nDataType=0x0004";
     refused(edited(position, "[6064]\nDataType=0x0009"), &["[6064] DataType", "0x0009"]);
     refused(edited(position, "[6099]\nDataType=0x0004"), &["[6064sub0] has no DataType"]);

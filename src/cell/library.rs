@@ -54,11 +54,21 @@ impl Library {
     pub fn read_device_file(self, path: &Path) -> Result<String, CellError> {
         match self {
             Self::Shipped => self.read(path),
-            Self::Files => std::fs::read(path)
+            Self::Files => read_bounded(path)
                 .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
                 .map_err(|source| CellError::Read { file: path.to_path_buf(), source }),
         }
     }
+}
+
+/// A file as far as any device file goes: the layout refuses a longer one.
+fn read_bounded(path: &Path) -> std::io::Result<Vec<u8>> {
+    use std::io::Read as _;
+
+    let mut bytes = Vec::new();
+    let most = didim_drivers::layout::MAX_DEVICE_FILE_BYTES as u64 + 1;
+    std::fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// `config/cells/../robots/x` is `config/robots/x`.

@@ -12,9 +12,9 @@ use crate::report::table::significant;
 const NOISY: f64 = 0.35;
 /// Where the decimation filter cuts, as a part of the Nyquist frequency behind it.
 const DECIMATION_CUT: f64 = 0.8;
-/// The position filter should be flat where the equation is used: four poles are down by 1 % at
-/// about 0.6 of their cut-off frequency.
-const FLAT: f64 = 1.6;
+/// The position filter should be flat where the equation is used: four poles, forward and backward, are
+/// down by 1 % at 0.56 of their cut-off frequency.
+const FLAT: f64 = 1.8;
 /// Rows for every parameter below which the shortest window says little.
 const ROWS_PER_PARAMETER: f64 = 5.0;
 /// Windows in memory: the open one, four waiting, the one being identified.

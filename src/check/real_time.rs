@@ -8,14 +8,9 @@ use crate::cell::Cell;
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let asked = cell.service.real_time;
     if let Some(priority) = asked.priority {
-        let allowed = getrlimit(Resource::Rtprio).maximum.unwrap_or(u64::MAX);
-        if !geteuid().is_root() && allowed < u64::from(priority) {
-            findings.push(Finding::warning(
-                "service.real_time.priority",
-                format!("{priority} is asked for, and this user may have at most {allowed}"),
-                "LimitRTPRIO= in the systemd unit, or rtprio in /etc/security/limits.d",
-            ));
-        }
+        // The superuser has CAP_SYS_NICE, to which the limit does not apply.
+        let limit = if geteuid().is_root() { None } else { getrlimit(Resource::Rtprio).maximum };
+        findings.extend(priority_above(priority, limit));
     }
     if asked.lock_memory && !geteuid().is_root() {
         // Anything below would have a later allocation fail: `run` locks all or nothing.
@@ -38,5 +33,28 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
                 "name a processor that this machine has and the service may use",
             ));
         }
+    }
+}
+
+/// A priority above the limit; no limit permits all.
+fn priority_above(priority: u8, limit: Option<u64>) -> Option<Finding> {
+    let limit = limit.filter(|limit| *limit < u64::from(priority))?;
+    Some(Finding::warning(
+        "service.real_time.priority",
+        format!("{priority} is asked for, and this user may have at most {limit}"),
+        "LimitRTPRIO= in the systemd unit, or rtprio in /etc/security/limits.d",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_priority_is_held_against_the_limit() {
+        assert_eq!(priority_above(30, None), None);
+        assert_eq!(priority_above(30, Some(30)), None);
+        let found = priority_above(30, Some(29)).unwrap();
+        assert!(found.what.contains("30 is asked for") && found.what.contains("at most 29"));
     }
 }

@@ -1,6 +1,7 @@
 //! `didim metrics`: the status for Prometheus, from a process of its own.
 
 use core::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use tokio::signal::unix::{SignalKind, signal};
@@ -24,10 +25,14 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let places = arguments.service.places()?;
+    // Told when it changes, not at every scrape.
+    let answered = AtomicBool::new(true);
     let metrics = move || {
         let snapshot = fetch(&places);
-        if let Err(why) = &snapshot {
-            tracing::debug!("the service does not answer: {why}");
+        match (&snapshot, answered.swap(snapshot.is_ok(), Ordering::Relaxed)) {
+            (Err(why), true) => tracing::warn!("the service does not answer: {why}"),
+            (Ok(_), false) => tracing::info!("the service answers again"),
+            (Ok(_), true) | (Err(_), false) => {}
         }
         exposition(snapshot.as_ref().ok())
     };

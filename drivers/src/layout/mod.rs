@@ -18,7 +18,7 @@ mod plan;
 mod spec;
 
 pub use dbc::{Database, MessageFormat, SignalFormat};
-pub use eds::EdsError;
+pub use eds::{EdsError, MAX_DEVICE_FILE_BYTES};
 pub use encode::{AxisValues, CycleValues, EncodeError};
 pub use error::LayoutError;
 pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};

@@ -8,8 +8,8 @@ use std::path::Path;
 
 use super::error::EdsError;
 
-/// The longest file that is read \[bytes\].
-const MAX_BYTES: usize = 8 << 20;
+/// The longest device file that is read \[bytes\].
+pub const MAX_DEVICE_FILE_BYTES: usize = 8 << 20;
 
 /// One `key=value` with its line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +42,11 @@ pub(super) type Sections<'a> = BTreeMap<String, Section<'a>>;
 /// [`EdsError::Line`] where a line is none of the format's, or says again what another said.
 pub(super) fn parse<'a>(text: &'a str, file: &Path) -> Result<Sections<'a>, EdsError> {
     let refuse = |line, reason: String| EdsError::Line { file: file.to_owned(), line, reason };
-    if text.len() > MAX_BYTES {
-        return Err(refuse(1, format!("the file is longer than {MAX_BYTES} bytes; is it an EDS?")));
+    if text.len() > MAX_DEVICE_FILE_BYTES {
+        return Err(refuse(
+            1,
+            format!("the file is longer than {MAX_DEVICE_FILE_BYTES} bytes; is it an EDS?"),
+        ));
     }
     let mut sections = Sections::new();
     let mut current = None;

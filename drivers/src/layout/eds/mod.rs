@@ -16,4 +16,5 @@ mod pdo;
 mod plan;
 
 pub use error::EdsError;
+pub use ini::MAX_DEVICE_FILE_BYTES;
 pub(super) use plan::compile;
