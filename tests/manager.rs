@@ -1,5 +1,5 @@
 //! What the service manager hears of the service, from real processes, with faults on purpose.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
 mod common;
 
@@ -18,7 +18,7 @@ use didim::service::{
 use didim::stream::Pace;
 use didim::worker::{Identified, Identify, Trigger, WindowOptions, WorkerOptions};
 use didim_core::identification::Estimate;
-use didim_drivers::frame::Frame;
+use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::{
     InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
     WhenFull, in_process_bus,
@@ -102,7 +102,10 @@ fn child_serves() {
     let replays = fault == "replay";
     std::thread::spawn(move || {
         let mut due = Instant::now();
-        for (number, frame) in frames(120_000, |_| true).into_iter().enumerate() {
+        for (number, mut frame) in frames(120_000, |_| true).into_iter().enumerate() {
+            if fault == "unknown" {
+                frame.id = FrameId::Standard(0x7ff);
+            }
             if fault == "silent" {
                 std::thread::sleep(Duration::from_secs(600));
             }
@@ -184,6 +187,7 @@ impl Managed {
     /// It ends well and soon: a second, and what a busy machine takes to start and end a process.
     fn stops(mut self) {
         let (status, took) = terminate(&mut self.child);
+        println!("stopped within {took:?}");
         assert!(status.success(), "{status}");
         assert!(took < Duration::from_millis(1500), "{took:?}");
         self.manager.expect(0, "STOPPING=1");
@@ -217,6 +221,16 @@ fn it_is_ready_when_the_bus_is_known_to_be_silent_and_not_before() {
     assert!(started.elapsed() >= Duration::from_millis(1500), "that is when it is silent");
     // Silence is no reason to restart.
     is_fed(&mut managed, Duration::from_secs(2));
+    managed.stops();
+}
+
+#[test]
+fn frames_without_samples_hold_the_start_up_but_not_for_ever() {
+    let started = Instant::now();
+    let mut managed = Managed::start("unknown", None);
+    managed.manager.expect(0, "READY=1");
+    assert!(started.elapsed() >= Duration::from_secs(10), "{:?}", started.elapsed());
+    managed.manager.expect(0, "frames come, but no sample is complete");
     managed.stops();
 }
 
