@@ -160,3 +160,25 @@ fn the_report_shows_band_baseline_alarm_and_trend() {
     let empty = HistoryReport { chronicle: &none, parameters: &[] }.to_html();
     assert!(empty.contains("No baseline") && empty.contains("No result"));
 }
+
+#[test]
+fn a_trend_goes_through_the_points_however_few_are_shown() {
+    let lines: Vec<_> = (0..12).map(|day| line(day, 6.0 + 0.01 * day as f64)).collect();
+    let baseline = Baseline::of(lines[0].clone());
+    let mut chronicle = Chronicle::new(lines, Some(baseline), DriftOptions::default());
+    for shown in [12, 5] {
+        chronicle.entries.drain(..chronicle.entries.len() - shown);
+        let html = HistoryReport { chronicle: &chronicle, parameters: &["fc3"] }.to_html();
+        let number = |text: &str, key: &str| -> String {
+            let rest = text.split_once(&format!("{key}=\"")).unwrap().1;
+            rest.split_once('"').unwrap().0.to_owned()
+        };
+        let points: Vec<&str> = html.split("<circle class=\"value\"").skip(1).collect();
+        assert_eq!(points.len(), shown);
+        let trend = html.split_once("<line class=\"trend\"").unwrap().1;
+        for (point, end) in [(points[0], '1'), (points[shown - 1], '2')] {
+            assert_eq!(number(trend, &format!("x{end}")), number(point, "cx"));
+            assert_eq!(number(trend, &format!("y{end}")), number(point, "cy"));
+        }
+    }
+}

@@ -227,13 +227,15 @@ impl HistoryReport<'_> {
         {
             let offset = baseline.days_after(start);
             let line = |t: f64| (at_mean + slope * (t - mean_time)).clamp(low, high);
+            // Of a trend that began before what is shown, the rest.
+            let (from, to) = (span.0.max(first - offset), span.1);
             let _ = write!(
                 svg,
                 r#"<line class="trend" x1="{:.1}" x2="{:.1}" y1="{:.1}" y2="{:.1}"/>"#,
-                x(span.0 + offset).max(LEFT),
-                x(span.1 + offset),
-                y(line(span.0)),
-                y(line(span.1))
+                x(from + offset),
+                x(to + offset),
+                y(line(from)),
+                y(line(to))
             );
         }
     }
