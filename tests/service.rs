@@ -15,7 +15,7 @@ use didim::service::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceError, ServiceOptions,
     ServiceReport, SocketOptions, run,
 };
-use didim::status::{ClientError, Request, fetch_status, send_request};
+use didim::status::{BaselineRequest, ClientError, Request, fetch_status, send_request};
 use didim::store::{HistoryLine, Note, Timestamp, read_history};
 use didim::stream::{Pace, StreamNode, Topic};
 use didim::worker::{
@@ -484,6 +484,22 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let latest = std::fs::read_to_string(folder.path().join("results/latest.json")).unwrap();
     let first = std::fs::read_to_string(folder.path().join("results/result-00000000.json"));
     assert!(!latest.contains("note") && !first.unwrap().contains("warm"), "results hold no notes");
+
+    // A baseline, by command too: the worker notices.
+    let drift = || fetch_status(&status).unwrap().estimation.unwrap().drift;
+    let baseline = |request| send_request(&control, &Request::Baseline(request));
+    assert_eq!(drift(), None);
+    let unknown = baseline(BaselineRequest::Set(Some(9)));
+    assert!(
+        matches!(&unknown, Err(ClientError::Refused { why }) if why.contains("results 0 to 1"))
+    );
+    baseline(BaselineRequest::Set(Some(0))).unwrap();
+    eventually("a baseline", || drift().is_some_and(|drift| drift.baseline == 0));
+    baseline(BaselineRequest::Clear).unwrap();
+    eventually("no baseline", || drift().is_none());
+    let cleared = baseline(BaselineRequest::Clear);
+    assert!(matches!(&cleared, Err(ClientError::Refused { why }) if why == "there is no baseline"));
+
     plausible(acquisition.frame_to_buffer.map(|latency| latency.times));
     let estimation = snapshot.estimation.unwrap();
     plausible(estimation.buffer_to_worker);

@@ -1,15 +1,17 @@
 //! `didim baseline`: the result that later ones are compared with.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
 use super::CliError;
 use super::output::print;
 use super::state::WhichState;
-use crate::drift::Baseline;
+use super::status::WhichService;
+use crate::drift::{Baseline, set_baseline};
 use crate::report::table::{aligned, significant, to_uncertainty};
-use crate::store::{HistoryLine, read_history};
+use crate::status::{BaselineRequest, Request, send_request};
+use crate::store::HistoryLine;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -19,17 +21,17 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Compare later results with this one; a running service does so from now on
+    /// Compare later results with this one
     Set {
         /// Number of the result [default: the last applicable one]
         result: Option<u64>,
         #[command(flatten)]
-        state: WhichState,
+        place: Place,
     },
     /// Compare with none
     Clear {
         #[command(flatten)]
-        state: WhichState,
+        place: Place,
     },
     /// Show it
     Show {
@@ -38,17 +40,32 @@ enum Action {
     },
 }
 
+/// A running service, or the folder of one that does not run.
+#[derive(Debug, Args)]
+struct Place {
+    #[command(flatten)]
+    service: WhichService,
+    /// This folder of results, instead of asking a running service; needs the right to write there
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cell", "runtime"])]
+    state: Option<PathBuf>,
+}
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.action {
-        Action::Set { result, state } => {
-            let folder = state.find()?.0;
-            let baseline = Baseline::of(choose(&folder, *result)?);
-            baseline.write(&folder).map_err(CliError::failed)?;
+        Action::Set { result, place: Place { service, state: None } } => {
+            ask(service, BaselineRequest::Set(*result))
+        }
+        Action::Set { result, place: Place { state: Some(folder), .. } } => {
+            let baseline = set_baseline(folder, *result)
+                .map_err(|why| CliError::failed(format!("{}: {why}", folder.display())))?;
             let HistoryLine { result, time, .. } = baseline.result;
             print(&format!("result {result} of {time} is the baseline\n"))
         }
-        Action::Clear { state } => {
-            let removed = Baseline::remove(&state.find()?.0).map_err(CliError::failed)?;
+        Action::Clear { place: Place { service, state: None } } => {
+            ask(service, BaselineRequest::Clear)
+        }
+        Action::Clear { place: Place { state: Some(folder), .. } } => {
+            let removed = Baseline::remove(folder).map_err(CliError::failed)?;
             print(if removed {
                 "there is no baseline any more\n"
             } else {
@@ -68,30 +85,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
 }
 
-/// The result of that number, or the last one that may be used.
-fn choose(folder: &Path, number: Option<u64>) -> Result<HistoryLine, CliError> {
-    let (lines, _) = read_history(folder).map_err(CliError::failed)?;
-    let known = match (lines.first(), lines.last()) {
-        (Some(first), Some(last)) => format!("it has results {} to {}", first.result, last.result),
-        _ => "it is empty".to_owned(),
-    };
-    let refuse = |why: String| Err(CliError::failed(format!("{}: {why}", folder.display())));
-    // Numbers begin anew in an emptied folder: the last one of a number is meant.
-    let mut newest_first = lines.into_iter().rev();
-    match number {
-        None => match newest_first.find(|line| line.applicable) {
-            Some(line) => Ok(line),
-            None => refuse(format!("no result in the history is applicable; {known}")),
-        },
-        Some(number) => match newest_first.find(|line| line.result == number) {
-            Some(line) if line.applicable => Ok(line),
-            Some(_) => refuse(format!(
-                "result {number} is not applicable, and what differs from it says nothing; choose \
-                 another, `didim history` lists them"
-            )),
-            None => refuse(format!("result {number} is not in the history; {known}")),
-        },
-    }
+fn ask(service: &WhichService, request: BaselineRequest) -> Result<(), CliError> {
+    let socket = service.places()?.command_socket();
+    send_request(&socket, &Request::Baseline(request)).map_err(CliError::failed)
 }
 
 fn text(baseline: &Baseline) -> String {

@@ -7,6 +7,7 @@
 mod alarm;
 mod baseline;
 mod change;
+mod choose;
 mod chronicle;
 mod comparable;
 mod options;
@@ -18,6 +19,7 @@ mod words;
 pub use alarm::{Alarm, AlarmEvent};
 pub use baseline::{BASELINE_SCHEMA, Baseline, BaselineError, BaselineWatch};
 pub use change::Change;
+pub use choose::{ChooseError, set_baseline};
 pub use chronicle::{Chronicle, Entry};
 pub use comparable::{NotComparable, comparable};
 pub use options::{DriftOptionError, DriftOptions};

@@ -36,6 +36,9 @@ pub enum DispatchError {
     /// A capture cannot begin or end.
     #[error(transparent)]
     Capture(#[from] CaptureError),
+    /// The baseline stays as it is.
+    #[error("{0}")]
+    Baseline(String),
     /// The new configuration is not used; the one before goes on.
     #[error("{0}")]
     Reload(String),
@@ -69,6 +72,13 @@ impl Dispatcher {
                 let windows = self.windows.as_ref();
                 windows.ok_or(DispatchError::NotHere("has no windows"))?.note(note);
                 Ok(())
+            }
+            Request::Baseline(request) => {
+                let windows = self.windows.clone();
+                let windows = windows.ok_or(DispatchError::NotHere("has no results"))?;
+                let submitted = tokio::task::spawn_blocking(move || request.submit(&windows));
+                let done = submitted.await.map_err(|_| DispatchError::Busy)?;
+                done.map_err(|why| DispatchError::Baseline(why.to_string()))
             }
             Request::Reload => {
                 let reload = self.reload.as_ref();

@@ -4,6 +4,7 @@
 //! socket is write-only: connect, read one JSON object, end. The command socket takes one line and
 //! answers with one. Neither can be held up by a client: their number, time and length are bounded.
 
+mod baseline;
 mod capture;
 mod client;
 mod collect;
@@ -16,6 +17,7 @@ mod request;
 mod serve;
 mod snapshot;
 
+pub use baseline::{BaselineCommandError, BaselineRequest, BaselineRequestError};
 pub use capture::{CaptureRequest, CaptureRequestError};
 pub use client::{ClientError, fetch_status, send_request};
 pub use collect::Collector;

@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use super::baseline::BaselineRequest;
 use super::capture::CaptureRequest;
 use crate::store::{Note, NoteError};
 use crate::worker::Command;
@@ -22,6 +23,8 @@ pub enum Request {
     /// `note {"payload_kg":2.5,"temperature_c":31,"text":"…"}`, one of them at least: noted with the
     /// open window, or the next one.
     Note(Note),
+    /// `baseline set [N]`, `baseline clear`.
+    Baseline(BaselineRequest),
 }
 
 /// The lines that are requests, for who wrote another.
@@ -62,6 +65,7 @@ impl FromStr for Request {
                 let note: Note = serde_json::from_str(json).map_err(|_| RequestError::Unknown)?;
                 Ok(Self::Note(note.checked()?))
             }
+            ("baseline", _) => line.parse().map(Self::Baseline).map_err(|_| RequestError::Unknown),
             ("reload", "") if line == verb => Ok(Self::Reload),
             _ => Err(RequestError::Unknown),
         }
@@ -79,6 +83,7 @@ impl fmt::Display for Request {
             Self::Note(note) => {
                 write!(f, "note {}", serde_json::to_string(note).map_err(|_| fmt::Error)?)
             }
+            Self::Baseline(request) => request.fmt(f),
             Self::Reload => f.write_str("reload"),
         }
     }
@@ -109,6 +114,7 @@ mod tests {
             Request::Window(Command::Identify),
             Request::Capture(CaptureRequest::Start("a_1".to_owned())),
             Request::Capture(CaptureRequest::Stop),
+            Request::Baseline(BaselineRequest::Set(Some(3))),
             Request::Reload,
         ] {
             for end in ["\n", "\r\n"] {
