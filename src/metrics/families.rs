@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::exposition::{Kind, Text};
+use super::{drift, recording};
 use crate::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::latency::LatencySummary;
 use crate::status::Snapshot;
@@ -123,11 +124,12 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
         }
     }
     if let Some(grants) = &status.real_time {
-        let wishes = [("priority", &grants.priority), ("cpu", &grants.cpu)];
+        let wishes =
+            [("priority", &grants.priority), ("cpu", &grants.cpu), ("memory", &grants.memory)];
         let asked = wishes.into_iter().filter(|(_, grant)| **grant != Grant::NotAsked);
         let asked: Vec<_> = asked.collect();
         if !asked.is_empty() {
-            let help = "What the bus thread asked for: 1 where it was granted.";
+            let help = "What the acquisition asked for: 1 where it was granted.";
             let mut family = text.family("didim_real_time_granted", Gauge, help);
             for (wish, grant) in asked {
                 family.labelled(&[("wish", wish)], truth(*grant == Grant::Granted));
@@ -140,6 +142,7 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
         "From the frame that completed a sample until it was in the buffer.",
         status.frame_to_buffer.map(|latency| latency.times),
     );
+    status.recording.iter().for_each(|status| recording::recording(text, status));
 }
 
 fn estimation(text: &mut Text, status: &EstimationStatus) {
@@ -195,6 +198,8 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
         status.batch_to_worker,
     );
     status.last_estimate.iter().for_each(|last| estimate(text, last));
+    status.kept_recordings.iter().for_each(|kept| recording::kept(text, kept));
+    status.drift.iter().for_each(|status| drift::drift(text, status));
 }
 
 fn estimate(text: &mut Text, last: &EstimateSummary) {
@@ -277,17 +282,17 @@ fn by_label(
     }
 }
 
-fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
+pub(super) fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
     for (name, help, value) in values {
         text.family(name, kind, help).value(*value);
     }
 }
 
-fn truth(is: bool) -> f64 {
+pub(super) fn truth(is: bool) -> f64 {
     f64::from(u8::from(is))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "Prometheus counts in f64")]
-fn count(value: u64) -> f64 {
+pub(super) fn count(value: u64) -> f64 {
     value as f64
 }

@@ -4,8 +4,10 @@
 //! names, `_total` for what only grows. What is read is bounded: labels come from the program's own
 //! causes and the cell's parameters, and no more than [`MAX_LABELS`] of a kind are told.
 
+mod drift;
 mod exposition;
 mod families;
+mod recording;
 mod serve;
 
 pub use families::{MAX_LABELS, exposition};
