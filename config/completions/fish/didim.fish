@@ -29,14 +29,20 @@ complete -c didim -n "__fish_didim_needs_command" -s V -l version -d 'Print vers
 complete -c didim -n "__fish_didim_needs_command" -f -a "demo" -d 'Identify a simulated TX40: virtual drives, in-process bus, buffer, worker, table and figure'
 complete -c didim -n "__fish_didim_needs_command" -f -a "run" -d 'Listen to a cell\'s bus and identify, until told to stop'
 complete -c didim -n "__fish_didim_needs_command" -f -a "sim" -d 'Put the simulated TX40 on a bus'
-complete -c didim -n "__fish_didim_needs_command" -f -a "replay" -d 'Send a candump log through the very same pipeline as `run`'
-complete -c didim -n "__fish_didim_needs_command" -f -a "identify" -d 'Identify offline, from a CSV experiment or a candump log'
+complete -c didim -n "__fish_didim_needs_command" -f -a "replay" -d 'Send a candump log or an MCAP recording through the very same pipeline as `run`'
+complete -c didim -n "__fish_didim_needs_command" -f -a "identify" -d 'Identify offline, from a CSV experiment, a candump log or an MCAP recording'
 complete -c didim -n "__fish_didim_needs_command" -f -a "compare" -d 'Identify with every method and compare them'
 complete -c didim -n "__fish_didim_needs_command" -f -a "study" -d 'Run a plan of simulated experiments: noise, errors of the model, methods, seeds'
-complete -c didim -n "__fish_didim_needs_command" -f -a "convert" -d 'Convert between a CSV experiment and a candump log'
+complete -c didim -n "__fish_didim_needs_command" -f -a "convert" -d 'Convert between a CSV experiment, a candump log and an MCAP recording'
 complete -c didim -n "__fish_didim_needs_command" -f -a "status" -d 'Show what a running service knows'
 complete -c didim -n "__fish_didim_needs_command" -f -a "metrics" -d 'Tell Prometheus what a running service knows'
-complete -c didim -n "__fish_didim_needs_command" -f -a "window" -d 'Open or close the running service\'s window by hand'
+complete -c didim -n "__fish_didim_needs_command" -f -a "top" -d 'Watch a running service'
+complete -c didim -n "__fish_didim_needs_command" -f -a "window" -d 'Open, close or identify the running service\'s window by hand'
+complete -c didim -n "__fish_didim_needs_command" -f -a "reload" -d 'Have the running service read its cell file again'
+complete -c didim -n "__fish_didim_needs_command" -f -a "capture" -d 'Keep a recording of the bus from now on'
+complete -c didim -n "__fish_didim_needs_command" -f -a "note" -d 'Note payload, temperature or a text with the open window or the next one'
+complete -c didim -n "__fish_didim_needs_command" -f -a "history" -d 'Show the results over time, beside the baseline'
+complete -c didim -n "__fish_didim_needs_command" -f -a "baseline" -d 'Set, clear or show the result that later ones are compared with'
 complete -c didim -n "__fish_didim_needs_command" -f -a "check" -d 'Say what would not work, before the service is started'
 complete -c didim -n "__fish_didim_needs_command" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
 complete -c didim -n "__fish_didim_using_subcommand demo" -l method -d 'The method' -r
@@ -65,7 +71,7 @@ complete -c didim -n "__fish_didim_using_subcommand replay" -l report -d 'Write 
 complete -c didim -n "__fish_didim_using_subcommand replay" -l json -d 'Print the last estimate as one JSON object and nothing else'
 complete -c didim -n "__fish_didim_using_subcommand replay" -s h -l help -d 'Print help'
 complete -c didim -n "__fish_didim_using_subcommand identify" -l cell -d 'The cell file' -r -F
-complete -c didim -n "__fish_didim_using_subcommand identify" -l input -d 'The experiment: a CSV file, or a candump log of the cell\'s bus' -r -F
+complete -c didim -n "__fish_didim_using_subcommand identify" -l input -d 'The experiment: a CSV file, or a candump log or an MCAP recording of the cell\'s bus' -r -F
 complete -c didim -n "__fish_didim_using_subcommand identify" -l method -d 'The method; the cell\'s when left out' -r
 complete -c didim -n "__fish_didim_using_subcommand identify" -l sample-rate -d 'Samples per second of a CSV file without a time_s column' -r
 complete -c didim -n "__fish_didim_using_subcommand identify" -l from -d 'What counts begins here [s after the first sample]; before it is margin for the filters' -r
@@ -108,23 +114,87 @@ complete -c didim -n "__fish_didim_using_subcommand metrics" -l cell -d 'The cel
 complete -c didim -n "__fish_didim_using_subcommand metrics" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
 complete -c didim -n "__fish_didim_using_subcommand metrics" -l listen -d 'The address to answer at; only this machine may ask unless another is named' -r
 complete -c didim -n "__fish_didim_using_subcommand metrics" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand top" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand top" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand top" -s h -l help -d 'Print help'
 complete -c didim -n "__fish_didim_using_subcommand window" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
 complete -c didim -n "__fish_didim_using_subcommand window" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
 complete -c didim -n "__fish_didim_using_subcommand window" -s h -l help -d 'Print help (see more with \'--help\')'
+complete -c didim -n "__fish_didim_using_subcommand reload" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand reload" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand reload" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand capture; and not __fish_seen_subcommand_from start stop help" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand capture; and not __fish_seen_subcommand_from start stop help" -f -a "start" -d 'Begin a capture; the cell needs [service.recordings]'
+complete -c didim -n "__fish_didim_using_subcommand capture; and not __fish_seen_subcommand_from start stop help" -f -a "stop" -d 'End it; the file is in the folder of kept recordings some seconds later'
+complete -c didim -n "__fish_didim_using_subcommand capture; and not __fish_seen_subcommand_from start stop help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from start" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from start" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from start" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from stop" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from stop" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from stop" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from help" -f -a "start" -d 'Begin a capture; the cell needs [service.recordings]'
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from help" -f -a "stop" -d 'End it; the file is in the folder of kept recordings some seconds later'
+complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c didim -n "__fish_didim_using_subcommand note" -l payload-kg -d 'Mass at the flange that the robot file does not describe' -r
+complete -c didim -n "__fish_didim_using_subcommand note" -l temperature-c -d 'Temperature of the arm' -r
+complete -c didim -n "__fish_didim_using_subcommand note" -l text -d 'Anything else, in one line' -r
+complete -c didim -n "__fish_didim_using_subcommand note" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand note" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand note" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand history" -l cell -d 'The cell file of the service, for the folder of its results and for what it calls drift' -r -F
+complete -c didim -n "__fish_didim_using_subcommand history" -l state -d 'The folder of its results [default: the cell\'s, or /var/lib/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand history" -l parameter -d 'Plot this parameter over time; may be given more than once' -r
+complete -c didim -n "__fish_didim_using_subcommand history" -l compare -d 'Put two results side by side' -r
+complete -c didim -n "__fish_didim_using_subcommand history" -l last -d 'Show so many of the last results only' -r
+complete -c didim -n "__fish_didim_using_subcommand history" -l report -d 'Write a report to show and to print (one HTML file)' -r -F
+complete -c didim -n "__fish_didim_using_subcommand history" -l json -d 'Print one JSON object and nothing else'
+complete -c didim -n "__fish_didim_using_subcommand history" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and not __fish_seen_subcommand_from set clear show help" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and not __fish_seen_subcommand_from set clear show help" -f -a "set" -d 'Compare later results with this one'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and not __fish_seen_subcommand_from set clear show help" -f -a "clear" -d 'Compare with none'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and not __fish_seen_subcommand_from set clear show help" -f -a "show" -d 'Show it'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and not __fish_seen_subcommand_from set clear show help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from set" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from set" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from set" -l state -d 'This folder of results, instead of asking a running service; needs the right to write there' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from set" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from clear" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from clear" -l runtime -d 'The folder of its sockets [default: the cell\'s, or /run/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from clear" -l state -d 'This folder of results, instead of asking a running service; needs the right to write there' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from clear" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from show" -l cell -d 'The cell file of the service, for the folder of its results and for what it calls drift' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from show" -l state -d 'The folder of its results [default: the cell\'s, or /var/lib/didim]' -r -F
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from show" -s h -l help -d 'Print help'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from help" -f -a "set" -d 'Compare later results with this one'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from help" -f -a "clear" -d 'Compare with none'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from help" -f -a "show" -d 'Show it'
+complete -c didim -n "__fish_didim_using_subcommand baseline; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
 complete -c didim -n "__fish_didim_using_subcommand check" -l cell -d 'The cell file' -r -F
 complete -c didim -n "__fish_didim_using_subcommand check" -l elsewhere -d 'The cell is another machine\'s: pass over what this one has and has not'
 complete -c didim -n "__fish_didim_using_subcommand check" -l json -d 'Print one JSON object and nothing else'
 complete -c didim -n "__fish_didim_using_subcommand check" -s h -l help -d 'Print help'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "demo" -d 'Identify a simulated TX40: virtual drives, in-process bus, buffer, worker, table and figure'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "run" -d 'Listen to a cell\'s bus and identify, until told to stop'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "sim" -d 'Put the simulated TX40 on a bus'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "replay" -d 'Send a candump log through the very same pipeline as `run`'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "identify" -d 'Identify offline, from a CSV experiment or a candump log'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "compare" -d 'Identify with every method and compare them'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "study" -d 'Run a plan of simulated experiments: noise, errors of the model, methods, seeds'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "convert" -d 'Convert between a CSV experiment and a candump log'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "status" -d 'Show what a running service knows'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "metrics" -d 'Tell Prometheus what a running service knows'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "window" -d 'Open or close the running service\'s window by hand'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "check" -d 'Say what would not work, before the service is started'
-complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics window check help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "demo" -d 'Identify a simulated TX40: virtual drives, in-process bus, buffer, worker, table and figure'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "run" -d 'Listen to a cell\'s bus and identify, until told to stop'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "sim" -d 'Put the simulated TX40 on a bus'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "replay" -d 'Send a candump log or an MCAP recording through the very same pipeline as `run`'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "identify" -d 'Identify offline, from a CSV experiment, a candump log or an MCAP recording'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "compare" -d 'Identify with every method and compare them'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "study" -d 'Run a plan of simulated experiments: noise, errors of the model, methods, seeds'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "convert" -d 'Convert between a CSV experiment, a candump log and an MCAP recording'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "status" -d 'Show what a running service knows'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "metrics" -d 'Tell Prometheus what a running service knows'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "top" -d 'Watch a running service'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "window" -d 'Open, close or identify the running service\'s window by hand'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "reload" -d 'Have the running service read its cell file again'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "capture" -d 'Keep a recording of the bus from now on'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "note" -d 'Note payload, temperature or a text with the open window or the next one'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "history" -d 'Show the results over time, beside the baseline'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "baseline" -d 'Set, clear or show the result that later ones are compared with'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "check" -d 'Say what would not work, before the service is started'
+complete -c didim -n "__fish_didim_using_subcommand help; and not __fish_seen_subcommand_from demo run sim replay identify compare study convert status metrics top window reload capture note history baseline check help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
+complete -c didim -n "__fish_didim_using_subcommand help; and __fish_seen_subcommand_from capture" -f -a "start" -d 'Begin a capture; the cell needs [service.recordings]'
+complete -c didim -n "__fish_didim_using_subcommand help; and __fish_seen_subcommand_from capture" -f -a "stop" -d 'End it; the file is in the folder of kept recordings some seconds later'
+complete -c didim -n "__fish_didim_using_subcommand help; and __fish_seen_subcommand_from baseline" -f -a "set" -d 'Compare later results with this one'
+complete -c didim -n "__fish_didim_using_subcommand help; and __fish_seen_subcommand_from baseline" -f -a "clear" -d 'Compare with none'
+complete -c didim -n "__fish_didim_using_subcommand help; and __fish_seen_subcommand_from baseline" -f -a "show" -d 'Show it'
