@@ -13,6 +13,7 @@ mod method;
 mod places;
 mod provenance;
 mod real_time;
+mod recordings;
 mod wire;
 
 pub use finding::{Finding, Severity};
@@ -27,6 +28,7 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     provenance::check(cell, &mut findings);
     identifiable::check(cell, &mut findings);
     method::check(cell, &mut findings);
+    recordings::check(cell, &mut findings);
     sorted(findings)
 }
 
@@ -35,6 +37,7 @@ pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
     let mut findings = Vec::new();
     bus::check(cell, machine, &mut findings);
     places::check(cell, machine, &mut findings);
+    recordings::check_disk(cell, &mut findings);
     real_time::check(cell, &mut findings);
     sorted(findings)
 }

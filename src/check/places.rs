@@ -27,7 +27,7 @@ pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>)
 }
 
 /// The folder, or the nearest one above it that is there.
-fn existing(folder: &Path) -> PathBuf {
+pub(super) fn existing(folder: &Path) -> PathBuf {
     folder.ancestors().find(|at| at.exists()).unwrap_or(Path::new("/")).to_owned()
 }
 
@@ -123,6 +123,6 @@ fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     }
 }
 
-fn megabytes(bytes: u64) -> u64 {
+pub(super) fn megabytes(bytes: u64) -> u64 {
     bytes.div_ceil(1_000_000)
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::*;
 use crate::cell::Library;
+use crate::recording::RecordingOptions;
 
 struct Fake {
     folder: tempfile::TempDir,
@@ -94,6 +95,22 @@ fn memory_and_disk_have_to_have_room() {
     one(&fake.found(many), &["warning service.keep_results", "MB left"]);
     fake.write("proc/meminfo", "MemAvailable: 100000 kB\n");
     one(&fake.found(|_| ()), &["warning window.max_s", "of the 103 MB available"]);
+}
+
+#[test]
+fn recordings_have_to_fit_the_disk_and_hold_a_window() {
+    let path = Path::new("config/cells/tx40-packed-fd.toml");
+    let mut cell = Cell::from_library(Library::Shipped, path).unwrap();
+    let shipped = cell.service.recordings.clone().unwrap();
+    let ring = |ring_mb| Some(RecordingOptions { ring_mb, ..shipped.clone() });
+    let found = Fake::new().found(|cell| cell.service.recordings = ring(10_000_000));
+    one(&found, &["service.recordings.ring_mb", "10001000 MB", "left"]);
+    // 131 bytes at 5 kHz, 93 s: 61 MB.
+    for (ring_mb, findings) in [(60, 1), (62, 0)] {
+        cell.service.recordings = ring(ring_mb);
+        let found = check_cell(&cell);
+        assert_eq!(found.len(), findings, "{found:#?}");
+    }
 }
 
 #[test]

@@ -1,0 +1,74 @@
+//! Whether the ring of raw frames holds a whole window, and the disk holds the ring.
+
+use super::finding::Finding;
+use super::machine::space_left;
+use super::places::{existing, megabytes};
+use crate::cell::Cell;
+use crate::report::table::significant;
+
+/// What a frame takes in a recording beside its payload \[bytes\]: 131 with 64 bytes of payload, 75
+/// with 8.
+const FRAME_BYTES: f64 = 67.0;
+/// How long after a window its recording is written at the latest \[s\]: what an identification may
+/// take before the result is there.
+const LATER_S: f64 = 30.0;
+
+const RING: &str = "service.recordings.ring_mb";
+
+/// What is wrong wherever the cell runs.
+pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
+    let Some(options) = &cell.service.recordings else { return };
+    #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
+    let ring_s = options.ring_mb as f64 * 1e6 / bytes_per_second(cell);
+    let needed_s = cell.window.max_s + options.before_s + options.after_s + LATER_S;
+    if ring_s < needed_s {
+        findings.push(Finding::warning(
+            RING,
+            format!(
+                "{} MB hold some {} s of this bus; a window of `window.max_s` with its margins needs {} s \
+                 until it is identified, and is not kept otherwise",
+                options.ring_mb,
+                significant(ring_s, 2),
+                significant(needed_s, 2)
+            ),
+            "a larger ring, or a smaller `window.max_s`",
+        ));
+    }
+}
+
+/// What is wrong on this machine.
+pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
+    let Some(options) = &cell.service.recordings else { return };
+    let folder = options.folder(&cell.service.state_directory);
+    let there = existing(&folder);
+    let Some(left) = space_left(&there) else { return };
+    let needed = (options.ring_mb + options.keep_mb).saturating_mul(1_000_000);
+    // What an earlier run recorded gives way.
+    if left.saturating_add(used(&folder)) < needed {
+        findings.push(Finding::warning(
+            RING,
+            format!(
+                "the ring and what is kept of it take up to {} MB, and {} has {} MB left",
+                megabytes(needed),
+                there.display(),
+                megabytes(left)
+            ),
+            "a smaller ring, or `service.recordings.directory` on a larger disk",
+        ));
+    }
+}
+
+/// Frames of the layout only; others on the bus are recorded as well where no filter keeps them out.
+fn bytes_per_second(cell: &Cell) -> f64 {
+    let frames = cell.layout.messages().iter();
+    let bytes: f64 =
+        frames.map(|message| FRAME_BYTES + f64::from(message.format.wire_length())).sum();
+    bytes * cell.sample_rate_hz()
+}
+
+/// Bytes in the folder's two folders; what cannot be read does not count.
+fn used(folder: &std::path::Path) -> u64 {
+    let folders = ["ring", "kept"].map(|name| std::fs::read_dir(folder.join(name)));
+    let entries = folders.into_iter().flatten().flatten().flatten();
+    entries.filter_map(|entry| entry.metadata().ok()).map(|data| data.len()).sum()
+}
