@@ -265,7 +265,7 @@ class TheMetrics(unittest.TestCase):
         self.assertEqual(samples[("didim_up",)], 1.0)
         for cause, count in status["acquisition"]["frames_unused"].items():
             self.assertEqual(samples[("didim_frames_unused_total", ("cause", cause))], count)
-        for value in status["estimation"]["last_estimate"]["values"]:
+        for value in status["estimation"]["last_estimate"]["parameters"]:
             labels = ("method", "idim-ls"), ("parameter", value["name"])
             self.assertEqual(samples[("didim_estimate_parameter", *labels)], value["value"])
         p99 = samples[("didim_frame_to_buffer_seconds", ("quantile", "0.99"))]
