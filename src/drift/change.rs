@@ -29,8 +29,9 @@ impl Change {
             baseline: then.value,
             difference: now.value - then.value,
             standard_deviation,
-            // Where one is no number nothing can be said, and a maximum would pass over it.
-            half_band: if noise >= matters { noise } else { matters + 0.0 * noise },
+            // Without a finite standard deviation nothing can be said: a maximum would pass over
+            // what is no number, and within an infinite band everything is well.
+            half_band: if noise.is_finite() { noise.max(matters) } else { f64::NAN },
         }
     }
 

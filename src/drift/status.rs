@@ -68,7 +68,11 @@ impl DriftStatus {
     pub fn reasons(&self) -> Vec<String> {
         let alarms = self.alarms.iter().take(REASONS).map(|alarm| alarm.text.clone());
         let more = self.alarms.len().saturating_sub(REASONS);
-        let more = (more > 0).then(|| format!("{more} more parameters have left their bands"));
+        let more = match more {
+            0 => None,
+            1 => Some("1 more parameter has left its band".to_owned()),
+            _ => Some(format!("{more} more parameters have left their bands")),
+        };
         alarms.chain(more).collect()
     }
 }

@@ -64,11 +64,20 @@ fn a_change_has_both_deviations_and_both_limits() {
     close(change.band_share(), 1.5, 1e-12);
     let noisy = Change::new(&value("a", -2.0, 0.3), &value("a", -2.3, 0.4), &options);
     close(noisy.half_band, 2.0, 1e-12);
-    let unknown = Change::new(&value("a", -2.0, f64::NAN), &value("a", -9.0, 0.4), &options);
-    assert!(unknown.band_share().is_nan());
-    let mut alarm = Alarm::default();
     let time = Timestamp::from_unix_s(START_S);
-    assert!((0..9).all(|_| alarm.handle_change(&unknown, time, 1).is_none()));
+    let outside = Change::new(&value("a", -2.0, 0.03), &value("a", -9.0, 0.04), &options);
+    // The history has null for both, so that a restarted service must not tell them apart.
+    for sigma in [f64::NAN, f64::INFINITY] {
+        for sigmas in [(sigma, 0.4), (0.4, sigma)] {
+            let then = value("a", -2.0, sigmas.0);
+            let unknown = Change::new(&then, &value("a", -9.0, sigmas.1), &options);
+            assert!(unknown.band_share().is_nan(), "{sigmas:?}");
+            let mut alarm = Alarm::default();
+            assert!((0..9).all(|_| alarm.handle_change(&unknown, time, 1).is_none()));
+            assert_eq!(alarm.handle_change(&outside, time, 1), Some(AlarmEvent::Raised));
+            assert!((0..9).all(|_| alarm.handle_change(&unknown, time, 1).is_none()));
+        }
+    }
 }
 
 #[test]
@@ -284,6 +293,12 @@ fn the_sentence_says_what_changed_how_fast_and_since_when() {
     let status = tracker.status();
     let alarm = &status.alarms[0];
     assert_eq!((status.alarms.len(), alarm.parameter.as_str()), (1, "fc3"));
+    let reasons = |count: usize| {
+        DriftStatus { alarms: vec![alarm.clone(); count], ..status.clone() }.reasons()
+    };
+    assert_eq!(reasons(5), vec![alarm.text.clone(); 5]);
+    assert_eq!(reasons(6)[5], "1 more parameter has left its band");
+    assert_eq!(reasons(8)[5], "3 more parameters have left their bands");
     close(alarm.relative_change.unwrap(), 0.125, 1e-9);
     close(alarm.slope_per_day.unwrap(), 0.025 / 6.0, 1e-9);
     close(alarm.deviation_sigma.unwrap(), 0.75 / (0.01 * 2_f64.sqrt()), 1e-9);
