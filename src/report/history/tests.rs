@@ -162,6 +162,18 @@ fn the_report_shows_band_baseline_alarm_and_trend() {
 }
 
 #[test]
+fn what_happened_before_what_is_shown_is_not_drawn() {
+    let mut chronicle = chronicle();
+    for (shown, marks) in [(8, 1), (5, 1), (4, 0), (1, 0)] {
+        let surplus = chronicle.entries.len() - shown;
+        chronicle.entries.drain(..surplus);
+        let html = HistoryReport { chronicle: &chronicle, parameters: &["fc3"] }.to_html();
+        assert_eq!(html.matches("class=\"when\"").count(), marks, "{shown} shown");
+        assert!(html.contains("left its band on 2026-11-25"), "{html}");
+    }
+}
+
+#[test]
 fn a_trend_goes_through_the_points_however_few_are_shown() {
     let lines: Vec<_> = (0..12).map(|day| line(day, 6.0 + 0.01 * day as f64)).collect();
     let baseline = Baseline::of(lines[0].clone());

@@ -194,7 +194,9 @@ impl HistoryReport<'_> {
                 LEFT + wide
             );
         }
-        if let Some(at) = since.map(|since| x(since.days_after(start))) {
+        // One that left it before what is shown has no place here; its sentence says when.
+        let since = since.map(|since| since.days_after(start)).filter(|at| *at >= first);
+        if let Some(at) = since.map(x) {
             let _ = write!(
                 svg,
                 r#"<line class="when" x1="{at:.1}" x2="{at:.1}" y1="{TOP}" y2="{:.1}"/>"#,
