@@ -47,8 +47,9 @@ pub struct Store {
     configurations: Configurations,
 }
 
-/// Lines of the history that a new process takes with it.
-const RECENT_LINES: usize = 512;
+/// Lines of the history that a process has at hand: as many as are kept where fewer results are, so
+/// that it knows the alarms that `didim history` finds in the file. Some kilobytes each.
+pub(crate) const RECENT_LINES: usize = TREND_LINES;
 
 /// Why a result is not on disk.
 #[derive(Debug, thiserror::Error)]

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::run::WorkerOptions;
 use crate::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::store::{
-    ConfigurationTexts, HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, ResultRecord, Store,
-    StoreError, Stored, Timestamp,
+    ConfigurationTexts, HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, RECENT_LINES,
+    ResultRecord, Store, StoreError, Stored, Timestamp,
 };
 
 /// What is kept beside the results, so that they can be made again and compared.
@@ -32,9 +32,6 @@ pub(super) struct Records {
     baseline: BaselineWatch,
     tracker: Option<Tracker>,
 }
-
-/// Lines that are kept at hand.
-const RECENT: usize = 512;
 
 impl Records {
     pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
@@ -98,7 +95,7 @@ impl Records {
             }
         }
         self.recent.push_back(line);
-        if self.recent.len() > RECENT {
+        if self.recent.len() > RECENT_LINES {
             self.recent.pop_front();
         }
     }

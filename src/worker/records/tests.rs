@@ -103,6 +103,32 @@ fn a_baseline_is_followed_as_soon_as_it_is_set_and_after_a_restart() {
 }
 
 #[test]
+fn a_restarted_service_knows_the_alarms_that_the_history_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut records = open(folder.path());
+    take(&mut records, 6.48);
+    set_baseline(folder.path(), 0);
+    take(&mut records, 7.5);
+    take(&mut records, 7.5);
+    drop(records);
+    let mut lines = crate::store::read_history(folder.path()).unwrap().0;
+    // Back in the band since then, but never well inside: 0.6 of 0.648.
+    for result in 3..1500 {
+        let mut line = HistoryLine { result, ..lines[2].clone() };
+        line.parameters[0].value = 7.08;
+        lines.push(line);
+    }
+    let text: Vec<String> = lines.iter().map(|line| serde_json::to_string(line).unwrap()).collect();
+    std::fs::write(folder.path().join("history.jsonl"), text.join("\n") + "\n").unwrap();
+    let baseline = Baseline::read(folder.path()).unwrap();
+    let shown = crate::drift::Chronicle::new(lines, baseline, DriftOptions::default());
+    let mut records = open(folder.path());
+    assert!(records.look());
+    assert_eq!(alarms(&records), ["fc3"]);
+    assert_eq!(records.drift(), shown.tracker.map(|tracker| tracker.status()));
+}
+
+#[test]
 fn a_broken_baseline_costs_no_result() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("baseline.json"), "{").unwrap();
