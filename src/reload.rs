@@ -16,7 +16,8 @@ pub fn reload_of(file: PathBuf, running: Cell, places: Places, estimates: bool) 
         if let Some(key) = running.needs_restart_for(&cell) {
             return Err(format!(
                 "{}: `{key}` has changed, which takes a restart of the service; only [window], \
-                 [identification], [controller] and the robot are taken over without",
+                 [identification], [controller], [service.drift] and the robot are taken over \
+                 without",
                 file.display()
             ));
         }

@@ -8,7 +8,7 @@ use super::CliError;
 use super::output::print;
 use super::state::WhichState;
 use super::status::WhichService;
-use crate::drift::{Baseline, set_baseline};
+use crate::drift::{Baseline, ChooseError, set_baseline};
 use crate::report::table::{aligned, significant, to_uncertainty};
 use crate::status::{BaselineRequest, Request, send_request};
 use crate::store::HistoryLine;
@@ -56,8 +56,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             ask(service, BaselineRequest::Set(*result))
         }
         Action::Set { result, place: Place { state: Some(folder), .. } } => {
-            let baseline = set_baseline(folder, *result)
-                .map_err(|why| CliError::failed(format!("{}: {why}", folder.display())))?;
+            let baseline = set_baseline(folder, *result).map_err(|why| match why {
+                // These name the folder themselves.
+                ChooseError::History(_) | ChooseError::Baseline(_) => CliError::failed(why),
+                why => CliError::failed(format!("{}: {why}", folder.display())),
+            })?;
             let HistoryLine { result, time, .. } = baseline.result;
             print(&format!("result {result} of {time} is the baseline\n"))
         }

@@ -134,7 +134,10 @@ fn log_to_stderr(usual: &str) {
     use tracing_subscriber::EnvFilter;
 
     let filter = EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| EnvFilter::new(format!("warn,didim={usual}")));
+        // The library of the stream warns, with all its memory, of an end that goes while another comes.
+        .unwrap_or_else(|_| {
+            EnvFilter::new(format!("warn,iceoryx2_bb_loggers=error,didim={usual}"))
+        });
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

@@ -51,7 +51,7 @@ impl CaptureRequest {
     /// # Errors
     /// [`CaptureError`].
     pub fn submit(&self, commands: &Commands) -> Result<(), CaptureError> {
-        let nothing = "the cell file has no [service.recordings]";
+        let nothing = "the cell file has no [service.recordings], or its bus is a log";
         let keeper =
             commands.keeper().ok_or_else(|| CaptureError::NothingRecorded(nothing.to_owned()))?;
         match self {

@@ -113,6 +113,7 @@ fn what_is_not_there_is_said_with_what_is() {
     let folder = Folder::new();
     let empty = folder.path("");
     didim(&["history", "--state", &empty]).refused(1, &["no history in", "--state"]);
+    didim(&["baseline", "set", "--state", &empty]).refused(1, &["didim: no history in"]);
     let state = replayed(&folder, 1);
     let set = didim(&["baseline", "set", "--state", &state, "7"]);
     set.refused(1, &["result 7 is not in the history; it has results 0 to 0"]);

@@ -83,7 +83,7 @@ complete -c didim -n "__fish_didim_using_subcommand identify" -l essential -d 'F
 complete -c didim -n "__fish_didim_using_subcommand identify" -l regrouping -d 'Print how each regrouped parameter is made up'
 complete -c didim -n "__fish_didim_using_subcommand identify" -s h -l help -d 'Print help'
 complete -c didim -n "__fish_didim_using_subcommand compare" -l cell -d 'The cell file' -r -F
-complete -c didim -n "__fish_didim_using_subcommand compare" -l input -d 'The experiment: a CSV file, or a candump log of the cell\'s bus' -r -F
+complete -c didim -n "__fish_didim_using_subcommand compare" -l input -d 'The experiment: a CSV file, or a candump log or an MCAP recording of the cell\'s bus' -r -F
 complete -c didim -n "__fish_didim_using_subcommand compare" -l scenario -d 'A simulated experiment instead, whose parameters are known: a scenario file, or the name of a shipped one' -r
 complete -c didim -n "__fish_didim_using_subcommand compare" -l seed -d 'Seed of the noise; the scenario\'s when left out' -r
 complete -c didim -n "__fish_didim_using_subcommand compare" -l methods -d 'The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs' -r

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 /// The table `[bus.layout]` of a cell file: which signals of which DBC file are the arm's.
 ///
 /// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1. With
-/// `nodes` it is an object of every node's dictionary, as `6064:00`, and its unit. Every signal says when it is valid, relative to the instant of its sample: the SYNC, or the arrival of
-/// the packed frame.
+/// `nodes` it is an object of every node's dictionary, as `6064:00`, and its unit. Every signal says
+/// when it is valid, relative to the instant of its sample: the SYNC, or the arrival of the packed
+/// frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayoutSpec {
