@@ -10,21 +10,30 @@ use super::Arguments;
 /// A generated file: its path below `config/`, and its text.
 pub type Generated = (String, String);
 
-/// Every man page: `didim(1)` and one for each subcommand.
+/// Every man page: `didim(1)`, one for each command, and one for each action of those that have some.
 ///
 /// # Errors
 /// None but of the memory that is written to.
 pub fn man_pages() -> io::Result<Vec<Generated>> {
     let mut whole = command();
     whole.build();
-    let mut pages = vec![("man/didim.1".to_owned(), page(whole.clone())?)];
-    for sub in whole.get_subcommands().filter(|sub| sub.get_name() != "help") {
-        let name = format!("didim-{}", sub.get_name());
-        // Its own name is what is looked for; the line to type has a space.
-        let sub = sub.clone().display_name(name.clone()).disable_help_subcommand(true);
-        pages.push((format!("man/{name}.1"), page(sub)?));
-    }
+    let mut pages = Vec::new();
+    add_pages(&whole, "didim", &mut pages)?;
     Ok(pages)
+}
+
+/// The page of a command, and those of the commands below it, which it refers to.
+fn add_pages(command: &clap::Command, name: &str, pages: &mut Vec<Generated>) -> io::Result<()> {
+    // Its own name is what is looked for; the line to type has a space.
+    let mut own = command.clone().display_name(name.to_owned());
+    if own.find_subcommand("help").is_some() {
+        own = own.mut_subcommand("help", |help| help.hide(true));
+    }
+    pages.push((format!("man/{name}.1"), page(own)?));
+    for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
+        add_pages(sub, &format!("{name}-{}", sub.get_name()), pages)?;
+    }
+    Ok(())
 }
 
 /// Completions for bash, zsh and fish, under the names that these look for.
@@ -57,7 +66,7 @@ const TRAILER: &str = r".SH EXIT STATUS
 done
 .TP
 1
-the identification was refused or failed; the reason is on stderr
+what was asked for was refused or failed; the reason is on stderr
 .TP
 2
 wrong usage
