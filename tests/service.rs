@@ -465,7 +465,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     assert!(matches!(&none, Err(ClientError::Refused { why }) if why.contains("no window")));
     send_request(&control, &Request::Window(Command::Begin)).unwrap();
     eventually("enough counts", || match send_request(&control, &now) {
-        Ok(()) => true,
+        Ok(_) => true,
         Err(ClientError::Refused { why }) => {
             assert!(why.contains("no window is open") || why.contains("too little"), "{why}");
             false
@@ -493,7 +493,8 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     assert!(
         matches!(&unknown, Err(ClientError::Refused { why }) if why.contains("results 0 to 1"))
     );
-    baseline(BaselineRequest::Set(Some(0))).unwrap();
+    let words = baseline(BaselineRequest::Set(Some(0))).unwrap();
+    assert!(words.starts_with("result 0 of 2") && words.ends_with("is the baseline"), "{words}");
     eventually("a baseline", || drift().is_some_and(|drift| drift.baseline == 0));
     baseline(BaselineRequest::Clear).unwrap();
     eventually("no baseline", || drift().is_none());

@@ -10,7 +10,7 @@ use super::state::WhichState;
 use super::status::WhichService;
 use crate::drift::{Baseline, ChooseError, set_baseline};
 use crate::report::table::{aligned, significant, to_uncertainty};
-use crate::status::{BaselineRequest, Request, send_request};
+use crate::status::{BaselineRequest, Request};
 use crate::store::HistoryLine;
 
 #[derive(Debug, Args)]
@@ -53,7 +53,7 @@ struct Place {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.action {
         Action::Set { result, place: Place { service, state: None } } => {
-            ask(service, BaselineRequest::Set(*result))
+            service.ask(&Request::Baseline(BaselineRequest::Set(*result)))
         }
         Action::Set { result, place: Place { state: Some(folder), .. } } => {
             let baseline = set_baseline(folder, *result).map_err(|why| match why {
@@ -65,7 +65,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("result {result} of {time} is the baseline\n"))
         }
         Action::Clear { place: Place { service, state: None } } => {
-            ask(service, BaselineRequest::Clear)
+            service.ask(&Request::Baseline(BaselineRequest::Clear))
         }
         Action::Clear { place: Place { state: Some(folder), .. } } => {
             let removed = Baseline::remove(folder).map_err(CliError::failed)?;
@@ -86,11 +86,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             }
         }
     }
-}
-
-fn ask(service: &WhichService, request: BaselineRequest) -> Result<(), CliError> {
-    let socket = service.places()?.command_socket();
-    send_request(&socket, &Request::Baseline(request)).map_err(CliError::failed)
 }
 
 fn text(baseline: &Baseline) -> String {

@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 
 use super::CliError;
 use super::status::WhichService;
-use crate::status::{CaptureRequest, Request, send_request};
+use crate::status::{CaptureRequest, Request};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -34,6 +34,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Action::Start { name, service } => (CaptureRequest::Start(name.clone()), service),
         Action::Stop { service } => (CaptureRequest::Stop, service),
     };
-    send_request(&service.places()?.command_socket(), &Request::Capture(request))
-        .map_err(CliError::failed)
+    service.ask(&Request::Capture(request))
 }

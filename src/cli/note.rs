@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::CliError;
 use super::status::WhichService;
-use crate::status::{Request, send_request};
+use crate::status::Request;
 use crate::store::Note;
 
 #[derive(Debug, Args)]
@@ -29,6 +29,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         text: arguments.text.clone(),
     };
     let note = note.checked().map_err(|error| CliError::Usage(error.to_string()))?;
-    let socket = arguments.service.places()?.command_socket();
-    send_request(&socket, &Request::Note(note)).map_err(CliError::failed)
+    arguments.service.ask(&Request::Note(note))
 }

@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::CliError;
 use super::status::WhichService;
-use crate::status::{Request, send_request};
+use crate::status::Request;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -13,6 +13,5 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let socket = arguments.service.places()?.command_socket();
-    send_request(&socket, &Request::Reload).map_err(CliError::failed)
+    arguments.service.ask(&Request::Reload)
 }

@@ -9,7 +9,7 @@ use super::CliError;
 use super::output::print;
 use crate::cell::{Cell, ServiceSection};
 use crate::pipeline::Places;
-use crate::status::{Colour, fetch, render};
+use crate::status::{Colour, Request, fetch, render, send_request};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -32,6 +32,13 @@ pub(super) struct WhichService {
 }
 
 impl WhichService {
+    /// Has a request done and prints what the service says of it.
+    pub(super) fn ask(&self, request: &Request) -> Result<(), CliError> {
+        let socket = self.places()?.command_socket();
+        let words = send_request(&socket, request).map_err(CliError::failed)?;
+        if words.is_empty() { Ok(()) } else { print(&format!("{words}\n")) }
+    }
+
     /// Where its sockets are.
     pub(super) fn places(&self) -> Result<Places, CliError> {
         let runtime = match (&self.runtime, &self.cell) {

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::CliError;
 use super::status::WhichService;
-use crate::status::{Request, send_request};
+use crate::status::Request;
 use crate::worker::Command;
 
 #[derive(Debug, Args)]
@@ -26,11 +26,10 @@ enum Action {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let socket = arguments.service.places()?.command_socket();
     let command = match arguments.action {
         Action::Begin => Command::Begin,
         Action::End => Command::End,
         Action::Identify => Command::Identify,
     };
-    send_request(&socket, &Request::Window(command)).map_err(CliError::failed)
+    arguments.service.ask(&Request::Window(command))
 }

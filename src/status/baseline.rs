@@ -4,6 +4,7 @@ use core::fmt;
 use core::str::FromStr;
 
 use crate::drift::{Baseline, ChooseError, set_baseline};
+use crate::store::HistoryLine;
 use crate::worker::Commands;
 
 /// What may be asked of the baseline.
@@ -63,12 +64,15 @@ impl fmt::Display for BaselineRequest {
 impl BaselineRequest {
     /// Has it done in the folder of the worker's results. The worker notices, as it does when the
     /// service is not asked.
-    pub(super) fn submit(self, commands: &Commands) -> Result<(), BaselineCommandError> {
+    pub(super) fn submit(self, commands: &Commands) -> Result<String, BaselineCommandError> {
         let folder = commands.folder().ok_or(BaselineCommandError::NoResults)?;
         match self {
-            Self::Set(number) => Ok(set_baseline(folder, number).map(drop)?),
+            Self::Set(number) => {
+                let HistoryLine { result, time, .. } = set_baseline(folder, number)?.result;
+                Ok(format!("result {result} of {time} is the baseline"))
+            }
             Self::Clear => match Baseline::remove(folder).map_err(ChooseError::from)? {
-                true => Ok(()),
+                true => Ok("there is no baseline any more".to_owned()),
                 false => Err(BaselineCommandError::None),
             },
         }

@@ -83,20 +83,22 @@ pub fn fetch_status(path: &Path) -> Result<Snapshot, ClientError> {
     }
 }
 
-/// Gives a command.
+/// Gives a command, and returns what the service says of it: one line, or nothing.
 ///
 /// # Errors
 /// [`ClientError`].
-pub fn send_request(path: &Path, request: &Request) -> Result<(), ClientError> {
+pub fn send_request(path: &Path, request: &Request) -> Result<String, ClientError> {
     let mut stream = connect(path)?;
     stream
         .write_all(format!("{request}\n").as_bytes())
         .map_err(|cause| ClientError::Io { path: path.to_owned(), cause })?;
     let answer = read(stream, path)?;
-    match answer.trim_end() {
-        "ok" => Ok(()),
-        refused => {
-            let why = refused.strip_prefix("error: ").unwrap_or(refused).to_owned();
+    let answer = answer.trim_end();
+    match answer.strip_prefix("ok: ") {
+        Some(words) => Ok(words.to_owned()),
+        None if answer == "ok" => Ok(String::new()),
+        None => {
+            let why = answer.strip_prefix("error: ").unwrap_or(answer).to_owned();
             Err(ClientError::Refused { why })
         }
     }

@@ -21,7 +21,8 @@ const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
 /// The longest answer, in characters: an error may quote a file.
 const MAX_ANSWER: usize = 2048;
 
-/// Takes requests until it is dropped. The answer is `ok` or `error: ` and the reason, in one line.
+/// Takes requests until it is dropped. The answer is one line: `ok: ` and what is done, or
+/// `error: ` and why not.
 ///
 /// # Errors
 /// Only at the start, when the runtime cannot take the socket.
@@ -47,7 +48,7 @@ async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> 
     let answer = match parse_request(&line) {
         Err(error) => refusal(&error.to_string()),
         Ok(request) => match dispatcher.dispatch(request).await {
-            Ok(()) => "ok\n".to_owned(),
+            Ok(words) => format!("ok: {}\n", one_line(&words, MAX_ANSWER)),
             Err(error) => refusal(&error.to_string()),
         },
     };

@@ -6,7 +6,7 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::request::Request;
 use crate::recording::CaptureError;
-use crate::worker::{Commands, SubmitError};
+use crate::worker::{Command, Commands, SubmitError};
 
 /// How long the worker may take.
 const WORKER_TIMEOUT: Duration = Duration::from_secs(1);
@@ -48,11 +48,11 @@ pub enum DispatchError {
 }
 
 impl Dispatcher {
-    /// Has a request done, in a bounded time.
+    /// Has a request done, in a bounded time, and says in words what is done.
     ///
     /// # Errors
     /// [`DispatchError`].
-    pub async fn dispatch(&self, request: Request) -> Result<(), DispatchError> {
+    pub async fn dispatch(&self, request: Request) -> Result<String, DispatchError> {
         match request {
             Request::Window(command) => {
                 let windows = self.windows.clone();
@@ -60,7 +60,13 @@ impl Dispatcher {
                 // The worker answers between two batches.
                 let submitted =
                     tokio::task::spawn_blocking(move || windows.submit(command, WORKER_TIMEOUT));
-                Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
+                submitted.await.map_err(|_| DispatchError::Busy)??;
+                let words = match command {
+                    Command::Begin => "a window opens with the next sample",
+                    Command::End => "the window is closed once it has its margin, and identified",
+                    Command::Identify => "the window is closed and will be identified",
+                };
+                Ok(words.to_owned())
             }
             Request::Capture(request) => {
                 let windows = self.windows.clone();
@@ -71,7 +77,7 @@ impl Dispatcher {
             Request::Note(note) => {
                 let windows = self.windows.as_ref();
                 windows.ok_or(DispatchError::NotHere("has no windows"))?.note(note);
-                Ok(())
+                Ok("noted with the window that is open, or the next one".to_owned())
             }
             Request::Baseline(request) => {
                 let windows = self.windows.clone();
@@ -82,7 +88,8 @@ impl Dispatcher {
             }
             Request::Reload => {
                 let reload = self.reload.as_ref();
-                reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await
+                reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await?;
+                Ok("the new configuration holds from the next window on".to_owned())
             }
         }
     }

@@ -101,7 +101,7 @@ impl Site {
 
     pub(crate) fn ask(&self, request: &Request) -> Result<(), String> {
         match send_request(&self.places().command_socket(), request) {
-            Ok(()) => Ok(()),
+            Ok(_) => Ok(()),
             Err(ClientError::Refused { why }) => Err(why),
             Err(other) => panic!("{other}"),
         }
