@@ -18,7 +18,7 @@ use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
-use crate::dynamics::{BaseParameters, Model};
+use crate::dynamics::Model;
 use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
@@ -41,13 +41,14 @@ pub(super) struct TorqueRows<'a> {
 pub(super) struct Findings<'a> {
     pub(super) method: Method,
     pub(super) robot: &'a Robot,
-    pub(super) base: &'a BaseParameters,
     pub(super) experiment: &'a Experiment,
     pub(super) model: &'a Model,
     pub(super) selection: &'a Selection,
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
+    /// Columns of the base parameters that are not selected, along it.
+    pub(super) left_out: &'a DMatrix<f64>,
     /// Where the noise of the positions may do harm.
     pub(super) position_error: PositionError,
     /// The equation that was solved.
@@ -212,12 +213,12 @@ impl Findings<'_> {
     ) -> Result<Checks, IdentificationError> {
         let subject = Subject {
             robot: self.robot,
-            base: self.base,
             model: self.model,
             selection: self.selection,
             experiment: self.experiment,
             decimation: self.decimation,
             motion: self.motion,
+            left_out: self.left_out,
             position_error: &self.position_error,
             spoiled: &self.spoiled,
             observations: torque,

@@ -74,12 +74,12 @@ pub fn idim_iv(
     let findings = Findings {
         method: Method::IdimIv,
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
+        left_out: &fit.left_out,
         position_error: PositionError::InTheRegressor(options.regression.position_filter),
         observations: &instruments.projected,
         torque: Some(TorqueRows {

@@ -2,13 +2,15 @@
 
 use core::ops::Range;
 
+use nalgebra::DMatrix;
+
 use super::assemble::Findings;
 use super::checks::PositionError;
 use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::method::Method;
-use super::observation::observation_matrix;
+use super::observation::base_columns;
 use super::options::IdimLsOptions;
 use super::prefilter::{Motion, filtered_motion, filtered_torque};
 use super::selection::Selection;
@@ -45,12 +47,12 @@ pub fn idim_ls(
     let findings = Findings {
         method: Method::IdimLs,
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
+        left_out: &fit.left_out,
         position_error: PositionError::InTheRegressor(options.position_filter),
         observations: fit.weighted.solved(&fit.observations),
         torque: fit.weighted.torque_rows(&fit.observations),
@@ -84,6 +86,8 @@ pub(super) struct EquationErrorFit {
     /// The filtered measured motion.
     pub(super) motion: Motion,
     pub(super) observations: Observations,
+    /// Columns of the base parameters that are not selected.
+    pub(super) left_out: DMatrix<f64>,
     pub(super) ordinary: Solution,
     /// σ_j from the ordinary residuals.
     pub(super) noise_levels: Vec<f64>,
@@ -122,7 +126,6 @@ impl EquationErrorFit {
         }
         options.limits.validate()?;
         let selection = Selection::new(robot, base, options.parameters.as_deref())?;
-        let counted = experiment.counted();
         let rows = experiment.fitted_samples(&decimation).len() * experiment.joints();
         if rows <= selection.names().len() {
             let parameters = selection.names().len();
@@ -135,8 +138,8 @@ impl EquationErrorFit {
 
         let motion = filtered_motion(experiment, &options.position_filter)?;
         let model = Model::new(robot);
-        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted)?;
-        let matrix = experiment.fitted_matrix(&decimation, matrix);
+        let [matrix, left_out] =
+            base_columns(&model, base, &selection, &motion, &decimation, experiment)?;
         let torque = filtered_torque(experiment, &decimation)?;
 
         let named = |error| IdentificationError::from_regression(error, &selection);
@@ -154,6 +157,7 @@ impl EquationErrorFit {
             decimation,
             motion,
             observations,
+            left_out,
             ordinary,
             noise_levels,
             weighted,

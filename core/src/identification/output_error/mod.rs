@@ -20,7 +20,7 @@ use super::error::{Failure, IdentificationError};
 use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
-use super::observation::observation_matrix;
+use super::observation::base_columns;
 use super::prefilter::row_filter;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
@@ -125,11 +125,9 @@ fn identify(
 
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let unweighted = optimum.observations.ordinary().map_err(named)?;
-    let counted = experiment.counted();
     let motion = &optimum.point.motion;
-    let regressor =
-        observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
-    let regressor = experiment.fitted_matrix(&fit.decimation, regressor);
+    let [regressor, left_out] =
+        base_columns(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
@@ -152,12 +150,12 @@ fn identify(
     let findings = Findings {
         method: output.method(),
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion,
+        left_out: &left_out,
         position_error: PositionError::NotLookedAt,
         observations: &optimum.observations,
         torque: Some(TorqueRows {
