@@ -131,6 +131,13 @@ impl Drives {
         }
     }
 
+    /// Calls `at(row, column)` for the entries that the others add to.
+    pub(super) fn for_each_entry(&self, mut at: impl FnMut(usize, usize)) {
+        let any = [0.0; MAX_JOINTS];
+        self.for_each_inertia(&any, |row, column, _| at(row, column));
+        self.for_each_friction(&any, |row, column, _| at(row, column));
+    }
+
     /// Calls `add(row, joint, value)` for every entry of ∂τ/∂q̇ that friction causes.
     #[inline(always)]
     pub(super) fn for_each_friction_partial(

@@ -18,6 +18,8 @@ pub struct RegressorColumns {
     links: Vec<Vec<(usize, usize)>>,
     /// The drives' parameters by their places.
     drives: Drives,
+    /// Joint and place of the drives' entries, which are sums.
+    sums: Vec<(usize, usize)>,
 }
 
 impl RegressorColumns {
@@ -37,7 +39,10 @@ impl RegressorColumns {
             links.pop();
         }
         let places: Vec<_> = (0..parameters).map(place).collect();
-        Self { width: wanted.len(), links, drives: drives.selecting(&places) }
+        let drives = drives.selecting(&places);
+        let mut sums = Vec::new();
+        drives.for_each_entry(|row, place| sums.push((row, place)));
+        Self { width: wanted.len(), links, drives, sums }
     }
 
     pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
@@ -87,6 +92,21 @@ impl Model {
         ddq: &[T],
         out: &mut [T],
     ) {
+        out.fill(T::zero());
+        self.renew_regressor(ws, columns, q, dq, ddq, out);
+    }
+
+    /// The [`selected_regressor`](Self::selected_regressor) in place of another one of the same
+    /// columns, or of zeros: what is always 0 is not written again.
+    pub(crate) fn renew_regressor<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        columns: &RegressorColumns,
+        q: &[T],
+        dq: &[T],
+        ddq: &[T],
+        out: &mut [T],
+    ) {
         self.check_joints(q);
         vectorised(
             #[inline(always)]
@@ -97,7 +117,7 @@ impl Model {
         );
     }
 
-    /// The same with the poses in the workspace.
+    /// [`renew_regressor`](Self::renew_regressor) with the poses in the workspace.
     ///
     /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns
     /// the link with c, both in the link's frame, and τ_i is the sum over the links of
@@ -115,7 +135,6 @@ impl Model {
         self.check_joints(ddq);
         let width = columns.width;
         assert_eq!(out.len(), self.joints() * width, "one row per joint, one column per parameter");
-        out.fill(T::zero());
         self.propagate(ws, columns.links.len(), dq, Some(ddq));
 
         let mut axes = [Axis::own(JointKind::Revolute); MAX_JOINTS];
@@ -148,6 +167,9 @@ impl Model {
                 }
             }
         }
+        for &(row, place) in &columns.sums {
+            out[row * width + place] = T::zero();
+        }
         columns.drives.for_each_inertia(ddq, |row, place, c| out[row * width + place] += c);
         columns.drives.for_each_friction(dq, |row, place, c| out[row * width + place] += c);
     }
@@ -162,9 +184,7 @@ impl Model {
                 row[first..first + 10].fill(true);
             }
         }
-        let any = &[0.0; MAX_JOINTS][..n];
-        self.drives.for_each_inertia(any, |row, column, _| pattern[row * width + column] = true);
-        self.drives.for_each_friction(any, |row, column, _| pattern[row * width + column] = true);
+        self.drives.for_each_entry(|row, column| pattern[row * width + column] = true);
         pattern
     }
 }

@@ -75,7 +75,7 @@ fn columns_along(
     let mut regressor = vec![Lanes::zero(); joints * columns.width()];
     let read = |first, signals: &mut [[f64; GROUP]]| {
         let [q, dq, ddq] = group.read(motion, first);
-        model.selected_regressor(&mut workspace, &columns, q, dq, ddq, &mut regressor);
+        model.renew_regressor(&mut workspace, &columns, q, dq, ddq, &mut regressor);
         for (signal, &place) in signals.iter_mut().zip(&places) {
             *signal = regressor[place].0;
         }
