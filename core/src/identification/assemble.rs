@@ -13,6 +13,7 @@ use super::estimate::{
 use super::experiment::Experiment;
 use super::information::Information;
 use super::method::Method;
+use super::observation::BesideObservation;
 use super::outliers::DownweightedRows;
 use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
@@ -47,8 +48,8 @@ pub(super) struct Findings<'a> {
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
-    /// Columns of the base parameters that are not selected, along it.
-    pub(super) left_out: &'a DMatrix<f64>,
+    /// What there is of it beside the observation matrix.
+    pub(super) beside: &'a BesideObservation,
     /// Where the noise of the positions may do harm.
     pub(super) position_error: PositionError,
     /// The equation that was solved.
@@ -218,7 +219,7 @@ impl Findings<'_> {
             experiment: self.experiment,
             decimation: self.decimation,
             motion: self.motion,
-            left_out: self.left_out,
+            beside: self.beside,
             position_error: &self.position_error,
             spoiled: &self.spoiled,
             observations: torque,

@@ -79,7 +79,7 @@ pub fn idim_iv(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
-        left_out: &fit.left_out,
+        beside: &fit.beside,
         position_error: PositionError::InTheRegressor(options.regression.position_filter),
         observations: &instruments.projected,
         torque: Some(TorqueRows {

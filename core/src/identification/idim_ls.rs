@@ -2,15 +2,13 @@
 
 use core::ops::Range;
 
-use nalgebra::DMatrix;
-
 use super::assemble::Findings;
 use super::checks::PositionError;
 use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::method::Method;
-use super::observation::base_columns;
+use super::observation::{BaseColumns, BesideObservation};
 use super::options::IdimLsOptions;
 use super::prefilter::{Motion, filtered_motion, filtered_torque};
 use super::selection::Selection;
@@ -52,7 +50,7 @@ pub fn idim_ls(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
-        left_out: &fit.left_out,
+        beside: &fit.beside,
         position_error: PositionError::InTheRegressor(options.position_filter),
         observations: fit.weighted.solved(&fit.observations),
         torque: fit.weighted.torque_rows(&fit.observations),
@@ -86,8 +84,7 @@ pub(super) struct EquationErrorFit {
     /// The filtered measured motion.
     pub(super) motion: Motion,
     pub(super) observations: Observations,
-    /// Columns of the base parameters that are not selected.
-    pub(super) left_out: DMatrix<f64>,
+    pub(super) beside: BesideObservation,
     pub(super) ordinary: Solution,
     /// σ_j from the ordinary residuals.
     pub(super) noise_levels: Vec<f64>,
@@ -138,12 +135,12 @@ impl EquationErrorFit {
 
         let motion = filtered_motion(experiment, &options.position_filter)?;
         let model = Model::new(robot);
-        let [matrix, left_out] =
-            base_columns(&model, base, &selection, &motion, &decimation, experiment)?;
+        let BaseColumns { selected, beside } =
+            BaseColumns::new(&model, base, &selection, &motion, &decimation, experiment)?;
         let torque = filtered_torque(experiment, &decimation)?;
 
         let named = |error| IdentificationError::from_regression(error, &selection);
-        let observations = Observations::new(matrix, torque, robot.joints()).map_err(named)?;
+        let observations = Observations::new(selected, torque, robot.joints()).map_err(named)?;
         let ordinary = observations.ordinary().map_err(named)?;
         let noise_levels = match options.robust {
             None => observations.noise_levels(&ordinary.residuals),
@@ -157,7 +154,7 @@ impl EquationErrorFit {
             decimation,
             motion,
             observations,
-            left_out,
+            beside,
             ordinary,
             noise_levels,
             weighted,

@@ -8,7 +8,7 @@ use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::prefilter::{GROUP, Motion, MotionGroup};
 use super::selection::Selection;
-use crate::dynamics::{BaseParameters, Model, Workspace};
+use crate::dynamics::{BaseParameters, Model, RegressorColumns, Workspace};
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 use crate::signal::{ParallelDecimation, SignalError};
@@ -29,67 +29,111 @@ pub fn observation_matrix(
     decimation: &ParallelDecimation,
     counted: Range<usize>,
 ) -> Result<DMatrix<f64>, IdentificationError> {
-    columns_along(model, selection.columns(), motion, decimation, counted)
+    let entries = Entries::new(model, selection.columns());
+    let (samples, signals) = (motion.position.nrows(), entries.places.len());
+    let read = entries.along(model, motion);
+    let rows = decimation.decimate_groups(samples, signals, counted, read).map_err(named)?;
+    Ok(entries.matrix(&rows))
 }
 
-/// The columns of all base parameters at the rows that are fitted: of the selected, which are the
-/// observation matrix, and of those that are taken as 0, which may be none.
-pub(super) fn base_columns(
-    model: &Model,
-    base: &BaseParameters,
-    selection: &Selection,
-    motion: &Motion,
-    decimation: &ParallelDecimation,
-    experiment: &Experiment,
-) -> Result<[DMatrix<f64>; 2], IdentificationError> {
-    let selected = selection.columns();
-    let left_out = base.columns().iter().filter(|column| !selected.contains(column));
-    let all: Vec<usize> = selected.iter().chain(left_out).copied().collect();
-    let matrix = columns_along(model, &all, motion, decimation, experiment.counted())?;
-    let matrix = experiment.fitted_matrix(decimation, matrix);
-    let (observed, left_out) = matrix.columns_range_pair(..selected.len(), selected.len()..);
-    Ok([observed.into_owned(), left_out.into_owned()])
+/// The columns of all base parameters along a motion, behind the parallel filter, at the rows that are
+/// fitted.
+pub(super) struct BaseColumns {
+    /// Those of the selected parameters, the observation matrix X.
+    pub(super) selected: DMatrix<f64>,
+    pub(super) beside: BesideObservation,
 }
 
-/// These columns of the regressor along a motion.
-fn columns_along(
-    model: &Model,
-    wanted: &[usize],
-    motion: &Motion,
-    decimation: &ParallelDecimation,
-    counted: Range<usize>,
-) -> Result<DMatrix<f64>, IdentificationError> {
-    let (samples, joints) = motion.position.shape();
-    let width = model.parameter_names().len();
-    let pattern = model.regressor_pattern();
-    // Every pair of joint and parameter is a signal, but for those that are always 0.
-    let entries: Vec<(usize, usize)> = (0..joints)
-        .flat_map(|joint| (0..wanted.len()).map(move |parameter| (joint, parameter)))
-        .filter(|&(joint, parameter)| pattern[joint * width + wanted[parameter]])
-        .collect();
-    let columns = model.regressor_columns(wanted);
-    let places: Vec<usize> =
-        entries.iter().map(|&(joint, parameter)| joint * columns.width() + parameter).collect();
+/// What the model is checked with beside the observation matrix.
+pub(super) struct BesideObservation {
+    /// dX/dt.
+    pub(super) rates: DMatrix<f64>,
+    /// The columns of the base parameters that are not selected, which are taken as 0.
+    pub(super) left_out: DMatrix<f64>,
+}
 
-    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(joints));
-    let mut regressor = vec![Lanes::zero(); joints * columns.width()];
-    let read = |first, signals: &mut [[f64; GROUP]]| {
-        let [q, dq, ddq] = group.read(motion, first);
-        model.renew_regressor(&mut workspace, &columns, q, dq, ddq, &mut regressor);
-        for (signal, &place) in signals.iter_mut().zip(&places) {
-            *signal = regressor[place].0;
+impl BaseColumns {
+    pub(super) fn new(
+        model: &Model,
+        base: &BaseParameters,
+        selection: &Selection,
+        motion: &Motion,
+        decimation: &ParallelDecimation,
+        experiment: &Experiment,
+    ) -> Result<Self, IdentificationError> {
+        let width = selection.columns().len();
+        let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
+        let all: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
+        let entries = Entries::new(model, &all);
+        let (samples, signals) = (motion.position.nrows(), entries.places.len());
+        let read = entries.along(model, motion);
+        let [rows, differences] = decimation
+            .decimate_with_differences(samples, signals, experiment.counted(), read)
+            .map_err(named)?;
+        let fitted = |rows| {
+            let matrix = experiment.fitted_matrix(decimation, entries.matrix(rows));
+            let (selected, left_out) = matrix.columns_range_pair(..width, width..);
+            [selected.into_owned(), left_out.into_owned()]
+        };
+        let ([selected, left_out], [differences, _]) = (fitted(&rows), fitted(&differences));
+        let rates = differences * (0.5 * experiment.sample_rate_hz());
+        Ok(Self { selected, beside: BesideObservation { rates, left_out } })
+    }
+}
+
+/// Columns of the regressor as signals: every pair of joint and parameter, but for those that are
+/// always 0.
+struct Entries {
+    joints: usize,
+    columns: RegressorColumns,
+    /// Joint and column.
+    places: Vec<(usize, usize)>,
+}
+
+impl Entries {
+    fn new(model: &Model, wanted: &[usize]) -> Self {
+        let (joints, width) = (model.joints(), model.parameter_names().len());
+        let pattern = model.regressor_pattern();
+        let places = (0..joints)
+            .flat_map(|joint| (0..wanted.len()).map(move |column| (joint, column)))
+            .filter(|&(joint, column)| pattern[joint * width + wanted[column]]);
+        Self { joints, columns: model.regressor_columns(wanted), places: places.collect() }
+    }
+
+    /// Writes the signals along a motion from a sample on.
+    fn along<'a>(
+        &self,
+        model: &'a Model,
+        motion: &'a Motion,
+    ) -> impl FnMut(usize, &mut [[f64; GROUP]]) + use<'_, 'a> {
+        let width = self.columns.width();
+        let places: Vec<usize> =
+            self.places.iter().map(|&(joint, column)| joint * width + column).collect();
+        let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(self.joints));
+        let mut regressor = vec![Lanes::zero(); self.joints * width];
+        move |first, signals| {
+            let [q, dq, ddq] = group.read(motion, first);
+            model.renew_regressor(&mut workspace, &self.columns, q, dq, ddq, &mut regressor);
+            for (signal, &place) in signals.iter_mut().zip(&places) {
+                *signal = regressor[place].0;
+            }
         }
-    };
-    let signals = decimation.decimate_groups(samples, places.len(), counted, read);
-    let signals = signals.map_err(|cause| match cause {
+    }
+
+    /// Rows of the signals as a matrix with the rows of each joint together.
+    fn matrix(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
+        let rows = signals.nrows();
+        let mut matrix = DMatrix::zeros(rows * self.joints, self.columns.width());
+        for (signal, &(joint, column)) in signals.column_iter().zip(&self.places) {
+            matrix.view_mut((joint * rows, column), (rows, 1)).copy_from(&signal);
+        }
+        matrix
+    }
+}
+
+fn named(error: SignalError) -> IdentificationError {
+    match error {
         SignalError::NotFinite { index } => IdentificationError::Regressor { sample: index },
         cause => IdentificationError::RegressorFilter(cause),
-    })?;
-
-    let rows = signals.nrows();
-    let mut matrix = DMatrix::zeros(rows * joints, wanted.len());
-    for (signal, &(joint, parameter)) in signals.column_iter().zip(&entries) {
-        matrix.view_mut((joint * rows, parameter), (rows, 1)).copy_from(&signal);
     }
-    Ok(matrix)
 }

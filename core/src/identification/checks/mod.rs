@@ -17,6 +17,7 @@ use serde::{Serialize, Serializer};
 use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::filtered_positions::FilteredPositions;
+use super::observation::BesideObservation;
 use super::options::PositionFilter;
 use super::prefilter::Motion;
 use super::selection::Selection;
@@ -134,8 +135,8 @@ pub(super) struct Subject<'a> {
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
-    /// Columns of the base parameters that are not selected, along it.
-    pub(super) left_out: &'a DMatrix<f64>,
+    /// What there is of it beside the observation matrix.
+    pub(super) beside: &'a BesideObservation,
     pub(super) position_error: &'a PositionError,
     /// Samples that outliers spoil.
     pub(super) spoiled: &'a [Range<usize>],
@@ -159,7 +160,7 @@ pub(super) struct Checks {
 impl Subject<'_> {
     /// Every freedom in turn.
     pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
-        let columns = Columns::new(self);
+        let columns = Columns { subject: self };
         let joints = self.robot.joints();
         let transmission = self.robot.transmission();
         // What explains much comes first: a filter or a delay also bends every friction law.
@@ -178,8 +179,8 @@ impl Subject<'_> {
             model_checks.extend(extension.iter().map(|extension| self.shifted(freedom, extension)));
             Ok::<_, IdentificationError>(extension)
         };
-        let delays = add(Freedom::TorqueDelay, Some(&columns.delays()?))?;
-        add(Freedom::LeftOutParameters, Some(self.left_out))?;
+        let delays = add(Freedom::TorqueDelay, Some(&self.delays()))?;
+        add(Freedom::LeftOutParameters, Some(&self.beside.left_out))?;
         let coupled: Vec<usize> =
             (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
         let of_joints = (0..joints).map(|joint| unit(joint, joints));
@@ -270,9 +271,25 @@ impl Subject<'_> {
 
     /// X θ.
     fn predicted(&self) -> DVector<f64> {
+        self.observations.matrix() * self.theta()
+    }
+
+    /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
+    /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`. Filtered torques
+    /// are differentiated, which is as good as the reverse but for what filters make of the ends of a
+    /// record, where nothing is known of either.
+    fn delays(&self) -> DMatrix<f64> {
+        let rates = &self.beside.rates * self.theta();
+        DMatrix::from_fn(rates.len(), self.observations.joints(), |row, joint| {
+            if self.observations.joint_rows(joint).contains(&row) { rates[row] } else { 0.0 }
+        })
+    }
+
+    /// θ.
+    fn theta(&self) -> DVector<f64> {
         let columns = self.selection.columns().iter();
         let theta = columns.map(|&column| self.standard[column]);
-        self.observations.matrix() * DVector::from_iterator(self.selection.columns().len(), theta)
+        DVector::from_iterator(self.selection.columns().len(), theta)
     }
 
     /// What the noise of the positions does.
@@ -286,7 +303,7 @@ impl Subject<'_> {
             // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
             // the noise and biases the estimate.
             PositionError::InTheLoop([half, all]) => {
-                let even = columns.rows_of(&((all - half * 2.0 + columns.torque()) * 2.0))?;
+                let even = (columns.rows_of(&(all - half * 2.0))? + self.predicted()) * 2.0;
                 let shift = -self.analysis.moved_by(&even);
                 Ok(Some(self.check_of(Freedom::PositionNoise, None, &shift, None)))
             }

@@ -20,7 +20,7 @@ use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
-use super::observation::base_columns;
+use super::observation::BaseColumns;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use super::weighting::Weighting;
@@ -77,8 +77,8 @@ pub fn didim(
         &spoiled,
     )?;
     let motion = iteration.motion();
-    let [_, left_out] =
-        base_columns(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
+    let BaseColumns { beside, .. } =
+        BaseColumns::new(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
     let simulated = observations.matrix() * simulated;
     let torques = Some((observations.measurements(), &simulated));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
@@ -97,7 +97,7 @@ pub fn didim(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion,
-        left_out: &left_out,
+        beside: &beside,
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
         observations: weighting.solved(&observations),
         torque: weighting.torque_rows(&observations),

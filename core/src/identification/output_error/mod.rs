@@ -20,7 +20,7 @@ use super::error::{Failure, IdentificationError};
 use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
-use super::observation::base_columns;
+use super::observation::BaseColumns;
 use super::prefilter::row_filter;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
@@ -126,8 +126,8 @@ fn identify(
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let unweighted = optimum.observations.ordinary().map_err(named)?;
     let motion = &optimum.point.motion;
-    let [regressor, left_out] =
-        base_columns(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
+    let BaseColumns { selected: regressor, beside } =
+        BaseColumns::new(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
@@ -155,7 +155,7 @@ fn identify(
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion,
-        left_out: &left_out,
+        beside: &beside,
         position_error: PositionError::NotLookedAt,
         observations: &optimum.observations,
         torque: Some(TorqueRows {
