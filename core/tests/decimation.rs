@@ -3,6 +3,7 @@
 
 use core::ops::Range;
 
+use didim_core::lanes::Lanes;
 use didim_core::signal::{ParallelDecimation, SignalError};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -47,9 +48,9 @@ fn with_differences(
     counted: Range<usize>,
 ) -> [DMatrix<f64>; 2] {
     let (count, samples) = signals.shape();
-    let read = |first: usize, group: &mut [[f64; 3]]| {
+    let read = |first: usize, group: &mut [Lanes<3>]| {
         for (group, signal) in group.iter_mut().zip(signals.row_iter()) {
-            *group = std::array::from_fn(|l| signal[(first + l).min(samples - 1)]);
+            *group = Lanes::from_fn(|l| signal[(first + l).min(samples - 1)]);
         }
     };
     decimation.decimate_with_differences(samples, count, counted, read).unwrap()

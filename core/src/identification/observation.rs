@@ -10,7 +10,6 @@ use super::prefilter::{GROUP, Motion, MotionGroup};
 use super::selection::Selection;
 use crate::dynamics::{BaseParameters, Model, RegressorColumns, Workspace};
 use crate::lanes::Lanes;
-use crate::scalar::Scalar;
 use crate::signal::{ParallelDecimation, SignalError};
 
 /// The filtered, decimated observation matrix X of a motion: the rows of each joint together, one
@@ -29,11 +28,11 @@ pub fn observation_matrix(
     decimation: &ParallelDecimation,
     counted: Range<usize>,
 ) -> Result<DMatrix<f64>, IdentificationError> {
-    let entries = Entries::new(model, selection.columns());
-    let (samples, signals) = (motion.position.nrows(), entries.places.len());
-    let read = entries.along(model, motion);
-    let rows = decimation.decimate_groups(samples, signals, counted, read).map_err(named)?;
-    Ok(entries.matrix(&rows))
+    let columns = model.regressor_entries(selection.columns());
+    let (samples, joints) = motion.position.shape();
+    let read = entries_along(model, &columns, motion);
+    let entries = decimation.decimate_groups(samples, columns.entries().len(), counted, read);
+    Ok(matrix_of(&columns, 0..columns.width(), joints, &entries.map_err(named)?))
 }
 
 /// The columns of all base parameters along a motion, behind the parallel filter, at the rows that are
@@ -64,71 +63,53 @@ impl BaseColumns {
         let width = selection.columns().len();
         let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
         let all: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
-        let entries = Entries::new(model, &all);
-        let (samples, signals) = (motion.position.nrows(), entries.places.len());
-        let read = entries.along(model, motion);
-        let [rows, differences] = decimation
-            .decimate_with_differences(samples, signals, experiment.counted(), read)
-            .map_err(named)?;
-        let fitted = |rows| {
-            let matrix = experiment.fitted_matrix(decimation, entries.matrix(rows));
-            let (selected, left_out) = matrix.columns_range_pair(..width, width..);
-            [selected.into_owned(), left_out.into_owned()]
+        let columns = model.regressor_entries(&all);
+        let (samples, joints) = motion.position.shape();
+        let (signals, counted) = (columns.entries().len(), experiment.counted());
+        let read = entries_along(model, &columns, motion);
+        let [entries, differences] =
+            decimation.decimate_with_differences(samples, signals, counted, read).map_err(named)?;
+        let matrix_of = |wanted, entries| {
+            let matrix = matrix_of(&columns, wanted, joints, entries);
+            experiment.fitted_matrix(decimation, matrix)
         };
-        let ([selected, left_out], [differences, _]) = (fitted(&rows), fitted(&differences));
+        let selected = matrix_of(0..width, &entries);
+        let left_out = matrix_of(width..all.len(), &entries);
+        let differences = matrix_of(0..width, &differences);
         let rates = differences * (0.5 * experiment.sample_rate_hz());
         Ok(Self { selected, beside: BesideObservation { rates, left_out } })
     }
 }
 
-/// Columns of the regressor as signals: every pair of joint and parameter, but for those that are
-/// always 0.
-struct Entries {
-    joints: usize,
-    columns: RegressorColumns,
-    /// Joint and column.
-    places: Vec<(usize, usize)>,
+/// The entries of these columns of the regressor, by lanes of samples from the first on.
+fn entries_along<'a>(
+    model: &'a Model,
+    columns: &'a RegressorColumns,
+    motion: &'a Motion,
+) -> impl FnMut(usize, &mut [Lanes<GROUP>]) + use<'a> {
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
+    move |first, entries| {
+        let [q, dq, ddq] = group.read(motion, first);
+        model.selected_regressor(&mut workspace, columns, q, dq, ddq, entries);
+    }
 }
 
-impl Entries {
-    fn new(model: &Model, wanted: &[usize]) -> Self {
-        let (joints, width) = (model.joints(), model.parameter_names().len());
-        let pattern = model.regressor_pattern();
-        let places = (0..joints)
-            .flat_map(|joint| (0..wanted.len()).map(move |column| (joint, column)))
-            .filter(|&(joint, column)| pattern[joint * width + wanted[column]]);
-        Self { joints, columns: model.regressor_columns(wanted), places: places.collect() }
-    }
-
-    /// Writes the signals along a motion from a sample on.
-    fn along<'a>(
-        &self,
-        model: &'a Model,
-        motion: &'a Motion,
-    ) -> impl FnMut(usize, &mut [[f64; GROUP]]) + use<'_, 'a> {
-        let width = self.columns.width();
-        let places: Vec<usize> =
-            self.places.iter().map(|&(joint, column)| joint * width + column).collect();
-        let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(self.joints));
-        let mut regressor = vec![Lanes::zero(); self.joints * width];
-        move |first, signals| {
-            let [q, dq, ddq] = group.read(motion, first);
-            model.renew_regressor(&mut workspace, &self.columns, q, dq, ddq, &mut regressor);
-            for (signal, &place) in signals.iter_mut().zip(&places) {
-                *signal = regressor[place].0;
-            }
+/// Some of the columns from rows of their entries: the rows of each joint together.
+fn matrix_of(
+    columns: &RegressorColumns,
+    wanted: Range<usize>,
+    joints: usize,
+    entries: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let rows = entries.nrows();
+    let mut matrix = DMatrix::zeros(rows * joints, wanted.len());
+    for (entry, &(joint, column)) in entries.column_iter().zip(columns.entries()) {
+        if wanted.contains(&column) {
+            let mut own = matrix.view_mut((joint * rows, column - wanted.start), (rows, 1));
+            own.copy_from(&entry);
         }
     }
-
-    /// Rows of the signals as a matrix with the rows of each joint together.
-    fn matrix(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
-        let rows = signals.nrows();
-        let mut matrix = DMatrix::zeros(rows * self.joints, self.columns.width());
-        for (signal, &(joint, column)) in signals.column_iter().zip(&self.places) {
-            matrix.view_mut((joint * rows, column), (rows, 1)).copy_from(&signal);
-        }
-        matrix
-    }
+    matrix
 }
 
 fn named(error: SignalError) -> IdentificationError {

@@ -11,6 +11,7 @@ use super::error::SignalError;
 use super::jump::Jump;
 use super::record::Record;
 use super::sections::SecondOrderSections;
+use crate::lanes::Lanes;
 
 /// Samples of a signal in memory that are read at once.
 const GROUP: usize = 8;
@@ -122,7 +123,7 @@ impl ParallelDecimation {
         samples: usize,
         signals: usize,
         counted: Range<usize>,
-        mut read: impl FnMut(usize, &mut [[f64; N]]),
+        mut read: impl FnMut(usize, &mut [Lanes<N>]),
     ) -> Result<DMatrix<f64>, SignalError> {
         if !self.is_none() {
             let [rows, _] = self.decimate_with_differences(samples, signals, counted, read)?;
@@ -130,17 +131,17 @@ impl ParallelDecimation {
         }
         let kept = self.kept_rows(samples, &counted);
         let mut rows = DMatrix::zeros(kept.len(), signals);
-        let mut group = vec![[0.0; N]; signals];
+        let mut group = vec![Lanes([0.0; N]); signals];
         for first in kept.clone().step_by(N) {
             read(first, &mut group);
             let count = N.min(kept.end - first);
-            let bad = |k: &usize| group.iter().any(|values| !values[*k].is_finite());
+            let bad = |k: &usize| group.iter().any(|values| !values.0[*k].is_finite());
             if let Some(k) = (0..count).find(bad) {
                 return Err(SignalError::NotFinite { index: first + k });
             }
             let mut rows = rows.rows_mut(first - kept.start, count);
             for (mut rows, values) in rows.column_iter_mut().zip(&group) {
-                rows.copy_from_slice(&values[..count]);
+                rows.copy_from_slice(&values.0[..count]);
             }
         }
         Ok(rows)
@@ -158,7 +159,7 @@ impl ParallelDecimation {
         samples: usize,
         signals: usize,
         counted: Range<usize>,
-        read: impl FnMut(usize, &mut [[f64; N]]),
+        read: impl FnMut(usize, &mut [Lanes<N>]),
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let kept = self.kept_rows(samples, &counted);
         if let Some((filter, jump)) = &self.filter {
@@ -199,7 +200,7 @@ impl ParallelDecimation {
             for k in first..samples.min(first + GROUP) {
                 read(k, &mut values);
                 for (group, value) in group.iter_mut().zip(&values) {
-                    group[k - first] = *value;
+                    group.0[k - first] = *value;
                 }
             }
         })
@@ -218,7 +219,7 @@ impl ParallelDecimation {
         self.decimate_groups::<GROUP>(samples, signals.ncols(), counted, |first, group| {
             let last = samples.min(first + GROUP);
             for (group, signal) in group.iter_mut().zip(signals.column_iter()) {
-                group[..last - first].copy_from_slice(signal.rows_range(first..last).as_slice());
+                group.0[..last - first].copy_from_slice(signal.rows_range(first..last).as_slice());
             }
         })
     }

@@ -188,7 +188,7 @@ impl Jump {
     /// [`SignalError::NotFinite`] as for one signal.
     pub(super) fn filter_zero_phase<const N: usize>(
         &self,
-        mut record: Record<impl FnMut(usize, &mut [[f64; N]]), N>,
+        mut record: Record<impl FnMut(usize, &mut [Lanes<N>]), N>,
         wanted: Range<usize>,
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let (factor, count) = (self.samples + 1, self.oscillations.len());

@@ -42,7 +42,7 @@ impl Columns<'_> {
             .map(|(speed, highest)| (speed, BENDS.map(|bend| 1.0 / (bend * highest))))
             .collect();
         let sign = robot.sign_model();
-        let read = |first, laws: &mut [[f64; GROUP]]| {
+        let read = |first, laws: &mut [Lanes<GROUP>]| {
             vectorised(
                 #[inline(always)]
                 || {
@@ -51,7 +51,7 @@ impl Columns<'_> {
                         let u = speed.at(first);
                         let model = sign.value(u);
                         for (law, scale) in laws.iter_mut().zip(scales) {
-                            *law = ((u * Lanes::constant(scale)).tanh() - model).0;
+                            *law = (u * Lanes::constant(scale)).tanh() - model;
                         }
                     }
                 },
@@ -165,16 +165,9 @@ impl Columns<'_> {
     fn filtered_groups(
         &self,
         signals: usize,
-        mut read: impl FnMut(usize, &mut [Lanes<GROUP>]),
+        read: impl FnMut(usize, &mut [Lanes<GROUP>]),
     ) -> Result<DMatrix<f64>, IdentificationError> {
         let Subject { experiment, decimation, .. } = *self.subject;
-        let mut lanes = vec![Lanes::zero(); signals];
-        let read = |first, signals: &mut [[f64; GROUP]]| {
-            read(first, &mut lanes);
-            for (signal, lanes) in signals.iter_mut().zip(&lanes) {
-                *signal = lanes.0;
-            }
-        };
         let filtered =
             decimation.decimate_groups(experiment.samples(), signals, experiment.counted(), read);
         let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;
