@@ -68,7 +68,9 @@ impl SecondOrderSections {
                 needed: pad.saturating_add(1),
             });
         }
-        if let Some(index) = signal.iter().position(|x| x.iter().any(|v| !v.is_finite())) {
+        // Without a branch for each signal.
+        let finite = |x: &[f64; L]| x.iter().fold(true, |all, value| all & value.is_finite());
+        if let Some(index) = signal.iter().position(|x| !finite(x)) {
             return Err(SignalError::NotFinite { index });
         }
 
