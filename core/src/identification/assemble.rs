@@ -88,7 +88,6 @@ impl Findings<'_> {
         let rows = observations.rows_per_joint();
         let filter = row_filter(decimation, rows);
         let analysis = ResidualAnalysis::new(observations, solution, &filter);
-        let classical = solution.standard_deviations();
         let covariance = analysis.covariance();
         let deviations = covariance.diagonal().map(f64::sqrt);
         let standard = self.standard(solution);
@@ -109,17 +108,6 @@ impl Findings<'_> {
             }
         };
 
-        let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
-        let parameters =
-            selection.names().iter().zip(values).map(|(name, ((&value, &sd), &own))| {
-                ParameterEstimate {
-                    name: name.clone(),
-                    value,
-                    standard_deviation: sd,
-                    classical_standard_deviation: own,
-                    relative_standard_deviation: sd / value.abs(),
-                }
-            });
         let statistics = torque.residual_statistics(residuals);
         let ljung_box = analysis.spectrum().ljung_box_per_joint();
         let own_statistics = observations.residual_statistics(&solution.residuals);
@@ -133,7 +121,7 @@ impl Findings<'_> {
             robot: self.robot.name().to_owned(),
             samples: self.experiment.samples(),
             rows: observations.matrix().nrows(),
-            parameters: parameters.collect(),
+            parameters: ParameterEstimate::of(selection, solution, &deviations),
             condition_number: solution.condition_number(),
             singular_values: SingularValues::of(solution),
             unweighted_condition_number: self.unweighted.condition_number(),

@@ -21,11 +21,10 @@ use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::observation::BaseColumns;
-use super::prefilter::row_filter;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
-use crate::regression::{Observations, ResidualAnalysis};
+use crate::regression::Observations;
 use crate::robot::Robot;
 use iteration::Iteration;
 use problem::{Output, Problem};
@@ -222,10 +221,7 @@ fn insensitive(
     fit: &EquationErrorFit,
 ) -> Option<(Failure, String)> {
     let weighted = &fit.weighted.solution;
-    let equation = fit.weighted.solved(&fit.observations);
-    let filter = row_filter(&fit.decimation, equation.rows_per_joint());
-    let covariance = ResidualAnalysis::new(equation, weighted, &filter).covariance();
-    let uncertainties = covariance.diagonal().map(f64::sqrt);
+    let uncertainties = fit.standard_deviations();
     let known = (weighted.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
