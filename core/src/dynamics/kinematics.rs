@@ -161,9 +161,10 @@ impl Model {
         let (mut sines, mut cosines) = ([T::zero(); MAX_JOINTS], [T::zero(); MAX_JOINTS]);
         let n = self.joints().min(MAX_JOINTS);
         T::sin_cos_each(&angles[..n], &mut sines[..n], &mut cosines[..n]);
-        let both = sines.into_iter().zip(cosines);
-        for (((pose, joint), q), both) in ws.poses.iter_mut().zip(&self.chain).zip(q).zip(both) {
-            *pose = Pose::new(joint, *q, both);
+        let poses = ws.poses.iter_mut().zip(&self.chain).zip(q);
+        // By reference: arrays that are handed over are copied.
+        for (((pose, joint), q), (sin, cos)) in poses.zip(sines.iter().zip(&cosines)) {
+            *pose = Pose::new(joint, *q, (*sin, *cos));
         }
     }
 
