@@ -16,6 +16,7 @@ use didim_core::identification::{
     ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, Identification,
     IdentificationError, IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter,
     SensitivityMethod, SignalTiming, Signals, Start, VerdictLimits, clie, cloe, didim, idim_ls,
+    idim_ls_unchecked,
 };
 use didim_core::robot::Robot;
 use didim_core::trajectory::ReferenceInterpolation;
@@ -72,6 +73,12 @@ fn identification(criterion: &mut Criterion) {
     group.sample_size(10).warm_up_time(Duration::from_millis(500));
     group.bench_function("28_parameters", |bencher| {
         bencher.iter(|| idim_ls(robot, &base, &experiment, &options).unwrap());
+    });
+    // What benches/numpy_idim_ls.py computes, and the correction of the standard deviations.
+    let fit = idim_ls_unchecked(robot, &base, &experiment, &options).unwrap();
+    assert_eq!(fit.parameters, found.parameters);
+    group.bench_function("28_parameters_without_checks", |bencher| {
+        bencher.iter(|| idim_ls_unchecked(robot, &base, &experiment, &options).unwrap());
     });
     group.finish();
 }

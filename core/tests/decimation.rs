@@ -3,6 +3,7 @@
 
 use core::ops::Range;
 
+use didim_core::lanes::Lanes;
 use didim_core::signal::{ParallelDecimation, SignalError};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -38,6 +39,21 @@ fn decimated(
         next = Some(k + 1);
         values.copy_from_slice(signals.column(k).as_slice());
     })
+}
+
+/// The rows, and the differences of the samples beside them.
+fn with_differences(
+    decimation: &ParallelDecimation,
+    signals: &DMatrix<f64>,
+    counted: Range<usize>,
+) -> [DMatrix<f64>; 2] {
+    let (count, samples) = signals.shape();
+    let read = |first: usize, group: &mut [Lanes<3>]| {
+        for (group, signal) in group.iter_mut().zip(signals.row_iter()) {
+            *group = Lanes::from_fn(|l| signal[(first + l).min(samples - 1)]);
+        }
+    };
+    decimation.decimate_with_differences(samples, count, counted, read).unwrap()
 }
 
 /// The same by the recursion over every sample of one signal after the other.
@@ -99,6 +115,43 @@ fn jumps_give_what_the_recursion_gives_for_many_signals_and_long_records() {
             assert!(difference < ROUNDING, "{samples} samples: {difference}");
         }
     }
+}
+
+proptest! {
+    #[test]
+    fn differences_are_those_of_the_filtered_samples_beside_the_kept_ones(
+        seed in any::<u64>(), order in 1_usize..=12, cutoff_ratio in 0.5..0.95_f64,
+        factor in 2_usize..=150, samples in 40_usize..2500, signals in 1_usize..=40,
+        start in 0_usize..2500, length in 0_usize..3000,
+    ) {
+        let filtered = ParallelDecimation::chebyshev1(order, 0.05, cutoff_ratio, factor).unwrap();
+        let signals = random(seed, signals, samples);
+        let counted = start.min(samples)..start + length;
+        for decimation in [filtered, ParallelDecimation::none()] {
+            let kept: Vec<usize> =
+                decimation.kept(counted.clone()).filter(|&k| k < samples).collect();
+            let [rows, differences] = with_differences(&decimation, &signals, counted.clone());
+            prop_assert_eq!(&rows, &decimated(&decimation, &signals, counted.clone()).unwrap());
+            for (s, signal) in signals.row_iter().enumerate() {
+                let mut filtered: Vec<f64> = signal.iter().copied().collect();
+                decimation.filter(&mut filtered).unwrap();
+                for (row, &k) in kept.iter().enumerate() {
+                    if k > 0 && k + 1 < samples {
+                        let expected = filtered[k + 1] - filtered[k - 1];
+                        let error = (differences[(row, s)] - expected).abs() / signal.amax();
+                        prop_assert!(error < ROUNDING, "row {row} of {s}: {error}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn differences_without_a_filter_are_those_of_the_signal_up_to_its_ends() {
+    let line = DMatrix::from_fn(1, 51, |_, k| 3.0 + 0.25 * k as f64);
+    let [_, differences] = with_differences(&ParallelDecimation::none(), &line, 0..51);
+    assert_eq!(differences, DMatrix::from_element(51, 1, 0.5));
 }
 
 #[test]

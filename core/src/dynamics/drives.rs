@@ -131,6 +131,22 @@ impl Drives {
         }
     }
 
+    /// Calls `at(row, column)` for the entries that inertia, friction and offsets add to.
+    #[inline(always)]
+    pub(super) fn for_each_entry(&self, mut at: impl FnMut(usize, usize)) {
+        for term in self.inertia.iter().flatten().chain(&self.viscous) {
+            at(term.row, term.column);
+        }
+        for CoulombTerm { column, direction } in &self.coulomb {
+            for &(joint, _) in direction {
+                at(joint, *column);
+            }
+        }
+        for &(column, row) in &self.offset {
+            at(row, column);
+        }
+    }
+
     /// Calls `add(row, joint, value)` for every entry of ∂τ/∂q̇ that friction causes.
     #[inline(always)]
     pub(super) fn for_each_friction_partial(

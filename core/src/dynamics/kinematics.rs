@@ -35,15 +35,18 @@ impl<T: Scalar> Pose<T> {
     fn new(joint: &Joint, q: T, (sin, cos): (T, T)) -> Self {
         let Joint { kind, alpha, theta, d_m, r_m, .. } = *joint;
         let (cos0, sin0) = (T::constant(theta.cos), T::constant(theta.sin));
-        let (cos_theta, sin_theta, r) = match kind {
+        let (cos_theta, sin_theta, origin) = match kind {
             JointKind::Revolute => {
+                let origin = Vector3::constant([d_m, r_m * -alpha.sin, r_m * alpha.cos]);
                 // The offset is added as a rotation, not to q: quarter turns stay exact.
-                (cos * cos0 - sin * sin0, sin * cos0 + cos * sin0, T::constant(r_m))
+                (cos * cos0 - sin * sin0, sin * cos0 + cos * sin0, origin)
             }
-            JointKind::Prismatic => (cos0, sin0, T::constant(r_m) + q),
+            JointKind::Prismatic => {
+                let (sin, cos) = (T::constant(-alpha.sin), T::constant(alpha.cos));
+                let r = T::constant(r_m) + q;
+                (cos0, sin0, Vector3::new(T::constant(d_m), r * sin, r * cos))
+            }
         };
-        let origin =
-            Vector3::new(T::constant(d_m), r * T::constant(-alpha.sin), r * T::constant(alpha.cos));
         let shifted = kind == JointKind::Prismatic || d_m != 0.0 || r_m != 0.0;
         Self { alpha: TurnAboutX::new(alpha), cos_theta, sin_theta, origin, shifted }
     }
@@ -158,9 +161,10 @@ impl Model {
         let (mut sines, mut cosines) = ([T::zero(); MAX_JOINTS], [T::zero(); MAX_JOINTS]);
         let n = self.joints().min(MAX_JOINTS);
         T::sin_cos_each(&angles[..n], &mut sines[..n], &mut cosines[..n]);
-        let both = sines.into_iter().zip(cosines);
-        for (((pose, joint), q), both) in ws.poses.iter_mut().zip(&self.chain).zip(q).zip(both) {
-            *pose = Pose::new(joint, *q, both);
+        let poses = ws.poses.iter_mut().zip(&self.chain).zip(q);
+        // By reference: arrays that are handed over are copied.
+        for (((pose, joint), q), (sin, cos)) in poses.zip(sines.iter().zip(&cosines)) {
+            *pose = Pose::new(joint, *q, (*sin, *cos));
         }
     }
 

@@ -53,7 +53,7 @@ impl Model {
             table.parameters().iter().enumerate().filter_map(is_first).collect();
         let drives = Drives::new(robot);
         let all: Vec<usize> = (0..table.names().len()).collect();
-        let all_columns = RegressorColumns::new(&first_columns, &drives, all.len(), &all);
+        let all_columns = RegressorColumns::new(&first_columns, &drives, all.len(), &all, true);
         Self {
             chain: robot.chain().to_vec(),
             gravity_m_s2: robot.gravity_m_s2(),

@@ -10,14 +10,22 @@ use crate::dispatch::vectorised;
 use crate::robot::{JointKind, SignModel};
 use crate::scalar::Scalar;
 
-/// Which columns of the regressor are wanted, prepared for evaluation.
+/// Which columns of the regressor are wanted, prepared for evaluation: as a matrix, or only those
+/// entries that can differ from 0.
 #[derive(Clone, Debug)]
 pub struct RegressorColumns {
     width: usize,
-    /// Of each link, which of its ten parameters are wanted, and their places among the wanted.
+    /// Joint and column of what is wanted, in its order: a matrix row by row, entries column by column.
+    entries: Vec<(usize, usize)>,
+    is_matrix: bool,
+    /// Of each link, which of its ten parameters are wanted, and where the first of their entries is.
     links: Vec<Vec<(usize, usize)>>,
-    /// The drives' parameters by their places.
+    /// From there to the entry of the next joint.
+    stride: usize,
+    /// The drives' parameters by their columns among the wanted.
     drives: Drives,
+    /// Where the entry of joint and column is, row by row.
+    indices: Vec<usize>,
 }
 
 impl RegressorColumns {
@@ -26,7 +34,9 @@ impl RegressorColumns {
         drives: &Drives,
         parameters: usize,
         wanted: &[usize],
+        is_matrix: bool,
     ) -> Self {
+        let (joints, width) = (first_columns.len(), wanted.len());
         let place = |column: usize| wanted.iter().position(|&other| other == column);
         let of_link = |&first: &usize| {
             (0..10).filter_map(|component| Some((component, place(first + component)?))).collect()
@@ -37,7 +47,38 @@ impl RegressorColumns {
             links.pop();
         }
         let places: Vec<_> = (0..parameters).map(place).collect();
-        Self { width: wanted.len(), links, drives: drives.selecting(&places) }
+        let drives = drives.selecting(&places);
+
+        // A joint feels only what hangs on it, and the drives that act on it.
+        let mut differs = vec![false; joints * width];
+        for (link, wanted) in links.iter().enumerate() {
+            for (row, (_, column)) in
+                (0..=link).flat_map(|row| wanted.iter().map(move |w| (row, w)))
+            {
+                differs[row * width + column] = true;
+            }
+        }
+        drives.for_each_entry(|row, column| differs[row * width + column] = true);
+        let entries: Vec<(usize, usize)> = if is_matrix {
+            (0..joints).flat_map(|row| (0..width).map(move |column| (row, column))).collect()
+        } else {
+            let all = (0..width).flat_map(|column| (0..joints).map(move |row| (row, column)));
+            all.filter(|(row, column)| differs[row * width + column]).collect()
+        };
+        let mut indices = vec![usize::MAX; joints * width];
+        for (index, (row, column)) in entries.iter().enumerate() {
+            indices[row * width + column] = index;
+        }
+        for (_, column) in links.iter_mut().flatten() {
+            *column = indices[*column];
+        }
+        let stride = if is_matrix { width } else { 1 };
+        Self { width, entries, is_matrix, links, stride, drives, indices }
+    }
+
+    /// Joint and column of the entries, in the order in which they are computed.
+    pub fn entries(&self) -> &[(usize, usize)] {
+        &self.entries
     }
 
     pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
@@ -54,7 +95,13 @@ impl Model {
     /// These columns of the regressor, in this order, each at most once.
     pub fn regressor_columns(&self, columns: &[usize]) -> RegressorColumns {
         let parameters = self.parameter_names().len();
-        RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns)
+        RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns, true)
+    }
+
+    /// Of the same columns only what can differ from 0, one column after the other.
+    pub fn regressor_entries(&self, columns: &[usize]) -> RegressorColumns {
+        let parameters = self.parameter_names().len();
+        RegressorColumns::new(&self.first_columns, &self.drives, parameters, columns, false)
     }
 
     /// The matrix Y(q, q̇, q̈) with τ = Y φ: n × p, row-major, row = joint, columns as
@@ -73,11 +120,12 @@ impl Model {
         self.selected_regressor(ws, &self.all_columns, q, dq, ddq, out);
     }
 
-    /// The wanted columns of the [`regressor`](Self::regressor) alone, n × b, row-major.
+    /// The wanted columns of the [`regressor`](Self::regressor) alone, n × b, row-major, or their
+    /// [`entries`](RegressorColumns::entries).
     ///
     /// # Panics
-    /// When a slice is not of the model's size: n entries for q, dq and ddq, n × b for `out`; or
-    /// when the columns are those of another model.
+    /// When a slice is not of the model's size: n entries for q, dq and ddq, and for `out` as many as
+    /// the columns have; or when the columns are those of another model.
     pub fn selected_regressor<T: Scalar>(
         &self,
         ws: &mut Workspace<T>,
@@ -113,10 +161,14 @@ impl Model {
     ) {
         self.check_joints(dq);
         self.check_joints(ddq);
-        let width = columns.width;
-        assert_eq!(out.len(), self.joints() * width, "one row per joint, one column per parameter");
-        out.fill(T::zero());
+        assert_eq!(out.len(), columns.entries.len(), "one number per entry");
         self.propagate(ws, columns.links.len(), dq, Some(ddq));
+        let at = |row: usize, column: usize| columns.indices[row * columns.width + column];
+        if columns.is_matrix {
+            out.fill(T::zero());
+        } else {
+            columns.drives.for_each_entry(|row, column| out[at(row, column)] = T::zero());
+        }
 
         let mut axes = [Axis::own(JointKind::Revolute); MAX_JOINTS];
         for (l, wanted) in columns.links.iter().enumerate() {
@@ -125,46 +177,43 @@ impl Model {
             }
             let kind = self.chain[l].kind;
             axes[l] = Axis::own(kind);
-            for &(component, place) in wanted {
-                let entries = out[place..].iter_mut().step_by(width);
-                let rows = entries.zip(&axes[..l]);
+            for &(component, first) in wanted {
+                let mut entry = first;
                 if component < INERTIA_COMPONENTS {
                     let moment = unit_inertia_moment(component, &ws.motions[l]);
-                    for (entry, axis) in rows {
-                        *entry = axis.turn.dot(moment);
+                    for axis in &axes[..l] {
+                        out[entry] = axis.turn.dot(moment);
+                        entry += columns.stride;
                     }
-                    if kind == JointKind::Revolute {
-                        out[l * width + place] = moment.z;
-                    }
+                    out[entry] = match kind {
+                        JointKind::Revolute => moment.z,
+                        JointKind::Prismatic => T::zero(),
+                    };
                 } else {
                     let wrench = unit_mass_wrench(component, &ws.motions[l]);
-                    for (entry, axis) in rows {
-                        *entry = axis.turn.dot(wrench.moment);
+                    for axis in &axes[..l] {
+                        out[entry] = axis.turn.dot(wrench.moment);
                         if axis.displaced {
-                            *entry += axis.shift.dot(wrench.force);
+                            out[entry] += axis.shift.dot(wrench.force);
                         }
+                        entry += columns.stride;
                     }
-                    out[l * width + place] = wrench.along(kind);
+                    out[entry] = wrench.along(kind);
                 }
             }
         }
-        columns.drives.for_each_inertia(ddq, |row, place, c| out[row * width + place] += c);
-        columns.drives.for_each_friction(dq, |row, place, c| out[row * width + place] += c);
+        columns.drives.for_each_inertia(ddq, |row, column, c| out[at(row, column)] += c);
+        columns.drives.for_each_friction(dq, |row, column, c| out[at(row, column)] += c);
     }
 
-    /// Which entries of the regressor can differ from 0, in its layout: a joint feels only what
-    /// hangs on it, and the drives that act on it.
+    /// Which entries of the regressor can differ from 0, in its layout.
     pub fn regressor_pattern(&self) -> Vec<bool> {
         let (n, width) = (self.joints(), self.parameter_names().len());
+        let all: Vec<usize> = (0..width).collect();
         let mut pattern = vec![false; n * width];
-        for (link, &first) in self.first_columns.iter().enumerate() {
-            for row in pattern.chunks_mut(width).take(link + 1) {
-                row[first..first + 10].fill(true);
-            }
+        for (row, column) in self.regressor_entries(&all).entries {
+            pattern[row * width + column] = true;
         }
-        let any = &[0.0; MAX_JOINTS][..n];
-        self.drives.for_each_inertia(any, |row, column, _| pattern[row * width + column] = true);
-        self.drives.for_each_friction(any, |row, column, _| pattern[row * width + column] = true);
         pattern
     }
 }

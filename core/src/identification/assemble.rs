@@ -13,12 +13,13 @@ use super::estimate::{
 use super::experiment::Experiment;
 use super::information::Information;
 use super::method::Method;
+use super::observation::BesideObservation;
 use super::outliers::DownweightedRows;
 use super::prefilter::{Motion, row_filter};
 use super::selection::Selection;
 use super::simulation_error::SimulationErrors;
 use super::verdict::VerdictLimits;
-use crate::dynamics::{BaseParameters, Model};
+use crate::dynamics::Model;
 use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
@@ -41,13 +42,14 @@ pub(super) struct TorqueRows<'a> {
 pub(super) struct Findings<'a> {
     pub(super) method: Method,
     pub(super) robot: &'a Robot,
-    pub(super) base: &'a BaseParameters,
     pub(super) experiment: &'a Experiment,
     pub(super) model: &'a Model,
     pub(super) selection: &'a Selection,
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
+    /// What there is of it beside the observation matrix.
+    pub(super) beside: &'a BesideObservation,
     /// Where the noise of the positions may do harm.
     pub(super) position_error: PositionError,
     /// The equation that was solved.
@@ -86,7 +88,6 @@ impl Findings<'_> {
         let rows = observations.rows_per_joint();
         let filter = row_filter(decimation, rows);
         let analysis = ResidualAnalysis::new(observations, solution, &filter);
-        let classical = solution.standard_deviations();
         let covariance = analysis.covariance();
         let deviations = covariance.diagonal().map(f64::sqrt);
         let standard = self.standard(solution);
@@ -107,17 +108,6 @@ impl Findings<'_> {
             }
         };
 
-        let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
-        let parameters =
-            selection.names().iter().zip(values).map(|(name, ((&value, &sd), &own))| {
-                ParameterEstimate {
-                    name: name.clone(),
-                    value,
-                    standard_deviation: sd,
-                    classical_standard_deviation: own,
-                    relative_standard_deviation: sd / value.abs(),
-                }
-            });
         let statistics = torque.residual_statistics(residuals);
         let ljung_box = analysis.spectrum().ljung_box_per_joint();
         let own_statistics = observations.residual_statistics(&solution.residuals);
@@ -131,7 +121,7 @@ impl Findings<'_> {
             robot: self.robot.name().to_owned(),
             samples: self.experiment.samples(),
             rows: observations.matrix().nrows(),
-            parameters: parameters.collect(),
+            parameters: ParameterEstimate::of(selection, solution, &deviations),
             condition_number: solution.condition_number(),
             singular_values: SingularValues::of(solution),
             unweighted_condition_number: self.unweighted.condition_number(),
@@ -212,12 +202,12 @@ impl Findings<'_> {
     ) -> Result<Checks, IdentificationError> {
         let subject = Subject {
             robot: self.robot,
-            base: self.base,
             model: self.model,
             selection: self.selection,
             experiment: self.experiment,
             decimation: self.decimation,
             motion: self.motion,
+            beside: self.beside,
             position_error: &self.position_error,
             spoiled: &self.spoiled,
             observations: torque,

@@ -1,10 +1,12 @@
 //! What an identification says.
 
+use nalgebra::DVector;
 use serde::Serialize;
 
 use super::checks::{ModelCheck, TorqueDelay};
 use super::error::Failure;
 use super::information::Information;
+use super::selection::Selection;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
@@ -23,6 +25,28 @@ pub struct ParameterEstimate {
     pub classical_standard_deviation: f64,
     /// `standard_deviation / |value|`.
     pub relative_standard_deviation: f64,
+}
+
+impl ParameterEstimate {
+    /// Every selected parameter, from a solution and its corrected standard deviations.
+    pub(super) fn of(
+        selection: &Selection,
+        solution: &Solution,
+        deviations: &DVector<f64>,
+    ) -> Vec<Self> {
+        let classical = solution.standard_deviations();
+        let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
+        let parameters = selection.names().iter().zip(values);
+        parameters
+            .map(|(name, ((&value, &standard_deviation), &classical_standard_deviation))| Self {
+                name: name.clone(),
+                value,
+                standard_deviation,
+                classical_standard_deviation,
+                relative_standard_deviation: standard_deviation / value.abs(),
+            })
+            .collect()
+    }
 }
 
 /// The extreme singular values of an observation matrix.

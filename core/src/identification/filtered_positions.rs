@@ -5,9 +5,8 @@ use nalgebra::DMatrix;
 use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::options::PositionFilter;
-use super::prefilter::GROUP;
 use crate::MAX_JOINTS;
-use crate::lanes::{Lanes, each};
+use crate::lanes::each;
 use crate::signal::neighbours;
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are formed
@@ -83,20 +82,6 @@ impl FilteredPositions {
             |joint| (after[joint] - before[joint]) * factor,
         )
     }
-}
-
-/// The [`central_difference`](crate::signal::central_difference) of a signal at the samples from
-/// `first` on, beyond the last sample that of the last.
-#[inline(always)]
-pub(super) fn derivative_of(signal: &[f64], rate_hz: f64, first: usize) -> Lanes<GROUP> {
-    let last = signal.len() - 1;
-    Lanes::from_fn(
-        #[inline(always)]
-        |l| {
-            let (before, after, factor) = neighbours((first + l).min(last), signal.len(), rate_hz);
-            (signal[after] - signal[before]) * factor
-        },
-    )
 }
 
 /// Samples that are turned from joint after joint to side by side while they are in the nearest cache.

@@ -45,7 +45,8 @@ pub fn idim_iv(
     options.convergence.validate()?;
     let decimation = options.regression.decimation(options.decimated)?;
     options.regression.validate_robust(Method::IdimIv)?;
-    let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
+    let (fit, beside) =
+        EquationErrorFit::with_beside(robot, base, experiment, &options.regression, decimation)?;
     let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
     let start = start::parameters(options.start, robot, base, &fit)?;
     let equation = Equation::Instrumented;
@@ -74,12 +75,12 @@ pub fn idim_iv(
     let findings = Findings {
         method: Method::IdimIv,
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
+        beside: &beside,
         position_error: PositionError::InTheRegressor(options.regression.position_filter),
         observations: &instruments.projected,
         torque: Some(TorqueRows {

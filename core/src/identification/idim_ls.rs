@@ -2,19 +2,21 @@
 
 use core::ops::Range;
 
+use nalgebra::{DMatrix, DVector};
+
 use super::assemble::Findings;
 use super::checks::PositionError;
 use super::error::IdentificationError;
 use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::method::Method;
-use super::observation::observation_matrix;
+use super::observation::{BaseColumns, BesideObservation, observation_matrix};
 use super::options::IdimLsOptions;
-use super::prefilter::{Motion, filtered_motion, filtered_torque};
+use super::prefilter::{Motion, filtered_motion, filtered_torque, row_filter};
 use super::selection::Selection;
 use super::weighting::Weighting;
 use crate::dynamics::{BaseParameters, Model};
-use crate::regression::{Observations, RobustLoss, Solution};
+use crate::regression::{Observations, ResidualAnalysis, RobustLoss, Solution};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
 
@@ -41,16 +43,17 @@ pub fn idim_ls(
     options: &IdimLsOptions,
 ) -> Result<Identification, IdentificationError> {
     let decimation = options.decimation(true)?;
-    let fit = EquationErrorFit::new(robot, base, experiment, options, decimation)?;
+    let (fit, beside) =
+        EquationErrorFit::with_beside(robot, base, experiment, options, decimation)?;
     let findings = Findings {
         method: Method::IdimLs,
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion: &fit.motion,
+        beside: &beside,
         position_error: PositionError::InTheRegressor(options.position_filter),
         observations: fit.weighted.solved(&fit.observations),
         torque: fit.weighted.torque_rows(&fit.observations),
@@ -113,6 +116,54 @@ impl EquationErrorFit {
         options: &IdimLsOptions,
         decimation: ParallelDecimation,
     ) -> Result<Self, IdentificationError> {
+        let along = Along::new(robot, base, experiment, options, decimation)?;
+        let Along { model, selection, motion, decimation } = &along;
+        let matrix =
+            observation_matrix(model, selection, motion, decimation, experiment.counted())?;
+        let matrix = experiment.fitted_matrix(decimation, matrix);
+        along.solve(matrix, experiment, options)
+    }
+
+    /// The same, and what the model is checked with along the measured motion.
+    pub(super) fn with_beside(
+        robot: &Robot,
+        base: &BaseParameters,
+        experiment: &Experiment,
+        options: &IdimLsOptions,
+        decimation: ParallelDecimation,
+    ) -> Result<(Self, BesideObservation), IdentificationError> {
+        let along = Along::new(robot, base, experiment, options, decimation)?;
+        let Along { model, selection, motion, decimation } = &along;
+        let BaseColumns { selected, beside } =
+            BaseColumns::new(model, base, selection, motion, decimation, experiment)?;
+        Ok((along.solve(selected, experiment, options)?, beside))
+    }
+
+    /// Standard deviations of the parameters, corrected for the colour of the residuals.
+    pub(super) fn standard_deviations(&self) -> DVector<f64> {
+        let equation = self.weighted.solved(&self.observations);
+        let filter = row_filter(&self.decimation, equation.rows_per_joint());
+        let analysis = ResidualAnalysis::new(equation, &self.weighted.solution, &filter);
+        analysis.covariance().diagonal().map(f64::sqrt)
+    }
+}
+
+/// The measured motion, and the model that the equation is set up with along it.
+struct Along {
+    model: Model,
+    selection: Selection,
+    motion: Motion,
+    decimation: ParallelDecimation,
+}
+
+impl Along {
+    fn new(
+        robot: &Robot,
+        base: &BaseParameters,
+        experiment: &Experiment,
+        options: &IdimLsOptions,
+        decimation: ParallelDecimation,
+    ) -> Result<Self, IdentificationError> {
         if robot.joints() != experiment.joints() {
             return Err(IdentificationError::JointCount {
                 robot: robot.name().to_owned(),
@@ -122,7 +173,6 @@ impl EquationErrorFit {
         }
         options.limits.validate()?;
         let selection = Selection::new(robot, base, options.parameters.as_deref())?;
-        let counted = experiment.counted();
         let rows = experiment.fitted_samples(&decimation).len() * experiment.joints();
         if rows <= selection.names().len() {
             let parameters = selection.names().len();
@@ -132,15 +182,21 @@ impl EquationErrorFit {
             let parameters = selection.names().len();
             return Err(IdentificationError::TooManyRows { rows, parameters });
         }
-
         let motion = filtered_motion(experiment, &options.position_filter)?;
-        let model = Model::new(robot);
-        let matrix = observation_matrix(&model, &selection, &motion, &decimation, counted)?;
-        let matrix = experiment.fitted_matrix(&decimation, matrix);
-        let torque = filtered_torque(experiment, &decimation)?;
+        Ok(Self { model: Model::new(robot), selection, motion, decimation })
+    }
 
+    /// Steps 3 and 4 of [`idim_ls`], with the observation matrix of this motion.
+    fn solve(
+        self,
+        matrix: DMatrix<f64>,
+        experiment: &Experiment,
+        options: &IdimLsOptions,
+    ) -> Result<EquationErrorFit, IdentificationError> {
+        let Self { model, selection, motion, decimation } = self;
+        let torque = filtered_torque(experiment, &decimation)?;
         let named = |error| IdentificationError::from_regression(error, &selection);
-        let observations = Observations::new(matrix, torque, robot.joints()).map_err(named)?;
+        let observations = Observations::new(matrix, torque, experiment.joints()).map_err(named)?;
         let ordinary = observations.ordinary().map_err(named)?;
         let noise_levels = match options.robust {
             None => observations.noise_levels(&ordinary.residuals),
@@ -148,7 +204,7 @@ impl EquationErrorFit {
         };
         let weighted = Weighting::new(&observations, &noise_levels, options.robust);
         let weighted = weighted.map_err(named)?;
-        Ok(Self {
+        Ok(EquationErrorFit {
             selection,
             model,
             decimation,

@@ -35,6 +35,7 @@ mod reduction;
 mod selection;
 mod simulation_error;
 mod simulator;
+mod unchecked;
 mod verdict;
 mod weighting;
 
@@ -57,4 +58,5 @@ pub use output_error::{Optimiser, OutputErrorOptions, SensitivityMethod, clie, c
 pub use prefilter::{Motion, filtered_motion, filtered_torque};
 pub use reduction::{Reduction, ReductionStep, essential_parameters};
 pub use selection::Selection;
+pub use unchecked::{UncheckedEstimate, idim_ls_unchecked};
 pub use verdict::{LimitError, VerdictLimits};

@@ -186,7 +186,6 @@ pub(super) fn row_filter(decimation: &ParallelDecimation, rows: usize) -> RowFil
 mod tests {
     use super::*;
     use crate::identification::Signals;
-    use crate::identification::filtered_positions::derivative_of;
 
     #[test]
     fn velocities_and_accelerations_where_they_are_asked_for_are_those_of_the_motion() {
@@ -210,8 +209,6 @@ mod tests {
             for first in (0..samples).chain([0]) {
                 let found = of_positions.differentiate(&positions, first);
                 assert_eq!(found, of_motion.read(&motion, first), "{first} of {samples}");
-                let rates = derivative_of(motion.position.column(1).as_slice(), 300.0, first);
-                assert_eq!(rates, found[1][1], "{first} of {samples}");
             }
         }
     }

@@ -16,11 +16,15 @@ const TESTED_LAGS: usize = 12;
 /// Values of a spectrum that are computed side by side.
 const TOGETHER: usize = lanes::WIDTH;
 
+/// Lags from 0 that are looked at, side by side.
+const LAG_GROUPS: usize =
+    (if MAX_ORDER > TESTED_LAGS { MAX_ORDER } else { TESTED_LAGS } + 1).div_ceil(TOGETHER);
+
 /// What spectra on one band have in common.
 #[derive(Clone, Debug)]
 pub(super) struct Band {
-    /// cos(π k l/K) over the K + 1 frequencies k of a periodogram, for lags l from 0.
-    cosines: Vec<Vec<f64>>,
+    /// cos(π k l/K) for lags l from 0, at each of the K + 1 frequencies k of a periodogram.
+    cosines: Vec<[Lanes<TOGETHER>; LAG_GROUPS]>,
     /// cos φ and sin φ where spectra are wanted, and how many there are.
     directions: Vec<[Lanes<TOGETHER>; 2]>,
     count: usize,
@@ -33,7 +37,10 @@ impl Band {
         let turn: Vec<f64> = (0..2 * steps)
             .map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos())
             .collect();
-        let of_lag = |lag| (0..periodogram).map(|k| turn[k * lag % (2 * steps)]).collect();
+        let of_frequency = |k: usize| {
+            let lags = |group| Lanes::from_fn(|l| turn[k * (group * TOGETHER + l) % (2 * steps)]);
+            core::array::from_fn(lags)
+        };
         let phases: Vec<[f64; 2]> = phases.map(|phi| [phi.cos(), phi.sin()]).collect();
         let directions = phases.chunks(TOGETHER).map(|phases| {
             let part =
@@ -41,7 +48,7 @@ impl Band {
             [part(0), part(1)]
         });
         Self {
-            cosines: (0..=MAX_ORDER.max(TESTED_LAGS)).map(of_lag).collect(),
+            cosines: (0..periodogram).map(of_frequency).collect(),
             directions: directions.collect(),
             count: phases.len(),
         }
@@ -50,13 +57,21 @@ impl Band {
     /// `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, the ends of the sum halved.
     fn autocovariances(&self, periodogram: &[f64], lags: usize) -> Vec<f64> {
         let last = periodogram.len().saturating_sub(1);
-        let halved: Vec<f64> = (periodogram.iter().enumerate())
-            .map(|(k, power)| if k == 0 || k == last { 0.5 * power } else { *power })
-            .collect();
-        let of_lag = |cosines: &Vec<f64>| {
-            halved.iter().zip(cosines).map(|(power, cos)| power * cos).sum::<f64>()
-        };
-        self.cosines.iter().take(lags + 1).map(|lag| of_lag(lag) / last.max(1) as f64).collect()
+        let mut sums = [Lanes::zero(); LAG_GROUPS];
+        vectorised(
+            #[inline(always)]
+            || {
+                for (k, (power, cosines)) in periodogram.iter().zip(&self.cosines).enumerate() {
+                    let end = k == 0 || k == last;
+                    let power = Lanes::constant(if end { 0.5 * power } else { *power });
+                    for (sum, cosine) in sums.iter_mut().zip(cosines) {
+                        *sum += power * *cosine;
+                    }
+                }
+            },
+        );
+        let of_lags = sums.iter().flat_map(|sums| sums.0).take(lags + 1);
+        of_lags.map(|sum| sum / last.max(1) as f64).collect()
     }
 }
 

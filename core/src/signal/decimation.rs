@@ -6,10 +6,12 @@ use core::ops::Range;
 use nalgebra::DMatrix;
 
 use super::design::chebyshev1_low_pass;
+use super::difference::neighbours;
 use super::error::SignalError;
 use super::jump::Jump;
 use super::record::Record;
 use super::sections::SecondOrderSections;
+use crate::lanes::Lanes;
 
 /// Samples of a signal in memory that are read at once.
 const GROUP: usize = 8;
@@ -121,31 +123,65 @@ impl ParallelDecimation {
         samples: usize,
         signals: usize,
         counted: Range<usize>,
-        mut read: impl FnMut(usize, &mut [[f64; N]]),
+        mut read: impl FnMut(usize, &mut [Lanes<N>]),
     ) -> Result<DMatrix<f64>, SignalError> {
-        let end = counted.end.min(samples);
-        let kept = counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor);
+        if !self.is_none() {
+            let [rows, _] = self.decimate_with_differences(samples, signals, counted, read)?;
+            return Ok(rows);
+        }
+        let kept = self.kept_rows(samples, &counted);
+        let mut rows = DMatrix::zeros(kept.len(), signals);
+        let mut group = vec![Lanes([0.0; N]); signals];
+        for first in kept.clone().step_by(N) {
+            read(first, &mut group);
+            let count = N.min(kept.end - first);
+            let bad = |k: &usize| group.iter().any(|values| !values.0[*k].is_finite());
+            if let Some(k) = (0..count).find(bad) {
+                return Err(SignalError::NotFinite { index: first + k });
+            }
+            let mut rows = rows.rows_mut(first - kept.start, count);
+            for (mut rows, values) in rows.column_iter_mut().zip(&group) {
+                rows.copy_from_slice(&values.0[..count]);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// [`decimate_groups`](Self::decimate_groups), and of each kept sample how much the filtered signal
+    /// grows from the sample before to the one after: times half the sample rate, its
+    /// [`central_difference`](super::central_difference). Beyond both ends a signal is continued as
+    /// filters continue it, by its mirror image about the last value.
+    ///
+    /// # Errors
+    /// As [`decimate_groups`](Self::decimate_groups).
+    pub fn decimate_with_differences<const N: usize>(
+        &self,
+        samples: usize,
+        signals: usize,
+        counted: Range<usize>,
+        read: impl FnMut(usize, &mut [Lanes<N>]),
+    ) -> Result<[DMatrix<f64>; 2], SignalError> {
+        let kept = self.kept_rows(samples, &counted);
         if let Some((filter, jump)) = &self.filter {
             let padding = filter.default_padding();
             let room = jump.room(padding.samples);
             let record = Record::open(samples, signals, padding, room, read)?;
             return jump.filter_zero_phase(record, kept);
         }
-        let mut rows = DMatrix::zeros(kept.len(), signals);
-        let mut group = vec![[0.0; N]; signals];
-        for first in kept.clone().step_by(N) {
-            read(first, &mut group);
-            let count = N.min(kept.end - first);
-            let bad = |k: &usize| group.iter().any(|values| !values[*k].is_finite());
-            if let Some(k) = (0..count).find(bad) {
-                return Err(SignalError::NotFinite { index: first + k });
-            }
-            let mut rows = rows.rows_mut(first - kept.start, count);
-            for (mut rows, values) in rows.column_iter_mut().zip(&group) {
-                rows.copy_from_slice(&values[..count]);
-            }
-        }
-        Ok(rows)
+        let first = kept.start.saturating_sub(1);
+        let rows = self.decimate_groups(samples, signals, first..kept.end + 1, read)?;
+        let difference = |row: usize, signal: usize| {
+            let (before, after, factor) = neighbours(kept.start + row, samples, 2.0);
+            (rows[(after - first, signal)] - rows[(before - first, signal)]) * factor
+        };
+        let differences = DMatrix::from_fn(kept.len(), signals, difference);
+        Ok([rows.rows(kept.start - first, kept.len()).into_owned(), differences])
+    }
+
+    /// The kept samples as rows: multiples of the factor, inside record and `counted`.
+    fn kept_rows(&self, samples: usize, counted: &Range<usize>) -> Range<usize> {
+        let end = counted.end.min(samples);
+        counted.start.min(end).div_ceil(self.factor)..end.div_ceil(self.factor)
     }
 
     /// [`decimate_groups`](Self::decimate_groups) of signals that are known a sample at a time.
@@ -164,7 +200,7 @@ impl ParallelDecimation {
             for k in first..samples.min(first + GROUP) {
                 read(k, &mut values);
                 for (group, value) in group.iter_mut().zip(&values) {
-                    group[k - first] = *value;
+                    group.0[k - first] = *value;
                 }
             }
         })
@@ -183,7 +219,7 @@ impl ParallelDecimation {
         self.decimate_groups::<GROUP>(samples, signals.ncols(), counted, |first, group| {
             let last = samples.min(first + GROUP);
             for (group, signal) in group.iter_mut().zip(signals.column_iter()) {
-                group[..last - first].copy_from_slice(signal.rows_range(first..last).as_slice());
+                group.0[..last - first].copy_from_slice(signal.rows_range(first..last).as_slice());
             }
         })
     }

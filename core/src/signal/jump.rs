@@ -100,6 +100,8 @@ struct Oscillations {
     over: Side,
     /// What a real signal makes of both passes' amplitude.
     share: Side,
+    /// The same of the difference between the samples after and before: p − 1/p times the share.
+    slope: Side,
     /// Of the first half of the samples.
     weights: Vec<Weights>,
 }
@@ -126,6 +128,9 @@ impl Oscillations {
             pole: Side::of(&modes.iter().map(|mode| mode.pole).collect::<Vec<_>>()),
             over: Side::of(&powers.iter().map(|powers| powers[samples]).collect::<Vec<_>>()),
             share: Side::of(&modes.iter().map(Mode::share).collect::<Vec<_>>()),
+            slope: Side::of(
+                &modes.iter().map(|mode| mode.share() * mode.step_across()).collect::<Vec<_>>(),
+            ),
             weights: (0..samples.div_ceil(2)).map(weights).collect(),
         }
     }
@@ -147,6 +152,7 @@ impl Oscillations {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Jump {
     modes: Modes,
+    flank: f64,
     /// Samples between.
     samples: usize,
     oscillations: Vec<Oscillations>,
@@ -158,7 +164,7 @@ impl Jump {
         let modes = Modes::of(filter);
         let groups = modes.modes.chunks(TOGETHER);
         let oscillations = groups.map(|modes| Oscillations::new(modes, samples)).collect();
-        Self { modes, samples, oscillations }
+        Self { flank: modes.flank(), modes, samples, oscillations }
     }
 
     /// Samples that a stretch of a record has to have room for: a jump, or what is left at the end.
@@ -167,7 +173,14 @@ impl Jump {
     }
 
     /// Filters the signals of a record as [`SecondOrderSections::filter_zero_phase`] does and gives
-    /// one sample after each jump: the `wanted` ones (so many × signals), which are in the record.
+    /// one sample after each jump: the `wanted` ones (so many × signals), which are in the record. Of
+    /// each, also the filtered sample after it less the one before.
+    ///
+    /// ```text
+    /// S_k = Σ p^(m−1) x_(k−m)    B_k = Σ p^(m−1) x_(k+m)    y_k = g_0 x_k + Σ c (S_k + B_k)
+    /// S_(k+1) = p S_k + x_k      S_(k−1) = (S_k − x_(k−1))/p
+    /// y_(k+1) − y_(k−1) = (g_0 − Σ c/p) (x_(k+1) − x_(k−1)) + Σ c (p − 1/p) (S_k − B_k)
+    /// ```
     ///
     /// For the time it takes, it has what the oscillations sum up in memory, for each of them.
     ///
@@ -175,22 +188,25 @@ impl Jump {
     /// [`SignalError::NotFinite`] as for one signal.
     pub(super) fn filter_zero_phase<const N: usize>(
         &self,
-        mut record: Record<impl FnMut(usize, &mut [[f64; N]]), N>,
+        mut record: Record<impl FnMut(usize, &mut [Lanes<N>]), N>,
         wanted: Range<usize>,
-    ) -> Result<DMatrix<f64>, SignalError> {
+    ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let (factor, count) = (self.samples + 1, self.oscillations.len());
         // The last jump leaves what the continuation is the mirror image of.
         let jumps = (record.samples - record.padding - 1) / factor;
         record.advance(0, record.padding + 1);
         let starts = record.stretches().flat_map(|signal| self.start(signal, record.padding));
         let mut states: Vec<Side> = starts.collect();
+        // The sample before the next one; the first comes from the continuation.
+        let mut before: Vec<f64> = record.stretches().map(|x| 2.0 * x[0] - x[1]).collect();
 
         let mut kept = DMatrix::zeros(wanted.len(), record.signals);
+        let mut differences = DMatrix::zeros(wanted.len(), record.signals);
         // The unfiltered samples before each jump, and what the jump adds on the way back.
         let mut unfiltered = vec![0.0; jumps * record.signals];
         let mut returns = vec![Side::ZERO; jumps * record.signals * count];
         for jump in 0..jumps {
-            record.advance(jump * factor, factor);
+            record.advance(jump * factor, factor + 1);
             let mut finite = true;
             let row = jump.checked_sub(wanted.start).filter(|row| *row < wanted.len());
             vectorised(
@@ -203,9 +219,11 @@ impl Jump {
                     for ((signal, (values, states)), returns) in signals.enumerate().zip(returns) {
                         let sample = values[0];
                         let mut filtered = self.modes.centre * sample;
+                        let mut difference = self.flank * (values[1] - before[signal]);
                         for ((of, state), back) in self.oscillations.iter().zip(states).zip(returns)
                         {
                             filtered += of.share.dot(state);
+                            difference += of.slope.dot(state);
                             let [sums, mirrored] = of.sums(&values[1..factor]);
                             *state = of.over.times(&state.step(&of.pole, sample)).plus(&sums);
                             *back = mirrored;
@@ -213,8 +231,10 @@ impl Jump {
                             finite &= sums.re.0[0].is_finite();
                         }
                         unfiltered[signal] = sample;
+                        before[signal] = values[factor - 1];
                         if let Some(row) = row {
                             kept[(row, signal)] = filtered;
+                            differences[(row, signal)] = difference;
                         }
                         finite &= sample.is_finite();
                     }
@@ -231,42 +251,47 @@ impl Jump {
         let signals = record.stretches().zip(states.chunks_exact_mut(count));
         for (signal, (values, states)) in signals.enumerate() {
             let values = &values[..left];
-            let mut kept = kept.column_mut(signal);
-            let mut row_of = |position: usize, filtered: f64| {
+            let (mut kept, mut differences) =
+                (kept.column_mut(signal), differences.column_mut(signal));
+            let mut row_of = |position: usize, [filtered, difference]: [f64; 2]| {
                 let row = (jumps + position / factor).checked_sub(wanted.start);
                 let row = row.filter(|_| position.is_multiple_of(factor) && position < left);
-                if let Some(value) = row.and_then(|row| kept.get_mut(row)) {
-                    *value += filtered;
+                if let Some(row) = row.filter(|row| *row < wanted.len()) {
+                    kept[row] += filtered;
+                    differences[row] += difference;
                 }
             };
-            self.turn(values, record.padding, states, &mut row_of);
+            self.turn(before[signal], values, record.padding, states, &mut row_of);
         }
         // `states` have the sample before them, which the jump adds to what is behind it.
         for jump in (wanted.start..jumps).rev() {
             let first = jump * record.signals;
-            let mut kept =
-                (jump - wanted.start < wanted.len()).then(|| kept.row_mut(jump - wanted.start));
+            let row = jump - wanted.start;
+            let mut rows =
+                (row < wanted.len()).then(|| (kept.row_mut(row), differences.row_mut(row)));
             vectorised(
                 #[inline(always)]
                 || {
                     let returns = returns[first * count..].chunks_exact(count);
                     let signals = unfiltered[first..].iter().zip(states.chunks_exact_mut(count));
                     for (signal, ((sample, states), returns)) in signals.zip(returns).enumerate() {
-                        let mut filtered = 0.0;
+                        let (mut filtered, mut difference) = (0.0, 0.0);
                         for ((of, state), back) in self.oscillations.iter().zip(states).zip(returns)
                         {
                             *state = of.over.times(state).plus(back);
                             filtered += of.share.dot(state);
+                            difference += of.slope.dot(state);
                             *state = state.step(&of.pole, *sample);
                         }
-                        if let Some(kept) = &mut kept {
+                        if let Some((kept, differences)) = &mut rows {
                             kept[signal] += filtered;
+                            differences[signal] -= difference;
                         }
                     }
                 },
             );
         }
-        Ok(kept)
+        Ok([kept, differences])
     }
 
     /// What the oscillations have of the continuation before the first sample, the mirror image of
@@ -283,23 +308,34 @@ impl Jump {
     }
 
     /// Goes over the last samples and their mirrored continuation to its end, and back to the first
-    /// of them. Calls `add` with the position of each sample, and what either pass makes of it.
+    /// of them. Calls `add` with the position of each sample, and what either pass makes of it and of
+    /// the difference between the samples beside it. `before` is the sample before the first.
     fn turn(
         &self,
+        before: f64,
         samples: &[f64],
         padding: usize,
         states: &mut [Side],
-        add: &mut impl FnMut(usize, f64),
+        add: &mut impl FnMut(usize, [f64; 2]),
     ) {
         let last = samples.len() - 1;
         let mirrored = (1..=padding).map(|k| 2.0 * samples[last] - samples[last - k]);
         let continued: Vec<f64> = samples.iter().copied().chain(mirrored).collect();
         let numbers =
             |states: &[Side]| -> Vec<_> { states.iter().flat_map(Side::numbers).collect() };
-        let mut held = 0.0;
+        let shares = |states: &[Side]| {
+            let states = self.oscillations.iter().zip(states);
+            states.fold([0.0, 0.0], |[value, difference], (of, state)| {
+                [value + of.share.dot(state), difference + of.slope.dot(state)]
+            })
+        };
+        let (mut held, mut before) = (0.0, before);
         for (position, &sample) in continued.iter().enumerate() {
-            let shares = self.oscillations.iter().zip(&*states).map(|(of, z)| of.share.dot(z));
-            add(position, self.modes.centre * sample + shares.sum::<f64>());
+            let [value, difference] = shares(states);
+            let after = continued.get(position + 1).unwrap_or(&sample);
+            let difference = self.flank * (after - before) + difference;
+            add(position, [self.modes.centre * sample + value, difference]);
+            before = sample;
             if position + 1 == continued.len() {
                 held = self.modes.forward(sample, &numbers(states));
             }
@@ -312,8 +348,8 @@ impl Jump {
             *state = Side::of(turned);
         }
         for (position, &sample) in continued.iter().enumerate().rev() {
-            let shares = self.oscillations.iter().zip(&*states).map(|(of, z)| of.share.dot(z));
-            add(position, shares.sum());
+            let [value, difference] = shares(states);
+            add(position, [value, -difference]);
             for (of, state) in self.oscillations.iter().zip(&mut *states) {
                 *state = state.step(&of.pole, sample);
             }

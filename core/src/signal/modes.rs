@@ -84,6 +84,12 @@ impl Modes {
         terms.sum()
     }
 
+    /// `g_0 − Σ c/p`: what the sample after adds to the difference of the filtered samples before and
+    /// after one, beside what the oscillations have of it.
+    pub(super) fn flank(&self) -> f64 {
+        self.centre - self.modes.iter().map(|mode| (mode.share() / mode.pole).re).sum::<f64>()
+    }
+
     /// What one pass makes of a sample and of what the oscillations hold of those before.
     pub(super) fn forward(&self, sample: f64, states: &[Complex<f64>]) -> f64 {
         let shares = self.modes.iter().zip(states);
@@ -115,6 +121,11 @@ impl Mode {
     /// taken.
     pub(super) fn share(&self) -> Complex<f64> {
         self.both * self.poles
+    }
+
+    /// p − 1/p, by the distance of p from 1.
+    pub(super) fn step_across(&self) -> Complex<f64> {
+        -self.distance * (2.0 - self.distance) / self.pole
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::SignalError;
 use super::zero_phase::OddPadding;
+use crate::lanes::Lanes;
 
 /// A stretch of a record in memory, signal after signal.
 ///
@@ -18,10 +19,10 @@ pub(super) struct Record<R, const N: usize> {
     read: usize,
     stride: usize,
     values: Vec<f64>,
-    group: Vec<[f64; N]>,
+    group: Vec<Lanes<N>>,
 }
 
-impl<R: FnMut(usize, &mut [[f64; N]]), const N: usize> Record<R, N> {
+impl<R: FnMut(usize, &mut [Lanes<N>]), const N: usize> Record<R, N> {
     /// With room for so many samples at once.
     pub(super) fn open(
         samples: usize,
@@ -44,7 +45,7 @@ impl<R: FnMut(usize, &mut [[f64; N]]), const N: usize> Record<R, N> {
             read: 0,
             stride,
             values: vec![0.0; signals * stride],
-            group: vec![[0.0; N]; signals],
+            group: vec![Lanes([0.0; N]); signals],
         })
     }
 
@@ -60,7 +61,7 @@ impl<R: FnMut(usize, &mut [[f64; N]]), const N: usize> Record<R, N> {
             let inside = N.min(self.samples - self.read);
             let at = self.read - self.first;
             for (values, group) in self.values.chunks_exact_mut(self.stride).zip(&self.group) {
-                values[at..at + N].copy_from_slice(group);
+                values[at..at + N].copy_from_slice(&group.0);
             }
             self.read += inside;
         }

@@ -1,5 +1,7 @@
 //! A digital filter as a cascade of second-order sections.
 
+use crate::scalar::Scalar;
+
 /// One section, `H(z) = gain (1 + z⁻¹)ᵐ / (1 + a1 z⁻¹ + a2 z⁻²)` multiplied out, with m = 2, or
 /// m = 1 for the section of a real pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,12 +41,12 @@ impl Section {
     /// At a low cut-off z2 is nearly −z1. Their sum, the slope of the output, would be lost in the
     /// rounding of both, and is kept instead.
     #[inline(always)]
-    pub(super) fn step(&self, x: f64, z1: &mut f64, w: &mut f64) -> f64 {
+    pub(super) fn step<T: Scalar>(&self, x: T, z1: &mut T, w: &mut T) -> T {
         let ([b0, b1, b2], [a1, a2]) = (self.b, self.a);
-        let y = b0 * x + *z1;
+        let y = T::constant(b0) * x + *z1;
         // What does not wait for y comes first.
-        *z1 = (b0 + b1) * x + *w - (1.0 + a1) * y;
-        *w = (b0 + b1 + b2) * x + *w - (1.0 + a1 + a2) * y;
+        *z1 = T::constant(b0 + b1) * x + *w - T::constant(1.0 + a1) * y;
+        *w = T::constant(b0 + b1 + b2) * x + *w - T::constant(1.0 + a1 + a2) * y;
         y
     }
 }

@@ -3,6 +3,7 @@
 use super::error::SignalError;
 use super::sections::{SecondOrderSections, Section};
 use crate::dispatch::vectorised;
+use crate::lanes::Lanes;
 
 /// Samples that pass all sections before the next ones do: small enough for the nearest cache.
 const BLOCK: usize = 256;
@@ -68,7 +69,9 @@ impl SecondOrderSections {
                 needed: pad.saturating_add(1),
             });
         }
-        if let Some(index) = signal.iter().position(|x| x.iter().any(|v| !v.is_finite())) {
+        // Without a branch for each signal.
+        let finite = |x: &[f64; L]| x.iter().fold(true, |all, value| all & value.is_finite());
+        if let Some(index) = signal.iter().position(|x| !finite(x)) {
             return Err(SignalError::NotFinite { index });
         }
 
@@ -151,12 +154,10 @@ impl Section {
         state: &mut [[f64; L]; 2],
         samples: impl Iterator<Item = &'s mut [f64; L]>,
     ) {
-        let [mut z1, mut z2] = *state;
+        let [mut z1, mut w] = state.map(Lanes);
         for x in samples {
-            for l in 0..L {
-                x[l] = self.step(x[l], &mut z1[l], &mut z2[l]);
-            }
+            *x = self.step(Lanes(*x), &mut z1, &mut w).0;
         }
-        *state = [z1, z2];
+        *state = [z1.0, w.0];
     }
 }

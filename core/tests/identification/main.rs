@@ -15,3 +15,4 @@ mod recording;
 mod refusals;
 mod robust;
 mod timing;
+mod unchecked;

@@ -9,7 +9,7 @@ use crate::MAX_JOINTS;
 use crate::dispatch::vectorised;
 use crate::dynamics::{Model, Workspace};
 use crate::identification::error::IdentificationError;
-use crate::identification::filtered_positions::{FilteredPositions, derivative_of};
+use crate::identification::filtered_positions::FilteredPositions;
 use crate::identification::prefilter::{GROUP, MotionGroup, group_of};
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
@@ -19,22 +19,10 @@ const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
 
 /// Columns for one subject.
 pub(super) struct Columns<'a> {
-    subject: &'a Subject<'a>,
-    /// Torque of the estimate along the whole motion, samples × joints \[N·m\].
-    torque: DMatrix<f64>,
+    pub(super) subject: &'a Subject<'a>,
 }
 
-impl<'a> Columns<'a> {
-    pub(super) fn new(subject: &'a Subject<'a>) -> Self {
-        let (samples, joints) = subject.motion.position.shape();
-        let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(subject);
-        let torque = along(samples, joints, |first, torque| {
-            torque.copy_from_slice(dynamics.torque(group.read(subject.motion, first)));
-        });
-        Self { subject, torque }
-    }
-
+impl Columns<'_> {
     /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
     /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. For each
     /// direction; none where nothing moves.
@@ -54,7 +42,7 @@ impl<'a> Columns<'a> {
             .map(|(speed, highest)| (speed, BENDS.map(|bend| 1.0 / (bend * highest))))
             .collect();
         let sign = robot.sign_model();
-        let read = |first, laws: &mut [[f64; GROUP]]| {
+        let read = |first, laws: &mut [Lanes<GROUP>]| {
             vectorised(
                 #[inline(always)]
                 || {
@@ -63,7 +51,7 @@ impl<'a> Columns<'a> {
                         let u = speed.at(first);
                         let model = sign.value(u);
                         for (law, scale) in laws.iter_mut().zip(scales) {
-                            *law = ((u * Lanes::constant(scale)).tanh() - model).0;
+                            *law = (u * Lanes::constant(scale)).tanh() - model;
                         }
                     }
                 },
@@ -99,24 +87,6 @@ impl<'a> Columns<'a> {
         Speed { shares: joints.filter(|(share, _)| *share != 0.0).collect() }
     }
 
-    /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
-    /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`.
-    pub(super) fn delays(&self) -> Result<DMatrix<f64>, IdentificationError> {
-        let rate_hz = self.subject.experiment.sample_rate_hz();
-        let (samples, joints) = self.torque.shape();
-        let rates = self.filtered_groups(joints, |first, rates| {
-            for (rates, torque) in rates.iter_mut().zip(self.torque.as_slice().chunks(samples)) {
-                *rates = derivative_of(torque, rate_hz, first);
-            }
-        })?;
-        let (rows, joints) = rates.shape();
-        let mut columns = DMatrix::zeros(rows * joints, joints);
-        for (joint, rate) in rates.column_iter().enumerate() {
-            columns.view_mut((joint * rows, joint), (rows, 1)).copy_from(&rate);
-        }
-        Ok(columns)
-    }
-
     /// The rows of what the estimate predicts along the subject's motion, less those of another.
     /// Without the glitches of the positions, which are no motion that a filter could distort.
     pub(super) fn torque_difference(
@@ -124,39 +94,44 @@ impl<'a> Columns<'a> {
         other: &FilteredPositions,
         reach: usize,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let (samples, joints) = self.torque.shape();
-        let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
-        let mut difference = |first: usize, difference: &mut [Lanes<GROUP>]| {
-            let torque = dynamics.torque(group.differentiate(other, first));
-            let along_the_subject = self.torque.as_slice().chunks(samples);
-            for ((difference, of), torque) in
-                difference.iter_mut().zip(along_the_subject).zip(torque)
-            {
-                *difference = group_of(of, first) - *torque;
-            }
-        };
+        let (samples, joints) = self.subject.motion.position.shape();
         let mut silenced = vec![false; samples];
-        for k in self.glitches(&mut difference) {
+        for k in self.glitches(other) {
             let end = k.saturating_add(reach).saturating_add(1).min(samples);
             silenced[k.saturating_sub(reach)..end].fill(true);
         }
-        let rows = self.filtered_groups(joints, |first, signals| {
-            difference(first, signals);
-            for (l, _) in silenced[first..].iter().take(GROUP).enumerate().filter(|(_, no)| **no) {
-                signals.iter_mut().for_each(|signal| signal.0[l] = 0.0);
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
+        let rows = self.filtered_groups(joints, |first, torques| {
+            torques.copy_from_slice(dynamics.torque(group.differentiate(other, first)));
+            let silenced = &silenced[first..samples.min(first + GROUP)];
+            if silenced.contains(&true) {
+                let torque = dynamics.torque(group.read(self.subject.motion, first));
+                for (l, _) in silenced.iter().enumerate().filter(|(_, silenced)| **silenced) {
+                    for (other, torque) in torques.iter_mut().zip(torque) {
+                        other.0[l] = torque.0[l];
+                    }
+                }
             }
         })?;
-        Ok(DVector::from_column_slice(rows.as_slice()))
+        Ok(self.subject.predicted() - DVector::from_column_slice(rows.as_slice()))
     }
 
     /// Of what outliers spoil, the samples where a joint differs by more than it does anywhere else.
-    fn glitches(&self, difference: impl FnMut(usize, &mut [Lanes<GROUP>])) -> Vec<usize> {
+    fn glitches(&self, other: &FilteredPositions) -> Vec<usize> {
         if self.subject.spoiled.is_empty() {
             return Vec::new();
         }
-        let (samples, joints) = self.torque.shape();
-        let difference = along(samples, joints, difference);
+        let (samples, joints) = self.subject.motion.position.shape();
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
+        let difference = along(samples, joints, |first, difference| {
+            difference.copy_from_slice(dynamics.torque(group.read(self.subject.motion, first)));
+            let torque = dynamics.torque(group.differentiate(other, first));
+            for (difference, torque) in difference.iter_mut().zip(torque) {
+                *difference -= *torque;
+            }
+        });
         let spoiled = |k: &usize| self.subject.spoiled.iter().any(|range| range.contains(k));
         let counted = self.subject.experiment.counted();
         let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(spoiled);
@@ -169,11 +144,6 @@ impl<'a> Columns<'a> {
             joints.iter().zip(&largest).any(|(value, largest)| value.abs() > *largest)
         };
         outliers.into_iter().filter(glitch).collect()
-    }
-
-    /// Torque of the estimate along the whole motion, samples × joints \[N·m\].
-    pub(super) fn torque(&self) -> &DMatrix<f64> {
-        &self.torque
     }
 
     /// Torques along the whole motion, samples × joints, filtered and decimated.
@@ -195,16 +165,9 @@ impl<'a> Columns<'a> {
     fn filtered_groups(
         &self,
         signals: usize,
-        mut read: impl FnMut(usize, &mut [Lanes<GROUP>]),
+        read: impl FnMut(usize, &mut [Lanes<GROUP>]),
     ) -> Result<DMatrix<f64>, IdentificationError> {
         let Subject { experiment, decimation, .. } = *self.subject;
-        let mut lanes = vec![Lanes::zero(); signals];
-        let read = |first, signals: &mut [[f64; GROUP]]| {
-            read(first, &mut lanes);
-            for (signal, lanes) in signals.iter_mut().zip(&lanes) {
-                *signal = lanes.0;
-            }
-        };
         let filtered =
             decimation.decimate_groups(experiment.samples(), signals, experiment.counted(), read);
         let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;

@@ -17,11 +17,11 @@ use serde::{Serialize, Serializer};
 use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::filtered_positions::FilteredPositions;
-use super::observation::observation_matrix;
+use super::observation::BesideObservation;
 use super::options::PositionFilter;
 use super::prefilter::Motion;
 use super::selection::Selection;
-use crate::dynamics::{BaseParameters, Model};
+use crate::dynamics::Model;
 use crate::regression::{Extension, Observations, ResidualAnalysis};
 use crate::robot::Robot;
 use crate::signal::ParallelDecimation;
@@ -129,13 +129,14 @@ pub(super) enum PositionError {
 /// What the checks need.
 pub(super) struct Subject<'a> {
     pub(super) robot: &'a Robot,
-    pub(super) base: &'a BaseParameters,
     pub(super) model: &'a Model,
     pub(super) selection: &'a Selection,
     pub(super) experiment: &'a Experiment,
     pub(super) decimation: &'a ParallelDecimation,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
+    /// What there is of it beside the observation matrix.
+    pub(super) beside: &'a BesideObservation,
     pub(super) position_error: &'a PositionError,
     /// Samples that outliers spoil.
     pub(super) spoiled: &'a [Range<usize>],
@@ -159,7 +160,7 @@ pub(super) struct Checks {
 impl Subject<'_> {
     /// Every freedom in turn.
     pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
-        let columns = Columns::new(self);
+        let columns = Columns { subject: self };
         let joints = self.robot.joints();
         let transmission = self.robot.transmission();
         // What explains much comes first: a filter or a delay also bends every friction law.
@@ -169,17 +170,17 @@ impl Subject<'_> {
             Some(check) => model_checks.push(check),
             None => notes.push(self.position_unchecked()),
         }
-        let mut add = |freedom, columns: Option<DMatrix<f64>>| {
+        let mut add = |freedom, columns: Option<&DMatrix<f64>>| {
             let extension = match columns {
-                Some(columns) => self.analysis.extended(&columns),
+                Some(columns) => self.analysis.extended(columns),
                 None => Ok(None),
             };
             let extension = extension.map_err(IdentificationError::Regression)?;
             model_checks.extend(extension.iter().map(|extension| self.shifted(freedom, extension)));
             Ok::<_, IdentificationError>(extension)
         };
-        let delays = add(Freedom::TorqueDelay, Some(columns.delays()?))?;
-        add(Freedom::LeftOutParameters, self.left_out()?)?;
+        let delays = add(Freedom::TorqueDelay, Some(&self.delays()))?;
+        add(Freedom::LeftOutParameters, Some(&self.beside.left_out))?;
         let coupled: Vec<usize> =
             (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
         let of_joints = (0..joints).map(|joint| unit(joint, joints));
@@ -190,11 +191,11 @@ impl Subject<'_> {
             freedoms.chain(coupled.iter().map(|motor| Freedom::MotorFriction(motor + 1)));
         let directions: Vec<Vec<f64>> = of_joints.chain(of_motors).collect();
         for (freedom, friction) in freedoms.zip(columns.friction(&directions)?) {
-            add(freedom, friction)?;
+            add(freedom, friction.as_ref())?;
         }
         let predicted = self.predicted();
         for joint in 0..joints {
-            add(Freedom::TorqueGain(joint + 1), Some(self.gain(&predicted, joint)))?;
+            add(Freedom::TorqueGain(joint + 1), Some(&self.gain(&predicted, joint)))?;
         }
         if delays.is_none() {
             notes.push(
@@ -270,26 +271,25 @@ impl Subject<'_> {
 
     /// X θ.
     fn predicted(&self) -> DVector<f64> {
-        let columns = self.selection.columns().iter();
-        let theta = columns.map(|&column| self.standard[column]);
-        self.observations.matrix() * DVector::from_iterator(self.selection.columns().len(), theta)
+        self.observations.matrix() * self.theta()
     }
 
-    /// The columns of the base parameters that are not selected.
-    fn left_out(&self) -> Result<Option<DMatrix<f64>>, IdentificationError> {
-        let names = self.base.names().iter().zip(self.base.columns());
-        let left_out: Vec<String> = names
-            .filter(|(_, column)| !self.selection.columns().contains(column))
-            .map(|(name, _)| name.clone())
-            .collect();
-        if left_out.is_empty() {
-            return Ok(None);
-        }
-        let selection = Selection::new(self.robot, self.base, Some(&left_out))?;
-        let counted = self.experiment.counted();
-        let matrix =
-            observation_matrix(self.model, &selection, self.motion, self.decimation, counted)?;
-        Ok(Some(self.experiment.fitted_matrix(self.decimation, matrix)))
+    /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
+    /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`. Filtered torques
+    /// are differentiated, which is as good as the reverse but for what filters make of the ends of a
+    /// record, where nothing is known of either.
+    fn delays(&self) -> DMatrix<f64> {
+        let rates = &self.beside.rates * self.theta();
+        DMatrix::from_fn(rates.len(), self.observations.joints(), |row, joint| {
+            if self.observations.joint_rows(joint).contains(&row) { rates[row] } else { 0.0 }
+        })
+    }
+
+    /// θ.
+    fn theta(&self) -> DVector<f64> {
+        let columns = self.selection.columns().iter();
+        let theta = columns.map(|&column| self.standard[column]);
+        DVector::from_iterator(self.selection.columns().len(), theta)
     }
 
     /// What the noise of the positions does.
@@ -303,7 +303,7 @@ impl Subject<'_> {
             // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
             // the noise and biases the estimate.
             PositionError::InTheLoop([half, all]) => {
-                let even = columns.rows_of(&((all - half * 2.0 + columns.torque()) * 2.0))?;
+                let even = (columns.rows_of(&(all - half * 2.0))? + self.predicted()) * 2.0;
                 let shift = -self.analysis.moved_by(&even);
                 Ok(Some(self.check_of(Freedom::PositionNoise, None, &shift, None)))
             }

@@ -20,6 +20,7 @@ use super::estimate::Identification;
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::method::Method;
+use super::observation::BaseColumns;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use super::weighting::Weighting;
@@ -75,7 +76,10 @@ pub fn didim(
         &solution.parameters,
         &spoiled,
     )?;
-    let (motion, simulated) = (iteration.motion(), observations.matrix() * simulated);
+    let motion = iteration.motion();
+    let BaseColumns { beside, .. } =
+        BaseColumns::new(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
+    let simulated = observations.matrix() * simulated;
     let torques = Some((observations.measurements(), &simulated));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
     let controller_error = controller_check::controller_error(
@@ -88,12 +92,12 @@ pub fn didim(
     let findings = Findings {
         method: Method::Didim,
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion,
+        beside: &beside,
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
         observations: weighting.solved(&observations),
         torque: weighting.torque_rows(&observations),

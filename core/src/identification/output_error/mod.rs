@@ -20,12 +20,11 @@ use super::error::{Failure, IdentificationError};
 use super::estimate::{Estimate, Identification};
 use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
-use super::observation::observation_matrix;
-use super::prefilter::row_filter;
+use super::observation::BaseColumns;
 use super::simulation_error::SimulationErrors;
 use super::simulator::Simulator;
 use crate::dynamics::BaseParameters;
-use crate::regression::{Observations, ResidualAnalysis};
+use crate::regression::Observations;
 use crate::robot::Robot;
 use iteration::Iteration;
 use problem::{Output, Problem};
@@ -125,11 +124,9 @@ fn identify(
 
     let named = |error| IdentificationError::from_regression(error, &fit.selection);
     let unweighted = optimum.observations.ordinary().map_err(named)?;
-    let counted = experiment.counted();
     let motion = &optimum.point.motion;
-    let regressor =
-        observation_matrix(&fit.model, &fit.selection, motion, &fit.decimation, counted)?;
-    let regressor = experiment.fitted_matrix(&fit.decimation, regressor);
+    let BaseColumns { selected: regressor, beside } =
+        BaseColumns::new(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
     let ratio = noise_ratio(&fit, &(&torque - &optimum.point.torque));
     let torques = Some((&torque, &optimum.point.torque));
     let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
@@ -152,12 +149,12 @@ fn identify(
     let findings = Findings {
         method: output.method(),
         robot,
-        base,
         experiment,
         model: &fit.model,
         selection: &fit.selection,
         decimation: &fit.decimation,
         motion,
+        beside: &beside,
         position_error: PositionError::NotLookedAt,
         observations: &optimum.observations,
         torque: Some(TorqueRows {
@@ -224,10 +221,7 @@ fn insensitive(
     fit: &EquationErrorFit,
 ) -> Option<(Failure, String)> {
     let weighted = &fit.weighted.solution;
-    let equation = fit.weighted.solved(&fit.observations);
-    let filter = row_filter(&fit.decimation, equation.rows_per_joint());
-    let covariance = ResidualAnalysis::new(equation, weighted, &filter).covariance();
-    let uncertainties = covariance.diagonal().map(f64::sqrt);
+    let uncertainties = fit.standard_deviations();
     let known = (weighted.parameters.iter())
         .zip(uncertainties.iter())
         .zip(&estimate.parameters)
