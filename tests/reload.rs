@@ -4,14 +4,17 @@
 
 mod common;
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use common::cell::Site;
 use common::eventually;
 use common::manager::{Manager, send, terminate};
 use common::program::{json, results, succeed};
+use didim::recording::RecordedWindow;
 use didim::status::{Request, Snapshot, fetch_status};
 use didim::worker::{Command, WindowState};
+use didim_drivers::source::mcap::McapScan;
 use rustix::process::Signal;
 
 /// See [`common::cell::run`].
@@ -29,6 +32,16 @@ fn reloaded(manager: &mut Manager, after: usize) -> String {
     let told: u64 = time.unwrap().parse().unwrap();
     assert!(told <= now && now - told < 60_000_000, "{told} µs of {now} µs");
     manager.expect(number, "READY=1").1
+}
+
+/// Recordings that are kept of what a name begins with.
+fn kept(site: &Site, begins: &str) -> Vec<PathBuf> {
+    let folder = site.cell.state().join("recordings/kept");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let name = |file: &PathBuf| file.file_name().unwrap().to_str().unwrap().starts_with(begins);
+    let mut files: Vec<_> = files.filter(name).collect();
+    files.sort();
+    files
 }
 
 fn refused(status: &Snapshot) -> Option<&String> {
@@ -112,10 +125,15 @@ fn another_configuration_is_valid_from_the_next_window_on_and_costs_no_sample() 
     assert_eq!((work.samples_missing, work.batches_lost, work.restarts), (0, 0, 0));
     let (status, _) = terminate(&mut child);
     assert!(status.success(), "{status}");
-    let configurations: Vec<String> = results(&site.cell.state())
+    let results = results(&site.cell.state());
+    let configurations: Vec<String> = results
         .iter()
         .map(|result| json(result)["configuration"].as_str().unwrap().to_owned())
         .collect();
+    // A recording names the configuration that its result was made with, not that of the start.
+    let of_window = |file: &PathBuf| RecordedWindow::of_file(file).unwrap().unwrap().configuration;
+    let recorded: Vec<_> = kept(&site, "result-").iter().filter_map(of_window).collect();
+    assert_eq!(recorded, configurations);
     assert_eq!(configurations, [first, second.clone(), second]);
 }
 
@@ -156,7 +174,11 @@ fn either_half_may_be_killed_and_the_other_goes_on() {
     reloaded(&mut of_bus, so_far);
     assert!(!has_reason(&merged(&site), "reload refused"));
 
-    // Without the acquisition.
+    // Without the acquisition, in the middle of a window.
+    eventually(
+        "a window is open",
+        || matches!(site.status().estimation.unwrap().window, WindowState::Open { samples } if samples > 2000),
+    );
     send(&bus, Signal::KILL);
     bus.0.wait().unwrap();
     eventually("it says that nothing comes any more", || {
@@ -174,6 +196,11 @@ fn either_half_may_be_killed_and_the_other_goes_on() {
     site.identify_now();
     eventually("a window of the new acquisition", || {
         site.status().estimation.unwrap().windows_identified == 1
+    });
+    // Whichever is seen first: that nothing comes, or the next acquisition.
+    eventually("what was on the bus before it was killed is kept", || {
+        let held = |file: &PathBuf| McapScan::of(file).unwrap().stamps_ns().is_some();
+        kept(&site, "fault-00000000-").iter().any(held)
     });
 
     // Without the estimation.

@@ -32,6 +32,7 @@ fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'sta
         ("service.buffer_s", one.buffer_s.to_bits() != other.buffer_s.to_bits()),
         ("service.real_time", one.real_time != other.real_time),
         ("service.processes", one.processes != other.processes),
+        ("service.recordings", one.recordings != other.recordings),
     ];
     let named = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
     // A key that is not listed needs a restart too, but for what counts as drift: that is judged anew

@@ -18,6 +18,8 @@ const POLL: Duration = Duration::from_millis(100);
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// How long the ring may take to have on disk what was on the bus.
 const RING_DELAY: Duration = Duration::from_secs(4);
+/// What a recorder that is killed may not have on disk \[ns\].
+const LOST_NS: u64 = 1_000_000_000;
 /// How long it may take at the end, when the recorder closes its file.
 const LAST_DELAY: Duration = Duration::from_millis(300);
 /// The pause between two looks at the end.
@@ -93,7 +95,7 @@ impl Keeping {
         }
     }
 
-    fn take(&mut self, request: Request) {
+    pub(super) fn take(&mut self, request: Request) {
         match request {
             Request::Result { number, window } => {
                 let stretch = self.around(
@@ -104,15 +106,26 @@ impl Keeping {
             }
             Request::Fault { cause, stamp_ns } => {
                 let before = (stamp_ns, self.options.fault_before_s);
+                // The ring may not go back so far, and of a recorder that was killed the last second is
+                // missing: what there is counts.
+                let last_ns = stamp_ns.saturating_sub(LOST_NS);
                 let stretch = self.around(before, (stamp_ns, self.options.after_s));
-                // The ring may not go back so far: what there is counts.
+                let stretch = Stretch { last_ns, ..stretch };
                 let more = [
                     ("fault".to_owned(), cause.to_owned()),
                     ("fault_stamp_ns".to_owned(), stamp_ns.to_string()),
                 ];
                 self.wait(Kind::Fault, None, cause, stretch, more.into());
             }
-            Request::Start { name, answer } => drop(answer.try_send(self.start_capture(name))),
+            Request::Start { name, answer } => {
+                let started = self.start_capture(name);
+                let runs = started.is_ok();
+                // Who has been told meanwhile that it is busy would not know of it.
+                if answer.try_send(started).is_err() && runs {
+                    self.capture = None;
+                    lock(&self.shared.0).capture = None;
+                }
+            }
             Request::Stop { answer } => {
                 let stopped = self.stop_capture().ok_or(CaptureError::NotRunning);
                 let _ = answer.try_send(stopped);

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use didim_drivers::source::mcap::{McapScan, RepairError, repair};
+use didim_drivers::source::mcap::{McapError, McapScan, RepairError, repair};
 use rustix::fs::{FlockOperation, flock};
 
 /// A file of the ring.
@@ -78,6 +78,9 @@ impl Ring {
         let files = segments(folder).map_err(at("read the folder", folder))?;
         let next = files.last().map_or(0, |last| last.number.saturating_add(1));
         let (parts, whole): (Vec<_>, Vec<_>) = files.into_iter().partition(Segment::is_part);
+        for repaired in &whole {
+            remove_if_there(&folder.join(name(repaired.number, PART)))?;
+        }
         let mut ring = Self {
             folder: folder.to_owned(),
             _locked: locked,
@@ -109,11 +112,13 @@ impl Ring {
         let is_empty = match &repaired {
             Ok(repair) => repair.frames == 0,
             // It was killed before the first chunk was on disk, or it is not ours.
-            Err(RepairError::Foreign { .. }) => true,
-            Err(RepairError::Read(error)) => {
-                matches!(error, didim_drivers::source::McapError::NotMcap { .. })
+            Err(RepairError::Foreign { .. } | RepairError::Read(McapError::NotMcap { .. })) => true,
+            // The power failed: what is damaged comes before every frame, and will not get better.
+            Err(RepairError::Read(error @ McapError::Damaged { .. })) => {
+                tracing::warn!("it is removed: {error}");
+                true
             }
-            Err(RepairError::Write { .. }) => false,
+            Err(RepairError::Read(_) | RepairError::Write { .. }) => false,
         };
         if is_empty {
             remove_if_there(&temporary)?;
@@ -212,6 +217,8 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
         }
     }
     found.sort_by(|a, b| (a.number, &a.path).cmp(&(b.number, &b.path)));
+    // While one is renamed or repaired it may be there twice: whole, and then what it was before.
+    found.dedup_by_key(|segment| segment.number);
     Ok(found)
 }
 

@@ -173,72 +173,6 @@ fn the_ring_is_never_larger_than_its_limit() {
     }
 }
 
-/// What a recorder leaves that is killed: `frames` flushed in chunks of a hundred.
-fn killed(path: &Path, frames: core::ops::Range<u64>) {
-    let info = McapInfo { interfaces: interfaces().to_vec(), ..McapInfo::default() };
-    let mut writer = McapWriter::new(File::create(path).unwrap(), &info).unwrap();
-    for n in frames {
-        writer.write(&frame(n), u32::try_from(n).unwrap()).unwrap();
-        if n % 100 == 99 {
-            writer.flush().unwrap();
-        }
-    }
-    core::mem::forget(writer);
-}
-
-#[test]
-fn what_a_killed_recorder_left_is_closed_at_the_next_start() {
-    let folder = tempfile::tempdir().unwrap();
-    let part = folder.path().join("segment-00000004.mcap.part");
-    killed(&part, 0..250);
-    // Bytes of a chunk that did not get there whole, and another that never had one.
-    File::options().append(true).open(&part).unwrap().write_all(&[6, 0, 1, 0, 0, 0]).unwrap();
-    fs::write(folder.path().join("segment-00000005.mcap.part"), b"\x89MCAP").unwrap();
-    fs::write(folder.path().join("notes.txt"), "not ours").unwrap();
-    let ring = Ring::open(folder.path(), 10_000_000).unwrap();
-    assert_eq!((ring.repaired(), ring.whole().len()), (1, 1));
-    let names: Vec<_> = files(folder.path());
-    let expected = ["notes.txt", "segment-00000004.mcap"].map(|name| folder.path().join(name));
-    assert_eq!(names, expected);
-    assert!(read(&names[1], false).into_iter().eq(0..200));
-    // The next file does not take the number of one that was there.
-    assert!(ring.next_path().ends_with("segment-00000006.mcap.part"));
-    assert!(Ring::open(folder.path(), 10_000_000).unwrap_err().to_string().contains("in use"));
-}
-
-#[test]
-fn a_part_cut_at_any_place_never_hinders_the_start() {
-    let folder = tempfile::tempdir().unwrap();
-    let part = folder.path().join("segment-00000000.mcap.part");
-    killed(&part, 0..200);
-    let whole = fs::read(&part).unwrap();
-    for cut in (0..whole.len()).step_by(97).chain([whole.len()]) {
-        files(folder.path()).iter().for_each(|file| fs::remove_file(file).unwrap());
-        fs::write(&part, &whole[..cut]).unwrap();
-        let ring = Ring::open(folder.path(), 10_000_000).unwrap();
-        let found: Vec<u64> = ring.whole().flat_map(|segment| read(&segment.path, false)).collect();
-        assert!([0, 100, 200].contains(&found.len()), "cut at {cut}: {}", found.len());
-        assert_eq!(files(folder.path()).len(), usize::from(!found.is_empty()), "cut at {cut}");
-    }
-}
-
-#[test]
-fn a_ring_that_may_be_smaller_now_shrinks_at_the_start() {
-    let folder = tempfile::tempdir().unwrap();
-    for n in 0..6 {
-        killed(
-            &folder.path().join(format!("segment-0000000{n}.mcap.part")),
-            n * 100..n * 100 + 100,
-        );
-    }
-    let before = size(folder.path());
-    let limit = before / 2;
-    let ring = Ring::open(folder.path(), limit).unwrap();
-    assert!(size(folder.path()) <= limit);
-    let found: Vec<u64> = ring.whole().flat_map(|segment| read(&segment.path, false)).collect();
-    assert_eq!(found.last(), Some(&599), "the latest are kept: {found:?}");
-}
-
 /// A disk that is full whenever somebody says so.
 struct Full {
     file: File,
@@ -385,3 +319,4 @@ fn feed_all(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Ran
 }
 
 mod keep;
+mod ring;

@@ -32,7 +32,8 @@ pub struct RecordedWindow {
     pub samples: usize,
     /// What ended it.
     pub end: WindowEnd,
-    /// Hash of the configuration; nothing where the recording does not say.
+    /// Hash of the configuration that it was identified with; nothing where the recording does not
+    /// say.
     pub configuration: Option<String>,
 }
 
@@ -42,10 +43,11 @@ const FIRST_STAMP: &str = "window_first_stamp_ns";
 const LAST_STAMP: &str = "window_last_stamp_ns";
 const SAMPLES: &str = "window_samples";
 const END: &str = "window_end";
+const CONFIGURATION: &str = "window_configuration";
 
 impl RecordedWindow {
-    /// That of a window.
-    pub fn of(window: &Window) -> Self {
+    /// That of a window which is identified with this configuration (its hash).
+    pub fn of(window: &Window, configuration: &str) -> Self {
         let stamp = |sample: Option<&didim_core::JointSample>| sample.map_or(0, |s| s.stamp_ns);
         Self {
             number: window.number,
@@ -54,7 +56,7 @@ impl RecordedWindow {
             last_stamp_ns: stamp(window.samples.last()),
             samples: window.samples.len(),
             end: window.end,
-            configuration: None,
+            configuration: Some(configuration.to_owned()),
         }
     }
 
@@ -62,16 +64,17 @@ impl RecordedWindow {
     pub fn to_map(&self) -> BTreeMap<String, String> {
         let end = serde_json::to_value(self.end).ok();
         let end = end.as_ref().and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
-        [
+        let fields = [
             (NUMBER, self.number.to_string()),
             (FIRST_SEQUENCE, self.first_sequence.to_string()),
             (FIRST_STAMP, self.first_stamp_ns.to_string()),
             (LAST_STAMP, self.last_stamp_ns.to_string()),
             (SAMPLES, self.samples.to_string()),
             (END, end),
-        ]
-        .map(|(key, value)| (key.to_owned(), value))
-        .into()
+        ];
+        let configuration = self.configuration.clone().map(|hash| (CONFIGURATION, hash));
+        let fields = fields.into_iter().chain(configuration);
+        fields.map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
     /// From the metadata; nothing when there is no window in it.
@@ -85,7 +88,7 @@ impl RecordedWindow {
             last_stamp_ns: number(LAST_STAMP)?,
             samples: usize::try_from(number(SAMPLES)?).ok()?,
             end: serde_json::from_value(end).ok()?,
-            configuration: None,
+            configuration: map.get(CONFIGURATION).cloned(),
         })
     }
 
@@ -99,8 +102,11 @@ impl RecordedWindow {
         }
         let source = McapSource::open(path, &[])?;
         let Some(info) = source.info() else { return Ok(None) };
-        let configuration = Some(info.configuration.clone());
-        Ok(Self::from_map(&info.more).map(|window| Self { configuration, ..window }))
+        Ok(Self::from_map(&info.more).map(|window| {
+            // That of the recorder is older where the configuration was read again since.
+            let configuration = window.configuration.or_else(|| Some(info.configuration.clone()));
+            Self { configuration, ..window }
+        }))
     }
 
     /// Whether it was recorded with this configuration, as far as that is known.

@@ -234,7 +234,8 @@ impl Job {
                 .take(&record, report.as_deref(), window.note.clone(), identifier.records())
                 .map(|stored| {
                     if let Some(keeper) = &self.keeper {
-                        keeper.keep_result(stored.number, &RecordedWindow::of(window));
+                        let window = RecordedWindow::of(window, identifier.sha256());
+                        keeper.keep_result(stored.number, &window);
                     }
                     stored.json
                 }),

@@ -249,9 +249,10 @@ impl Worker {
             BatchKind::Replay | BatchKind::End => WhenBusy::Wait,
         };
         if batch.restarted {
-            self.last = None;
             let event = self.windower.handle_loss(Loss::Restarted);
             self.handle(event, when_busy, stop)?;
+            // Not before: the fault is where the last sample was.
+            self.last = None;
         }
         if batch.lost_batches > 0 {
             let loss = Loss::StreamOverflow { batches: batch.lost_batches };
@@ -270,8 +271,11 @@ impl Worker {
                 missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
                 if sample.queue_drops > last.queue_drops {
                     let frames = sample.queue_drops - last.queue_drops;
-                    self.keep_fault("queue-drops");
                     let event = self.windower.handle_loss(Loss::QueueDrops { frames });
+                    // Of a window that it costs it is kept as any other loss.
+                    if event.is_none() {
+                        self.keep_fault("queue-drops");
+                    }
                     self.handle(event, when_busy, stop)?;
                 }
             }

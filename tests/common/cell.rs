@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use didim::cell::Cell;
 use didim::identify::LastIdentification;
-use didim::pipeline::{Places, acquisition, estimation};
+use didim::pipeline::{Places, acquisition, estimation, keeper};
 use didim::reload::reload_of;
 use didim::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload};
 use didim::status::{ClientError, Request, Snapshot, fetch_status, send_request};
@@ -48,7 +48,11 @@ pub(crate) fn run() {
         });
         acquisition(&cell, &places, Box::new(source), Pace::Live).unwrap()
     };
-    let work = || estimation(&cell, &places, &LastIdentification::default()).unwrap();
+    let work = || {
+        let mut work = estimation(&cell, &places, &LastIdentification::default()).unwrap();
+        work.options.keeper = keeper(&cell, &places);
+        work
+    };
     let (parts, status) = match part.as_str() {
         "acquisition" => (Parts::Acquisition(bus()), places.acquisition_socket()),
         "estimation" => (Parts::Estimation(work()), places.status_socket()),

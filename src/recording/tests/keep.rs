@@ -1,6 +1,8 @@
 //! What is kept of a ring.
 
 use super::*;
+use crate::recording::keeper::Request;
+use crate::recording::keeping::Keeping;
 use crate::worker::WindowEnd;
 
 /// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
@@ -83,6 +85,48 @@ fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
     assert_eq!(RecordedWindow::of_file(kept).unwrap(), Some(expected));
     // 0.1 s before 2 s, 0.05 s after 2.1998 s, at 5 kHz.
     assert!(read(kept, false).into_iter().eq(9_500..=11_249));
+}
+
+#[test]
+fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
+    let recorded = Recorded::of(0..20_000);
+    let configuration = Some("cafe".to_owned());
+    let window = RecordedWindow { configuration, ..window(2_000_000_000) };
+    recorded.keep(|keeper| keeper.keep_result(0, &window));
+    assert_eq!(RecordedWindow::of_file(&recorded.kept()[0]).unwrap(), Some(window));
+}
+
+#[test]
+fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
+    let recorded = Recorded::of(0..20_000);
+    // The ring ends at 3.9998 s.
+    let status = recorded.keep(|keeper| keeper.keep_fault("restarted", 4_900_000_000));
+    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
+    assert!(read(&recorded.kept()[0], false).into_iter().eq(0..20_000));
+    let status = recorded.keep(|keeper| keeper.keep_fault("restarted", 5_100_000_000));
+    assert_eq!((status.kept, status.failed), (0, 1), "more than that was not recorded at all");
+}
+
+#[test]
+fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
+    let recorded = Recorded::of(0..100);
+    let mut keeping = Keeping {
+        ring: recorded.folder.path().join("ring"),
+        kept: recorded.folder.path().join("kept"),
+        options: recorded.options.clone(),
+        shared: SharedKept::default(),
+        waiting: Vec::new(),
+        capture: None,
+    };
+    let (answer, answered) = std::sync::mpsc::sync_channel(1);
+    keeping.take(Request::Start { name: "one".into(), answer: answer.clone() });
+    assert_eq!(answered.recv().unwrap(), Ok(()));
+    assert_eq!(keeping.shared.snapshot().capture.as_deref(), Some("one"));
+    keeping.take(Request::Stop { answer: answer.clone() });
+    drop(answered);
+    keeping.take(Request::Start { name: "two".into(), answer });
+    assert!(keeping.capture.is_none());
+    assert_eq!(keeping.shared.snapshot().capture, None);
 }
 
 #[test]
