@@ -14,7 +14,7 @@ pub struct RecordingOptions {
     pub ring_mb: u64,
     /// A file of the ring is closed after this long \[s\], or at an eighth of the ring.
     pub segment_s: f64,
-    /// Kept before a window's first sample \[s\]: a replay's grid of cycles settles in it.
+    /// Kept before a window's first sample \[s\], 0.5 at least: a replay's grid of cycles settles in it.
     pub before_s: f64,
     /// Kept after a window's last sample \[s\].
     pub after_s: f64,
@@ -67,7 +67,7 @@ impl RecordingOptions {
         }
         let seconds = [
             ("service.recordings.segment_s", self.segment_s, 1.0, 3600.0),
-            ("service.recordings.before_s", self.before_s, 0.0, 60.0),
+            ("service.recordings.before_s", self.before_s, 0.5, 60.0),
             ("service.recordings.after_s", self.after_s, 0.0, 60.0),
             ("service.recordings.fault_before_s", self.fault_before_s, 0.0, 600.0),
             ("service.recordings.fault_every_s", self.fault_every_s, 1.0, 86_400.0),

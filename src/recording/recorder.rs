@@ -1,5 +1,6 @@
 //! The thread that writes the ring.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -10,7 +11,7 @@ use didim_drivers::source::{InterfaceName, StampClock};
 
 use super::options::{RecordingOptions, ring_folder};
 use super::output::{CreateOutput, create_file};
-use super::status::SharedRecording;
+use super::status::{RecordingState, SharedRecording};
 use super::tap::{FrameTap, frame_queue};
 use super::writing::Writing;
 
@@ -61,6 +62,16 @@ pub struct Recorder {
     shared: SharedRecording,
 }
 
+/// A thread that panicked records no more, and nobody waits for it: the status has to say so.
+fn guarded(shared: &SharedRecording, body: impl FnOnce()) {
+    if catch_unwind(AssertUnwindSafe(body)).is_err() {
+        let mut status = shared.update();
+        status.state = RecordingState::Failed;
+        status.why =
+            Some("the recorder ended by itself: see the log, and restart the service".into());
+    }
+}
+
 impl Recorder {
     /// Starts the thread. The tap goes to the bus thread; where that drops it, the recorder ends.
     ///
@@ -84,9 +95,9 @@ impl Recorder {
             ..McapInfo::default()
         };
         let mut writing = Writing::new(options, info, clock, shared.clone());
-        let thread = std::thread::Builder::new()
-            .name("recorder".into())
-            .spawn(move || writing.run(frames))?;
+        let watched = shared.clone();
+        let body = move || guarded(&watched, || writing.run(frames));
+        let thread = std::thread::Builder::new().name("recorder".into()).spawn(body)?;
         Ok((Self { thread, shared }, tap))
     }
 
@@ -105,5 +116,19 @@ impl Recorder {
             }
             std::thread::sleep(Duration::from_millis(2));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_told() {
+        let shared = SharedRecording::default();
+        guarded(&shared, || panic!("on purpose"));
+        let status = shared.snapshot();
+        assert_eq!(status.state, RecordingState::Failed);
+        assert!(status.why.unwrap().contains("restart the service"));
     }
 }
