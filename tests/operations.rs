@@ -110,7 +110,8 @@ fn metrics() {
     ];
     let names = sources.iter().flat_map(|source| code(source).split('"'));
     let is_name = |text: &&str| {
-        text.starts_with("didim_") && text.bytes().all(|byte| byte == b'_' || byte.is_ascii_lowercase())
+        text.starts_with("didim_")
+            && text.bytes().all(|byte| byte == b'_' || byte.is_ascii_lowercase())
     };
     let names: Vec<&str> = names.filter(is_name).collect();
     are_in_the_manual(&names, true, 55);

@@ -150,6 +150,10 @@ keep_a_capture() {
 
 who_may_command() {
     section 'Who may ask, and who may command'
+    root 'ls -l /run/didim /dev/shm'
+    expect '^srw-rw---- .* didim didim .* status.sock$' '^srw------- .* didim didim .* command.sock$'
+    # Shared memory is its user's alone.
+    expect_not '^-.{6}[^-]..?.* didim_' '^-...[^-].* didim_'
     root 'useradd --groups didim engineer; useradd visitor'
     typed '$' 'didim status | head -n 3' runuser -u engineer --
     ((status == 0)) || fail 'a member of the group didim may not ask'
@@ -182,6 +186,8 @@ kill_it() {
     section 'Killed'
     local before
     before=$(enter sh -c 'ls /var/lib/didim/result-*.json | wc -l')
+    # A file that has just been begun has nothing whole in it, and is removed.
+    eventually "find $ring -name '*.part' -size +100k | grep ."
     root "systemctl kill --signal=KILL didim; sleep 1; systemctl status didim | grep -E \"Active:|Main PID:\"; ls $ring"
     expect '(code=killed, signal=KILL)' '\.part$'
     status_has '"bus":"ok"'
