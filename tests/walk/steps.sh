@@ -60,11 +60,11 @@ describe_the_cell() {
     root "sed 's#\"\\.\\./#\"/usr/share/didim/config/#' /usr/share/didim/config/cells/tx40-packed-fd.toml >/etc/didim/cell.toml"
     say 'Edited for this cabinet: its drives send 1000 samples a second, it is small, and a slip of the pen.'
     root "sed -i -e 's/^rate_hz = 5000.0/rate_hz = 1000.0/' -e 's/factor = 125/factor = 25/' \\
-    -e 's/^sample_period_s/sample_periods/; s/sample_period_s = 2e-4/sample_period_s = 1e-3/' \\
+    -e 's/sample_period_s = 2e-4/sample_period_s = 1e-3/' \\
     -e 's/^ring_mb = 1000/ring_mb = 64/; s/^keep_mb = 1000/keep_mb = 64/' \\
     -e 's/^min_s = 3.0/min_sec = 3.0/' /etc/didim/cell.toml"
     refused 78 'didim check --cell /etc/didim/cell.toml'
-    expect 'min_sec' 'min_s'
+    expect 'min_sec' '^did you mean .min_s'
     root "sed -i -e 's/^min_sec/min_s/' /etc/didim/cell.toml"
     root 'didim check --cell /etc/didim/cell.toml'
     expect_not '^error'
