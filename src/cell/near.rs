@@ -7,14 +7,18 @@ const NEAR: f64 = 0.5;
 
 /// The known name that is most like the unknown one, as a remark behind the parser's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Instead(Option<String>);
+pub(super) struct Instead {
+    known: Option<String>,
+    /// The message ends with a line break of its own.
+    in_a_line_of_its_own: bool,
+}
 
 impl Instead {
     /// Reads the parser's message: the unknown name comes first, in backticks, as do the known ones
     /// after it.
     pub(super) fn of(message: &str) -> Self {
         if !message.contains("unknown field `") && !message.contains("unknown variant `") {
-            return Self(None);
+            return Self { known: None, in_a_line_of_its_own: false };
         }
         let at = message.find("unknown ").unwrap_or(0);
         let mut names = message[at..].split('`').skip(1).step_by(2);
@@ -23,16 +27,18 @@ impl Instead {
             .map(|known| (strsim::normalized_damerau_levenshtein(unknown, known), known))
             .filter(|(likeness, _)| *likeness >= NEAR)
             .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)));
-        Self(near.map(|(_, known)| known.to_owned()))
+        Self {
+            known: near.map(|(_, known)| known.to_owned()),
+            in_a_line_of_its_own: message.ends_with('\n'),
+        }
     }
 }
 
 impl fmt::Display for Instead {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0 {
-            Some(known) => write!(f, "; did you mean `{known}`?"),
-            None => Ok(()),
-        }
+        let Some(known) = &self.known else { return Ok(()) };
+        let lead = if self.in_a_line_of_its_own { "" } else { "; " };
+        write!(f, "{lead}did you mean `{known}`?")
     }
 }
 
@@ -45,6 +51,7 @@ mod tests {
         for (message, suggestion) in [
             ("unknown field `sorce`, expected one of `name`, `source`", "; did you mean `source`?"),
             ("line 3: unknown variant `idim_ls`, expected `idim-ls`", "; did you mean `idim-ls`?"),
+            ("unknown field `sorce`, expected `source`\n", "did you mean `source`?"),
             ("unknown field `qqq`, expected one of `name`, `source`", ""),
             ("missing field `name`", ""),
         ] {

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use std::io::{self, Read, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
@@ -27,11 +28,13 @@ pub enum ClientError {
         /// The system's word.
         cause: io::Error,
     },
-    /// This user may not ask. Add the user to the socket's group.
-    #[error("not allowed to use {}: become a member of its group", path.display())]
+    /// This user may not ask. Add the user to the socket's group, if that may.
+    #[error("not allowed to use {}: {remedy}", path.display())]
     NotAllowed {
         /// The path.
         path: PathBuf,
+        /// What to do.
+        remedy: &'static str,
     },
     /// The connection broke, or took too long.
     #[error("asking at {} failed: {cause}", path.display())]
@@ -111,9 +114,23 @@ fn connect(path: &Path) -> Result<UnixStream, ClientError> {
         Ok(stream)
     });
     connected.map_err(|cause| match cause.kind() {
-        io::ErrorKind::PermissionDenied => ClientError::NotAllowed { path: path.to_owned() },
+        io::ErrorKind::PermissionDenied => {
+            let mode = path.metadata().ok().map(|socket| socket.permissions().mode());
+            ClientError::NotAllowed { path: path.to_owned(), remedy: to_be_allowed(mode) }
+        }
         _ => ClientError::NoService { path: path.to_owned(), cause },
     })
+}
+
+/// Who connects needs to write to the socket: membership of its group helps where the group may.
+fn to_be_allowed(mode: Option<u32>) -> &'static str {
+    match mode {
+        Some(mode) if mode & 0o020 != 0 => "become a member of its group",
+        _ => {
+            "only the service's user may (runuser -u didim -- didim …), or the group that the cell \
+             names: service.command_group, service.status_group"
+        }
+    }
 }
 
 fn read(stream: UnixStream, path: &Path) -> Result<String, ClientError> {
@@ -126,5 +143,19 @@ fn read(stream: UnixStream, path: &Path) -> Result<String, ClientError> {
             Err(ClientError::Busy { path: path.to_owned() })
         }
         Err(cause) => Err(ClientError::Io { path: path.to_owned(), cause }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_is_a_remedy_only_where_it_may_connect() {
+        for (mode, group) in [(0o100_660, true), (0o100_620, true), (0o100_600, false)] {
+            let remedy = to_be_allowed(Some(mode));
+            assert_eq!(remedy == "become a member of its group", group, "{mode:o}");
+        }
+        assert!(to_be_allowed(None).contains("service.command_group"));
     }
 }
