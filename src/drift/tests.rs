@@ -154,7 +154,11 @@ fn a_payload_is_the_baselines_unless_another_is_noted() {
         (Some(2.0), Some(2.005), true),
         (Some(2.0), Some(2.1), false),
         (None, Some(2.0), false),
-        (None, Some(0.0), false),
+        // Nothing is carried where nothing is noted with the baseline.
+        (None, Some(0.0), true),
+        (Some(0.0), Some(0.0), true),
+        (Some(0.0), None, true),
+        (Some(2.0), Some(0.0), false),
     ];
     for (baseline, result, same) in cases {
         let compared = comparable(&noted(baseline), &noted(result));
