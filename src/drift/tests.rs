@@ -368,9 +368,12 @@ fn a_baseline_is_whole_or_not_there_and_its_change_is_noticed_once() {
     let error = watch.look().unwrap().unwrap_err().to_string();
     assert!(error.contains("is no baseline") && error.contains("didim baseline set"), "{error}");
     assert!(watch.look().is_none(), "told once");
-    let later = serde_json::to_string(&Baseline { schema: 2, ..baseline }).unwrap();
-    std::fs::write(&path, later).unwrap();
-    assert!(Baseline::read(folder.path()).unwrap_err().to_string().contains("version 2"));
+    let mut later = [Baseline { schema: 2, ..baseline.clone() }, baseline];
+    later[1].result.schema = HISTORY_SCHEMA + 1;
+    for later in later {
+        std::fs::write(&path, serde_json::to_string(&later).unwrap()).unwrap();
+        assert!(Baseline::read(folder.path()).unwrap_err().to_string().contains("version 2"));
+    }
     assert!(Baseline::remove(folder.path()).unwrap());
     assert!(!Baseline::remove(folder.path()).unwrap());
     assert!(matches!(watch.look(), Some(Ok(None))));
