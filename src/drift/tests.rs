@@ -4,6 +4,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::*;
 use crate::store::{HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, Timestamp};
 
+mod days;
+
 const START_S: u64 = 1_795_331_849; // 2026-11-22T07:17:29Z
 const DAY_S: u64 = 86_400;
 
@@ -338,8 +340,9 @@ fn a_rate_per_day_needs_a_day() {
     }
     assert_eq!(tracker.trend("fc3"), None);
     assert!(!tracker.sentence("fc3").unwrap().contains("day"));
+    // A third day, after this one and the one that began at midnight.
     tracker.handle_line(&line(24, 6.0));
-    assert!(tracker.trend("fc3").is_some());
+    assert_eq!(tracker.trend("fc3").unwrap().points, 3);
 }
 
 #[test]
