@@ -40,7 +40,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (folder, options) = arguments.state.find()?;
     let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
     if passed_over > 0 {
-        tracing::warn!("lines of the history passed over as torn or unknown: {passed_over}");
+        tracing::warn!(
+            "lines of the history passed over as torn, unknown or of a later version: {passed_over}"
+        );
     }
     let baseline = Baseline::read(&folder).map_err(CliError::failed)?;
     let mut chronicle = Chronicle::new(lines, baseline, options);
@@ -77,8 +79,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut text = table(&chronicle) + "\n" + &summary(&chronicle);
     for name in &arguments.parameter {
         text += "\n";
-        text += &plot(&chronicle, name, PLOT_COLUMNS)
-            .unwrap_or_else(|| format!("{name}: no result that may be used has it\n"));
+        text += &plot(&chronicle, name, PLOT_COLUMNS).unwrap_or_else(|| {
+            format!("{name}: no result that may be used and has a time has it\n")
+        });
         let sentence = chronicle.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }

@@ -9,7 +9,8 @@ use crate::store::Note;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Mass at the flange that the robot file does not describe
+    /// Mass at the flange that the robot file does not describe; 0 means none, as with a
+    /// baseline that has no note of one
     #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     payload_kg: Option<f64>,
     /// Temperature of the arm

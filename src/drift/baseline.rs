@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::store::{HistoryLine, Timestamp};
+use crate::store::{HISTORY_SCHEMA, HistoryLine, Timestamp};
 
 /// Version of the file's layout.
 pub const BASELINE_SCHEMA: u32 = 1;
@@ -40,6 +40,17 @@ pub enum BaselineError {
         /// The system's word.
         cause: io::Error,
     },
+    /// It cannot be read. Check the rights on it, or set the baseline anew.
+    #[error(
+        "cannot read {}: {cause}; check the rights on it, or set one with `didim baseline set`",
+        path.display()
+    )]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
     /// The file is none of ours. Set the baseline anew.
     #[error("{} is no baseline of this program: {problem}; set one with `didim baseline set`", path.display())]
     Format {
@@ -68,15 +79,16 @@ impl Baseline {
             Ok(data) if data.len() > MAX_FILE => return Err(wrong("it is too large".into())),
             _ => {}
         }
-        let content = fs::read(&path).map_err(|cause| BaselineError::Io {
-            action: "read",
-            path: path.clone(),
-            cause,
-        })?;
+        let content =
+            fs::read(&path).map_err(|cause| BaselineError::Read { path: path.clone(), cause })?;
         let baseline: Self =
             serde_json::from_slice(&content).map_err(|error| wrong(error.to_string()))?;
         if baseline.schema != BASELINE_SCHEMA {
             return Err(wrong(format!("its layout is version {}", baseline.schema)));
+        }
+        if baseline.result.schema != HISTORY_SCHEMA {
+            let problem = format!("the layout of its result is version {}", baseline.result.schema);
+            return Err(wrong(problem));
         }
         Ok(Some(baseline))
     }

@@ -1,7 +1,7 @@
 //! The whole history beside its baseline, for who looks at it.
 
 use super::{Baseline, Change, Comparison, DriftOptions, NotComparable, Tracker};
-use crate::store::HistoryLine;
+use crate::store::{HistoryLine, Timestamp};
 
 /// One result of the history, judged as of its time.
 #[derive(Clone, Debug)]
@@ -79,17 +79,46 @@ impl Chronicle {
         names
     }
 
-    /// A parameter over time: days since the first result, value and standard deviation, of the
-    /// results that may be used.
+    /// The earliest time of a result and the latest; nothing when none was stored with a set clock.
+    /// Lines stand in the order in which they were stored, which a clock that was set back does not
+    /// keep.
+    pub fn extent(&self) -> Option<(Timestamp, Timestamp)> {
+        let times = self.entries.iter().map(|entry| entry.line.time).filter(|time| time.is_set());
+        Some((times.clone().min()?, times.max()?))
+    }
+
+    /// How many results were stored while the clock was not set: they are compared, and are no part
+    /// of plots and trends.
+    pub fn undated(&self) -> usize {
+        self.entries.iter().filter(|entry| !entry.line.time.is_set()).count()
+    }
+
+    /// The same in words; nothing when there is none.
+    pub fn undated_words(&self) -> Option<String> {
+        let (results, are) = match self.undated() {
+            0 => return None,
+            1 => ("1 result was".to_owned(), "is"),
+            count => (format!("{count} results were"), "are"),
+        };
+        Some(format!(
+            "{results} stored while the clock was not set and {are} no part of plots and trends"
+        ))
+    }
+
+    /// A parameter over time: days since the earliest result, value and standard deviation, of the
+    /// results that may be used and were stored with a set clock, in the order of their times.
     pub fn points(&self, parameter: &str) -> Vec<(f64, f64, f64)> {
-        let Some(first) = self.entries.first() else { return Vec::new() };
-        let usable = self.entries.iter().filter(|entry| entry.line.applicable);
+        let Some((start, _)) = self.extent() else { return Vec::new() };
+        let usable = |entry: &&Entry| entry.line.applicable && entry.line.time.is_set();
         let point = |entry: &Entry| {
             let found = entry.line.parameter(parameter)?;
-            let days = entry.line.time.days_after(first.line.time);
+            let days = entry.line.time.days_after(start);
             Some((days, found.value, found.standard_deviation))
         };
-        usable.filter_map(point).filter(|(_, value, _)| value.is_finite()).collect()
+        let points = self.entries.iter().filter(usable).filter_map(point);
+        let mut points: Vec<_> = points.filter(|(_, value, _)| value.is_finite()).collect();
+        points.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
+        points
     }
 
     /// The baseline's value of a parameter and half of its band, as of the last result that was

@@ -89,7 +89,8 @@ impl NotComparable {
 /// Whether a result may be compared with an earlier one, the baseline as a rule.
 ///
 /// A result with which no payload was noted carries what the baseline did: most windows have no note.
-/// A payload that was noted with the result alone is another one.
+/// A baseline with which none was noted carries none: a payload that was noted with the result alone is
+/// another one, unless it is 0 kg.
 ///
 /// # Errors
 /// [`NotComparable`] says why not.
@@ -115,7 +116,7 @@ pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotC
     }
     let other_kg = baseline.payload_kg();
     match line.payload_kg() {
-        Some(payload_kg) if other_kg.is_none_or(|kg| (kg - payload_kg).abs() > SAME_PAYLOAD_KG) => {
+        Some(payload_kg) if (other_kg.unwrap_or(0.0) - payload_kg).abs() > SAME_PAYLOAD_KG => {
             Err(NotComparable::OtherPayload { result, payload_kg, other, other_kg })
         }
         _ => Ok(()),

@@ -10,6 +10,7 @@ mod change;
 mod choose;
 mod chronicle;
 mod comparable;
+mod days;
 mod options;
 mod status;
 mod tracker;

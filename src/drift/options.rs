@@ -20,11 +20,13 @@ pub struct DriftOptions {
     /// Consecutive results outside the band that raise the alarm, and inside that clear it. 2: one
     /// odd window is none.
     pub results: u32,
-    /// Results of which the trend is formed, the last ones. 50.
+    /// Days with results of which the trend is formed, the last ones. 50. The results of a day (in
+    /// UTC) are one point, their mean with the weights 1/σ²: an arm that is identified a hundred
+    /// times a day has a trend over weeks too, as far back as the history's lines reach (2,000).
     pub trend_results: usize,
 }
 
-/// The most results of which a trend is formed: what a new process takes of the history.
+/// The most days of which a trend is formed: more than a year.
 const MOST_RESULTS: usize = 500;
 
 impl Default for DriftOptions {

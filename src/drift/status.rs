@@ -49,8 +49,8 @@ pub struct AlarmStatus {
     pub relative_change: Option<f64>,
     /// Δ / σ_Δ.
     pub deviation_sigma: Option<f64>,
-    /// Slope of the trend as a share of θ₀ per day; nothing for fewer than three results, or less
-    /// than a day.
+    /// Slope of the trend as a share of θ₀ per day; nothing for results of fewer than three
+    /// days.
     pub slope_per_day: Option<f64>,
     /// Its standard deviation.
     pub slope_sd: Option<f64>,

@@ -4,6 +4,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::*;
 use crate::store::{HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, Timestamp};
 
+mod days;
+
 const START_S: u64 = 1_795_331_849; // 2026-11-22T07:17:29Z
 const DAY_S: u64 = 86_400;
 
@@ -154,7 +156,11 @@ fn a_payload_is_the_baselines_unless_another_is_noted() {
         (Some(2.0), Some(2.005), true),
         (Some(2.0), Some(2.1), false),
         (None, Some(2.0), false),
-        (None, Some(0.0), false),
+        // Nothing is carried where nothing is noted with the baseline.
+        (None, Some(0.0), true),
+        (Some(0.0), Some(0.0), true),
+        (Some(0.0), None, true),
+        (Some(2.0), Some(0.0), false),
     ];
     for (baseline, result, same) in cases {
         let compared = comparable(&noted(baseline), &noted(result));
@@ -334,8 +340,9 @@ fn a_rate_per_day_needs_a_day() {
     }
     assert_eq!(tracker.trend("fc3"), None);
     assert!(!tracker.sentence("fc3").unwrap().contains("day"));
+    // A third day, after this one and the one that began at midnight.
     tracker.handle_line(&line(24, 6.0));
-    assert!(tracker.trend("fc3").is_some());
+    assert_eq!(tracker.trend("fc3").unwrap().points, 3);
 }
 
 #[test]
@@ -364,9 +371,12 @@ fn a_baseline_is_whole_or_not_there_and_its_change_is_noticed_once() {
     let error = watch.look().unwrap().unwrap_err().to_string();
     assert!(error.contains("is no baseline") && error.contains("didim baseline set"), "{error}");
     assert!(watch.look().is_none(), "told once");
-    let later = serde_json::to_string(&Baseline { schema: 2, ..baseline }).unwrap();
-    std::fs::write(&path, later).unwrap();
-    assert!(Baseline::read(folder.path()).unwrap_err().to_string().contains("version 2"));
+    let mut later = [Baseline { schema: 2, ..baseline.clone() }, baseline];
+    later[1].result.schema = HISTORY_SCHEMA + 1;
+    for later in later {
+        std::fs::write(&path, serde_json::to_string(&later).unwrap()).unwrap();
+        assert!(Baseline::read(folder.path()).unwrap_err().to_string().contains("version 2"));
+    }
     assert!(Baseline::remove(folder.path()).unwrap());
     assert!(!Baseline::remove(folder.path()).unwrap());
     assert!(matches!(watch.look(), Some(Ok(None))));

@@ -1,15 +1,10 @@
 //! Follows the history from a baseline on.
 
-use std::collections::VecDeque;
-
 use super::{
     Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
-    ParameterDrift, Trend, comparable, sentence, trend,
+    ParameterDrift, Trend, comparable, days::Days, sentence,
 };
 use crate::store::{HistoryLine, Timestamp};
-
-/// A rate per day needs a day.
-const SHORTEST_TREND_DAYS: f64 = 1.0;
 
 /// A baseline, and what the results after it say.
 #[derive(Clone, Debug)]
@@ -18,8 +13,10 @@ pub struct Tracker {
     options: DriftOptions,
     /// One per parameter of the baseline.
     alarms: Vec<Alarm>,
-    /// Those that were compared, the last `trend_results`.
-    compared: VecDeque<HistoryLine>,
+    /// The baseline and those that were compared, the last `trend_results` days.
+    days: Days,
+    /// The last one that was compared.
+    last_compared: Option<Comparison>,
     last: Option<Result<Comparison, NotComparable>>,
 }
 
@@ -38,7 +35,8 @@ impl Tracker {
     /// With nothing compared yet.
     pub fn new(baseline: Baseline, options: DriftOptions) -> Self {
         let alarms = vec![Alarm::default(); baseline.result.parameters.len()];
-        Self { baseline, options, alarms, compared: VecDeque::new(), last: None }
+        let days = Days::new(&baseline.result, options.trend_results);
+        Self { baseline, options, alarms, days, last_compared: None, last: None }
     }
 
     /// The baseline.
@@ -73,11 +71,9 @@ impl Tracker {
             }
             Err(_) => Vec::new(),
         };
-        if compared.is_ok() {
-            self.compared.push_back(line.clone());
-            if self.compared.len() > self.options.trend_results {
-                self.compared.pop_front();
-            }
+        if let Ok(comparison) = &compared {
+            self.days.add(line);
+            self.last_compared = Some(comparison.clone());
         }
         self.last = Some(compared);
         events
@@ -99,20 +95,11 @@ impl Tracker {
         })
     }
 
-    /// The line through the last results that were compared, and the baseline if there is room:
-    /// in SI units over days since the baseline. Nothing for results of less than a day: how friction
-    /// falls while an arm warms up says nothing of how it changes from day to day.
+    /// The line through the last days with results that were compared, the baseline among them: in SI
+    /// units over days since the baseline. Nothing for fewer than three days: how friction falls while
+    /// an arm warms up says nothing of how it changes from day to day.
     pub fn trend(&self, parameter: &str) -> Option<Trend> {
-        let baseline = &self.baseline.result;
-        let room = self.compared.len() < self.options.trend_results;
-        let lines = room.then_some(baseline).into_iter().chain(&self.compared);
-        let point = |line: &HistoryLine| {
-            let found = line.parameter(parameter)?;
-            let days = line.time.days_after(baseline.time);
-            Some((days, found.value, found.standard_deviation))
-        };
-        let trend = trend(&lines.filter_map(point).collect::<Vec<_>>())?;
-        (trend.span.1 - trend.span.0 >= SHORTEST_TREND_DAYS).then_some(trend)
+        self.days.trend(parameter)
     }
 
     /// The alarms that are raised: parameter and since when it is outside.
@@ -123,8 +110,8 @@ impl Tracker {
 
     /// The change of a parameter in the last result that was compared.
     pub fn last_change(&self, parameter: &str) -> Option<Change> {
-        let comparison = self.compare(self.compared.back()?).ok()?;
-        comparison.changes.into_iter().find(|change| change.parameter == parameter)
+        let changes = &self.last_compared.as_ref()?.changes;
+        changes.iter().find(|change| change.parameter == parameter).cloned()
     }
 
     /// A sentence for people on a parameter of the last result that was compared.

@@ -3,7 +3,7 @@
 /// A weighted straight line: value(t) = `at_mean` + `slope`·(t − `mean_time`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trend {
-    /// Points.
+    /// Points: days that have results.
     pub points: usize,
     /// Slope, in units of the values per unit of time.
     pub slope: f64,
@@ -26,7 +26,7 @@ pub struct Trend {
 ///
 /// slope = Σ w (t − t̄)(v − v̄) / Σ w (t − t̄)², σ_slope = s / √(Σ w (t − t̄)²), with the scale factor
 /// s = max(1, √(χ²/(n − 2))) of the Particle Data Group (Review of Particle Physics, introduction,
-/// 5.2.2): what moves the parameters from window to window beside the noise, as the temperature does,
+/// 5.2.2): what moves the parameters from day to day beside the noise, as the temperature does,
 /// is in it.
 ///
 /// Nothing for fewer than three points, without distance in time, or where a number is none or a σ is
@@ -48,7 +48,7 @@ pub fn trend(points: &[(f64, f64, f64)]) -> Option<Trend> {
     let slope = weighted(&|time, value| (time - mean_time) * (value - at_mean)) / spread;
     let line = |time: f64| at_mean + slope * (time - mean_time);
     let chi_squared = weighted(&|time, value| (value - line(time)).powi(2));
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred points")]
+    #[expect(clippy::cast_precision_loss, reason = "a few hundred days")]
     let scatter = (chi_squared / (points.len() - 2) as f64).sqrt().max(1.0);
     let slope_deviation = scatter / spread.sqrt();
     let found = slope.is_finite() && slope_deviation.is_finite();

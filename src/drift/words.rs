@@ -27,11 +27,11 @@ pub fn sentence(
         (false, false) => "has fallen by",
     };
     let mut text = format!(
-        "{} {verb} {}{unit} ± {}{unit} since the baseline of {}",
+        "{} {verb} {}{unit} ± {}{unit} since the baseline{}",
         change.parameter,
         to_the_digit_of(by.abs(), deviation),
         significant(deviation, 1),
-        baseline.date()
+        if baseline.is_set() { format!(" of {}", baseline.date()) } else { String::new() }
     );
     if let Some(trend) = trend {
         let (slope, deviation) = (trend.slope * scale, trend.slope_deviation * scale.abs());
@@ -41,7 +41,11 @@ pub fn sentence(
         text += &format!(", {sign}{slope} ± {}{per}", significant(deviation, 1));
     }
     if let Some(since) = outside_since {
-        text += &format!(", left its band on {}", since.date());
+        text += ", left its band ";
+        text += &match since.is_set() {
+            true => format!("on {}", since.date()),
+            false => "while the clock was not set".to_owned(),
+        };
     } else if let Some(day) = trend.and_then(|trend| forecast(change, baseline, trend)) {
         text += &format!(", leaves its band on {} at this rate", day.date());
     }

@@ -131,6 +131,12 @@ impl Health {
                     estimate.reasons.join("; ")
                 ));
             }
+            if let Some(why) = &estimation.baseline_unreadable {
+                reasons.push(format!(
+                    "no parameter is watched for drift: {why}, or have none with `didim baseline \
+                     clear`"
+                ));
+            }
             if let Some(drift) = &estimation.drift {
                 reasons.extend(drift.reasons());
             }

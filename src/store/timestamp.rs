@@ -13,6 +13,9 @@ pub struct Timestamp(u64);
 
 /// The last second that RFC 3339 has a text for: the end of the year 9999.
 const LAST_S: u64 = 253_402_300_799;
+/// 2020-01-01T00:00:00Z: this program is younger. A controller without a battery starts in 1970, or
+/// at the date of its image, until it is told the time.
+const SET_S: u64 = 1_577_836_800;
 
 impl Timestamp {
     /// Now. A clock before 1970 or after 9999 gives the nearest instant that has a text.
@@ -30,6 +33,11 @@ impl Timestamp {
     /// Seconds after 1970-01-01T00:00:00Z.
     pub fn unix_s(self) -> u64 {
         self.0
+    }
+
+    /// Whether it may be true: false before 2020, when the clock was not set yet.
+    pub fn is_set(self) -> bool {
+        self.0 >= SET_S
     }
 
     /// Days from another instant to this one, negative when the other is later.
@@ -103,6 +111,9 @@ mod tests {
         let later = time.plus_days(1.5).unwrap();
         assert_eq!(later.to_string(), "2026-11-23T19:17:29Z");
         assert!((time.days_after(later) + 1.5).abs() < 1e-12);
+        // date -u -d 2020-01-01 +%s
+        assert!(time.is_set() && Timestamp::from_unix_s(1_577_836_800).is_set());
+        assert!(!Timestamp::from_unix_s(1_577_836_799).is_set());
         assert_eq!(time.plus_days(1e9), None);
         assert_eq!(time.plus_days(f64::NAN), None);
         assert!(Timestamp::from_unix_s(u64::MAX).to_string().starts_with("9999-12-31"));

@@ -216,7 +216,7 @@ impl Job {
         if let Some(records) = &mut self.records
             && records.look()
         {
-            self.shared.update().drift = records.drift();
+            records.tell(&mut self.shared.update());
         }
     }
 
@@ -256,7 +256,9 @@ impl Job {
         let mut status = self.shared.update();
         status.windows_identified += 1;
         status.last_estimate = Some(EstimateSummary::new(window, &estimate));
-        status.drift = self.records.as_ref().and_then(Records::drift);
+        if let Some(records) = &self.records {
+            records.tell(&mut status);
+        }
         Ok(())
     }
 }

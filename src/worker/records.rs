@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
+use super::EstimationStatus;
 use super::run::WorkerOptions;
 use crate::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::store::{
@@ -30,6 +31,8 @@ pub(super) struct Records {
     /// The last lines of the history, for a baseline that is set in their midst.
     recent: VecDeque<HistoryLine>,
     baseline: BaselineWatch,
+    /// Why the baseline that there is cannot be read.
+    unreadable: Option<String>,
     tracker: Option<Tracker>,
 }
 
@@ -37,17 +40,30 @@ impl Records {
     pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
         let (store, recent) = Store::open_with_history(folder, options.keep)?;
         let drift = options.records.drift;
-        Ok(Self { store, drift, recent, baseline: BaselineWatch::new(folder), tracker: None })
+        let baseline = BaselineWatch::new(folder);
+        Ok(Self { store, drift, recent, baseline, unreadable: None, tracker: None })
     }
 
     /// Looks whether the baseline was set or cleared by another process, and compares with the new
-    /// one what is at hand. True when it was.
+    /// one what is at hand. True when it was. One that cannot be read is tried again at each look: it
+    /// may be readable again without being another file. It is logged once.
     pub(super) fn look(&mut self) -> bool {
+        if self.unreadable.is_some() {
+            self.baseline.forget();
+        }
         let baseline = match self.baseline.look() {
             None => return false,
-            Some(Ok(baseline)) => baseline,
+            Some(Ok(baseline)) => {
+                self.unreadable = None;
+                baseline
+            }
             Some(Err(error)) => {
-                tracing::warn!("nothing is compared: {error}");
+                let why = error.to_string();
+                if self.unreadable.as_ref() == Some(&why) {
+                    return false;
+                }
+                tracing::warn!("nothing is compared: {why}");
+                self.unreadable = Some(why);
                 None
             }
         };
@@ -65,14 +81,22 @@ impl Records {
                     raised(tracker, parameter);
                 }
             }
-            None if had => tracing::info!("there is no baseline any more"),
+            None if had && self.unreadable.is_none() => {
+                tracing::info!("there is no baseline any more");
+            }
             None => {}
         }
         true
     }
 
+    /// Tells the status of the drift and of what hinders its judgement.
+    pub(super) fn tell(&self, status: &mut EstimationStatus) {
+        status.drift = self.drift();
+        status.baseline_unreadable.clone_from(&self.unreadable);
+    }
+
     /// What the status tells of the drift; nothing without a baseline.
-    pub(super) fn drift(&self) -> Option<DriftStatus> {
+    fn drift(&self) -> Option<DriftStatus> {
         self.tracker.as_ref().map(Tracker::status)
     }
 
@@ -113,6 +137,12 @@ impl Records {
         let configured = self.store.keep_configuration(record.configuration, &options.texts);
         let stored = self.store.write(record, report)?;
         let line = line(stored.number, record, note, &options.regrouping);
+        if !line.time.is_set() {
+            tracing::warn!(
+                "the clock is not set: result {} will be no part of plots and trends",
+                line.result
+            );
+        }
         for problem in [configured.err(), self.store.remember(&line).err()].into_iter().flatten() {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }

@@ -117,6 +117,9 @@ pub struct EstimationStatus {
     pub note: Option<Note>,
     /// How the last estimate differs from the baseline; nothing without one.
     pub drift: Option<DriftStatus>,
+    /// Why nothing is compared although there is a baseline: it cannot be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub baseline_unreadable: Option<String>,
 }
 
 /// The counts, shared between the worker's threads and the status. The bus thread has no part in

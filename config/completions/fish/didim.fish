@@ -136,7 +136,7 @@ complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_sub
 complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from help" -f -a "start" -d 'Begin a capture; the cell needs [service.recordings]'
 complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from help" -f -a "stop" -d 'End it; the file is in the folder of kept recordings some seconds later'
 complete -c didim -n "__fish_didim_using_subcommand capture; and __fish_seen_subcommand_from help" -f -a "help" -d 'Print this message or the help of the given subcommand(s)'
-complete -c didim -n "__fish_didim_using_subcommand note" -l payload-kg -d 'Mass at the flange that the robot file does not describe' -r
+complete -c didim -n "__fish_didim_using_subcommand note" -l payload-kg -d 'Mass at the flange that the robot file does not describe; 0 means none, as with a baseline that has no note of one' -r
 complete -c didim -n "__fish_didim_using_subcommand note" -l temperature-c -d 'Temperature of the arm' -r
 complete -c didim -n "__fish_didim_using_subcommand note" -l text -d 'Anything else, in one line' -r
 complete -c didim -n "__fish_didim_using_subcommand note" -l cell -d 'The cell file of the service, for the folder of its sockets' -r -F

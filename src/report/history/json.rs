@@ -11,8 +11,10 @@ use crate::store::HistoryLine;
 pub struct HistoryDocument<'a> {
     /// Version of its layout: it changes when a key changes its meaning or goes away.
     pub schema: u32,
-    /// Lines of the file that were passed over, torn or none of ours.
+    /// Lines of the file that were passed over: torn, none of ours, or of a later version.
     pub passed_over: usize,
+    /// Results that were stored while the clock was not set: no part of the trends.
+    pub undated: usize,
     /// The baseline.
     pub baseline: Option<&'a Baseline>,
     /// The results, oldest first.
@@ -41,18 +43,18 @@ pub struct ResultDocument<'a> {
     pub alarmed: &'a [String],
 }
 
-/// A straight line through the results that were compared.
+/// A straight line through the days of the results that were compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrendDocument {
     /// The parameter.
     pub parameter: String,
-    /// Results.
+    /// Days that have results, each one point.
     pub points: usize,
     /// Slope per day.
     pub slope_per_day: f64,
     /// Its standard deviation.
     pub slope_sd: f64,
-    /// By how much the results scatter more than their standard deviations say, at least 1.
+    /// By how much the days scatter more than their standard deviations say, at least 1.
     pub scatter: f64,
 }
 
@@ -92,6 +94,7 @@ impl<'a> HistoryDocument<'a> {
         Self {
             schema: 1,
             passed_over,
+            undated: chronicle.undated(),
             baseline: tracker.map(|tracker| tracker.baseline()),
             results: results.collect(),
             alarms: tracker.map_or(Vec::new(), |tracker| tracker.status().alarms),

@@ -66,11 +66,12 @@ pub fn table(chronicle: &Chronicle) -> String {
 
 /// The baseline, and a sentence per parameter whose alarm is raised.
 pub fn summary(chronicle: &Chronicle) -> String {
+    let undated = chronicle.undated_words().map_or(String::new(), |words| words + "\n");
     let Some(tracker) = &chronicle.tracker else {
-        return "no baseline is set: `didim baseline set` sets one\n".to_owned();
+        return format!("no baseline is set: `didim baseline set` sets one\n{undated}");
     };
     let status = tracker.status();
-    let mut text = format!("baseline: result {} of {}\n", status.baseline, status.time);
+    let mut text = format!("baseline: result {} of {}\n{undated}", status.baseline, status.time);
     if let Some(why) = &status.why_not {
         text += &format!("not compared: {why}\n");
     }

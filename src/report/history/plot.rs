@@ -45,7 +45,7 @@ pub fn plot(chronicle: &Chronicle, parameter: &str, columns: usize) -> Option<St
         canvas.dot(x(days) - 1.0, y(value));
         canvas.dot(x(days) + 1.0, y(value));
     }
-    let from = chronicle.entries.first()?.line.time;
+    let (from, _) = chronicle.extent()?;
     let date = |days: f64| from.plus_days(days).map_or_else(String::new, |time| time.minute());
     let mut text = format!("{parameter}, ±2σ");
     if band.is_some() {

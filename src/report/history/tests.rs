@@ -194,3 +194,43 @@ fn a_trend_goes_through_the_points_however_few_are_shown() {
         }
     }
 }
+
+#[test]
+fn plots_leave_an_unset_clock_out_and_need_no_order() {
+    let ordered: Vec<_> = (0..5).map(|day| line(day, 6.0 + 0.01 * day as f64)).collect();
+    let mut mixed = vec![ordered[0].clone(), ordered[3].clone(), ordered[1].clone()];
+    mixed.push(HistoryLine { time: Timestamp::from_unix_s(90), ..line(9, 6.05) });
+    mixed.extend([ordered[4].clone(), ordered[2].clone()]);
+    // The one without a date stands first as well: a history begins with an arm that is new.
+    mixed.insert(0, HistoryLine { time: Timestamp::from_unix_s(60), ..line(8, 6.05) });
+    let chronicle = |lines: &[HistoryLine]| {
+        let baseline = Some(Baseline::of(ordered[0].clone()));
+        Chronicle::new(lines.to_vec(), baseline, DriftOptions::default())
+    };
+    let (ordered, mixed) = (chronicle(&ordered), chronicle(&mixed));
+    assert_eq!(mixed.points("fc3"), ordered.points("fc3"));
+    assert_eq!(plot(&mixed, "fc3", 30), plot(&ordered, "fc3", 30));
+    let trends = |of: &Chronicle| of.tracker.as_ref().unwrap().trend("fc3").unwrap();
+    assert!((trends(&mixed).slope / trends(&ordered).slope - 1.0).abs() < 1e-9);
+    let chart = |of: &Chronicle| {
+        let html = HistoryReport { chronicle: of, parameters: &["fc3"] }.to_html();
+        let svg = html.split_once("<svg class=\"panel\"").unwrap().1;
+        svg.split_once("</svg>").unwrap().0.to_owned()
+    };
+    assert_eq!(chart(&mixed), chart(&ordered));
+    let words =
+        "2 results were stored while the clock was not set and are no part of plots and trends";
+    assert!(summary(&mixed).contains(words) && !summary(&ordered).contains("clock"));
+    let html = HistoryReport { chronicle: &mixed, parameters: &["fc3"] }.to_html();
+    assert!(html.contains(words) && html.contains("7 results from 2026-11-22 07:17 to 2026-11-26"));
+    assert_eq!(HistoryDocument::new(&mixed, 0, &["fc3"], None).undated, 2);
+    // Nothing but such ones.
+    let undated = [HistoryLine { time: Timestamp::from_unix_s(60), ..line(0, 6.0) }];
+    let undated = Chronicle::new(undated.to_vec(), None, DriftOptions::default());
+    assert_eq!(plot(&undated, "fc3", 30), None);
+    assert!(
+        summary(&undated).contains("1 result was stored while the clock was not set and is no")
+    );
+    let html = HistoryReport { chronicle: &undated, parameters: &["fc3"] }.to_html();
+    assert!(html.contains("<p>1 result</p>"), "{html}");
+}

@@ -60,15 +60,16 @@ impl HistoryReport<'_> {
     }
 
     fn extent(&self) -> String {
-        let entries = &self.chronicle.entries;
-        match (entries.first(), entries.last()) {
-            (Some(first), Some(last)) => format!(
-                "{} results from {} to {} (UTC)",
-                entries.len(),
-                first.line.time.minute(),
-                last.line.time.minute()
-            ),
-            _ => "No result".to_owned(),
+        let results = match self.chronicle.entries.len() {
+            0 => return "No result".to_owned(),
+            1 => "1 result".to_owned(),
+            count => format!("{count} results"),
+        };
+        match self.chronicle.extent() {
+            Some((first, last)) => {
+                format!("{results} from {} to {} (UTC)", first.minute(), last.minute())
+            }
+            None => results,
         }
     }
 
@@ -77,6 +78,7 @@ impl HistoryReport<'_> {
             return html! { section.alarms {
                 h2 { "No baseline" }
                 p { "Without one nothing is compared: " code { "didim baseline set" } " sets it." }
+                @if let Some(words) = self.chronicle.undated_words() { p { (sentence(&words)) } }
             } };
         };
         let status = tracker.status();
@@ -92,6 +94,7 @@ impl HistoryReport<'_> {
                 h2 { (heading) }
                 p { "The baseline is result " (status.baseline) " of " (status.time.minute()) " (UTC)." }
                 @if let Some(why) = &status.why_not { p { (sentence(why)) } }
+                @if let Some(words) = self.chronicle.undated_words() { p { (sentence(&words)) } }
                 @if status.reconfigured { p { "The configuration has changed since the baseline." } }
                 @if raised { ul { @for alarm in &status.alarms { li { (alarm.text) "." } } } }
             }
@@ -119,7 +122,7 @@ impl HistoryReport<'_> {
         let explanation = "Each result with two standard deviations to either side; one that may \
                            not be used is left out. The band is that of the baseline, dashed, as \
                            the last result is judged by it; a point outside it is hollow. The line \
-                           is the trend of the results that were compared. A dotted line marks \
+                           is the trend of the results that were compared, day by day. A dotted line marks \
                            when a parameter left its band for good.";
         section("Parameters over time", explanation, &content)
     }
@@ -133,12 +136,11 @@ impl HistoryReport<'_> {
         let points = self.chronicle.points(name);
         let title = escape(name);
         let _ = write!(svg, r#"<text class="title" x="{LEFT}" y="20">{title}</text>"#);
-        let (Some(&(first, ..)), Some(&(last, ..)), Some(start)) =
-            (points.first(), points.last(), self.chronicle.entries.first())
+        let (Some(&(first, ..)), Some(&(last, ..)), Some((start, _))) =
+            (points.first(), points.last(), self.chronicle.extent())
         else {
             return;
         };
-        let start = start.line.time;
         let band = self.chronicle.band(name).map(|(middle, half)| (middle - half, middle + half));
         let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
         let ends = points
@@ -195,7 +197,8 @@ impl HistoryReport<'_> {
             );
         }
         // One that left it before what is shown has no place here; its sentence says when.
-        let since = since.map(|since| since.days_after(start)).filter(|at| *at >= first);
+        let since =
+            since.map(|since| since.days_after(start)).filter(|at| (first..=last).contains(at));
         if let Some(at) = since.map(x) {
             let _ = write!(
                 svg,
@@ -230,7 +233,10 @@ impl HistoryReport<'_> {
             let offset = baseline.days_after(start);
             let line = |t: f64| (at_mean + slope * (t - mean_time)).clamp(low, high);
             // Of a trend that began before what is shown, the rest.
-            let (from, to) = (span.0.max(first - offset), span.1);
+            let (from, to) = (span.0.max(first - offset), span.1.min(last - offset));
+            if from > to {
+                return;
+            }
             let _ = write!(
                 svg,
                 r#"<line class="trend" x1="{:.1}" x2="{:.1}" y1="{:.1}" y2="{:.1}"/>"#,

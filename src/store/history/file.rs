@@ -5,7 +5,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
-use super::HistoryLine;
+use serde::Deserialize;
+
+use super::{HISTORY_SCHEMA, HistoryLine};
 use crate::store::{StoreError, at};
 
 const NAME: &str = "history.jsonl";
@@ -37,7 +39,7 @@ pub enum HistoryError {
 }
 
 /// Reads the history of a folder of results, oldest line first, with the number of lines that were
-/// passed over because they are torn or none of ours.
+/// passed over because they are torn, none of ours, or of a later version of this program.
 ///
 /// # Errors
 /// [`HistoryError`].
@@ -48,7 +50,7 @@ pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryE
         _ => HistoryError::Io { path: path.clone(), cause },
     })?;
     let mut lines = Vec::new();
-    let scanned = scan(file, |line| lines.push(line));
+    let scanned = scan(file, |_, line| lines.extend(line));
     let scan = scanned.map_err(|cause| HistoryError::Io { path, cause })?;
     Ok((lines, scan.passed_over))
 }
@@ -60,13 +62,35 @@ struct Scan {
     whole: u64,
     /// Bytes of all.
     length: u64,
-    /// Lines, whole and readable.
+    /// Lines to count and to keep: whole ones of ours, those of a later version among them.
     lines: usize,
-    /// Lines that were not.
+    /// Lines that could not be read, those of a later version among them.
     passed_over: usize,
 }
 
-fn scan(file: File, mut take: impl FnMut(HistoryLine)) -> io::Result<Scan> {
+/// What every version of a line has.
+#[derive(Deserialize)]
+struct Version {
+    schema: u32,
+}
+
+/// A line of ours: as it is read, or nothing when a later version wrote it. An older program, put back
+/// into its place, does not understand such a line, and keeps it for the newer one.
+fn understand(text: &[u8]) -> Option<Option<HistoryLine>> {
+    let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
+    let schema = match &line {
+        Some(line) => line.schema,
+        None => serde_json::from_slice::<Version>(text).ok()?.schema,
+    };
+    match schema {
+        HISTORY_SCHEMA => line.map(Some),
+        later if later > HISTORY_SCHEMA => Some(None),
+        _ => None,
+    }
+}
+
+/// Gives every line of ours as its bytes, and read unless a later version wrote it.
+fn scan(file: File, mut take: impl FnMut(&[u8], Option<HistoryLine>)) -> io::Result<Scan> {
     let mut reader = BufReader::new(file);
     let (mut scan, mut line) = (Scan::default(), Vec::new());
     loop {
@@ -81,12 +105,13 @@ fn scan(file: File, mut take: impl FnMut(HistoryLine)) -> io::Result<Scan> {
         if whole {
             scan.whole = scan.length;
         }
-        match serde_json::from_slice(&line) {
-            Ok(known) if whole => {
+        match understand(&line).filter(|_| whole) {
+            Some(known) => {
                 scan.lines += 1;
-                take(known);
+                scan.passed_over += usize::from(known.is_none());
+                take(&line, known);
             }
-            _ => scan.passed_over += 1,
+            None => scan.passed_over += 1,
         }
     }
 }
@@ -123,8 +148,8 @@ impl HistoryFile {
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Scan::default(),
             opened => {
                 let scanned = opened.and_then(|file| {
-                    scan(file, |line| {
-                        last.push_back(line);
+                    scan(file, |_, line| {
+                        last.extend(line);
                         if last.len() > recent {
                             last.pop_front();
                         }
@@ -135,7 +160,7 @@ impl HistoryFile {
         };
         if scan.passed_over > 0 {
             tracing::warn!(
-                "{}: lines passed over as torn or unknown: {}",
+                "{}: lines passed over as torn, unknown or of a later version: {}",
                 path.display(),
                 scan.passed_over
             );
@@ -165,11 +190,9 @@ impl HistoryFile {
             .open(&self.path)
             .map_err(at("open", &self.path))?;
         let there = file.metadata().map_err(at("read", &self.path))?.len();
-        if there > self.length {
-            self.cut_off()?;
+        if there != self.length {
+            self.look_again(there)?;
         }
-        // A history that somebody removed or cut begins anew.
-        self.length = self.length.min(there);
         let written = file.write_all(&json).and_then(|()| file.sync_data());
         if let Err(cause) = written {
             // As if nothing had been tried; if that fails as well, the next append sees to it.
@@ -184,28 +207,34 @@ impl HistoryFile {
         if self.lines > self.keep + self.keep / 10 { self.remove_oldest() } else { Ok(()) }
     }
 
+    /// Finds the end of a file that is not as this writer left it. Somebody else put lines into it,
+    /// copied another one to its place, cut or removed it: whatever lines it has now stay. Only what
+    /// follows the last newline is cut off: the half of a line, of an append that failed as a rule.
+    fn look_again(&mut self, there: u64) -> Result<(), StoreError> {
+        let file = File::open(&self.path).map_err(at("open", &self.path))?;
+        let scan = scan(file, |_, _| {}).map_err(at("read", &self.path))?;
+        (self.length, self.lines) = (scan.whole, scan.lines);
+        if there > scan.whole { self.cut_off() } else { Ok(()) }
+    }
+
     fn cut_off(&self) -> Result<(), StoreError> {
         let file = OpenOptions::new().write(true).open(&self.path);
         let cut = file.and_then(|file| file.set_len(self.length).and_then(|()| file.sync_all()));
         cut.map_err(at("cut a torn line off", &self.path))
     }
 
-    /// Writes the lines to keep beside the file and renames them to it.
+    /// Writes the lines to keep beside the file, as they are, and renames them to it.
     fn remove_oldest(&mut self) -> Result<(), StoreError> {
         let mut kept = VecDeque::new();
         let file = File::open(&self.path).map_err(at("read", &self.path))?;
-        let scanned = scan(file, |line| {
-            kept.push_back(line);
+        let scanned = scan(file, |text, _| {
+            kept.push_back(text.to_vec());
             if kept.len() > self.keep {
                 kept.pop_front();
             }
         });
         scanned.map_err(at("read", &self.path))?;
-        let mut content = Vec::new();
-        for line in &kept {
-            serde_json::to_writer(&mut content, line)?;
-            content.push(b'\n');
-        }
+        let content = kept.iter().flatten().copied().collect::<Vec<u8>>();
         let temporary = self.folder.join(TEMPORARY);
         let written = File::create(&temporary)
             .and_then(|mut file| file.write_all(&content).and_then(|()| file.sync_all()));

@@ -122,3 +122,67 @@ fn a_history_that_was_removed_begins_anew() {
     history.append(&line(1)).unwrap();
     assert_eq!(numbers(folder.path()), (vec![1], 0));
 }
+
+#[test]
+fn what_somebody_else_put_into_the_file_stays_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("history.jsonl");
+    append(folder.path(), 100, 0..2);
+    let (mut history, _) = HistoryFile::open(folder.path(), 100, 5).unwrap();
+    // Longer lines before the own ones: the end of before lies within a line.
+    let mut longer = line(7);
+    longer.note = Some(Note { text: Some("x".repeat(100)), ..Note::default() });
+    let longer = serde_json::to_string(&longer).unwrap() + "\n";
+    let own = fs::read_to_string(&path).unwrap();
+    fs::write(&path, longer.clone() + &own).unwrap();
+    history.append(&line(2)).unwrap();
+    assert_eq!(numbers(folder.path()), (vec![7, 0, 1, 2], 0));
+    // With half a line at the end, of another writer's or of our own.
+    tear(folder.path(), longer.as_bytes());
+    tear(folder.path(), b"{\"schema\":1,\"ti");
+    history.append(&line(3)).unwrap();
+    assert_eq!(numbers(folder.path()), (vec![7, 0, 1, 2, 7, 3], 0));
+    // Shorter, and cut within a line.
+    fs::write(&path, &own[..own.len() - 9]).unwrap();
+    history.append(&line(4)).unwrap();
+    assert_eq!(numbers(folder.path()), (vec![0, 4], 0));
+}
+
+#[test]
+fn lines_of_somebody_else_count_among_those_to_keep() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut history, _) = HistoryFile::open(folder.path(), 20, 5).unwrap();
+    history.append(&line(0)).unwrap();
+    for result in 1..30 {
+        tear(folder.path(), (serde_json::to_string(&line(result)).unwrap() + "\n").as_bytes());
+    }
+    history.append(&line(30)).unwrap();
+    assert_eq!(numbers(folder.path()), ((11..31).collect(), 0));
+}
+
+#[test]
+fn lines_of_a_later_version_are_not_read_and_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("history.jsonl");
+    append(folder.path(), 20, 0..3);
+    // One that looks like ours, with other meanings, and one that does not.
+    let alike = HistoryLine { schema: HISTORY_SCHEMA + 1, ..line(1) };
+    let later = [serde_json::to_string(&alike).unwrap(), "{\"schema\":3,\"when\":4}".to_owned()];
+    for later in &later {
+        tear(folder.path(), format!("{later}\n").as_bytes());
+    }
+    // A version that there never was.
+    let never = serde_json::to_string(&HistoryLine { schema: 0, ..line(2) }).unwrap();
+    tear(folder.path(), format!("{never}\n").as_bytes());
+    assert_eq!(numbers(folder.path()), (vec![0, 1, 2], 3));
+    // A key that this version does not know stays as well.
+    let more = serde_json::to_string(&line(3)).unwrap().replacen('{', "{\"more\":[1],", 1);
+    tear(folder.path(), format!("{more}\n").as_bytes());
+    append(folder.path(), 20, 4..20);
+    assert_eq!(numbers(folder.path()), ((0..20).collect(), 3));
+    append(folder.path(), 20, 20..21);
+    // 23 with those of the later version: three go, and what is kept is as it was, byte by byte.
+    assert_eq!(numbers(folder.path()), ((3..21).collect(), 2));
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.starts_with(&format!("{}\n{}\n{more}\n", later[0], later[1])), "{text}");
+}

@@ -165,3 +165,51 @@ fn another_band_judges_what_is_at_hand_anew() {
     take(&mut records, 7.5);
     assert_eq!(alarms(&records), ["fc3"]);
 }
+
+#[test]
+fn a_baseline_that_cannot_be_read_is_a_reason_until_it_can_be_or_is_cleared() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("baseline.json");
+    let mut records = open(folder.path());
+    take(&mut records, 6.48);
+    set_baseline(folder.path(), 0);
+    assert!(records.look());
+    let health = |records: &Records| {
+        let mut status = EstimationStatus::default();
+        records.tell(&mut status);
+        // As who asks gets it.
+        let json = serde_json::to_string(&status).unwrap();
+        let told: EstimationStatus = serde_json::from_str(&json).unwrap();
+        crate::status::Health::of(None, Some(&told)).reasons
+    };
+    assert_eq!(health(&records), Vec::<String>::new());
+    let whole = std::fs::read(&path).unwrap();
+    // Cut; then such that reading fails, as for who has no right to.
+    for unreadable in ["cut", "refused"] {
+        match unreadable {
+            "cut" => std::fs::write(&path, &whole[..whole.len() / 2]).unwrap(),
+            _ => std::fs::create_dir(&path).unwrap(),
+        }
+        assert!(records.look(), "{unreadable}");
+        for _ in 0..3 {
+            assert!(!records.look(), "nothing new is told");
+            let [reason] = &health(&records)[..] else { panic!("{:?}", health(&records)) };
+            for word in
+                ["no parameter is watched", "baseline.json", "`didim baseline set`", "clear"]
+            {
+                assert!(reason.contains(word), "{reason}");
+            }
+        }
+        take(&mut records, 6.48);
+        assert_eq!(health(&records).len(), 1);
+        match unreadable {
+            "cut" => std::fs::remove_file(&path).unwrap(),
+            _ => std::fs::remove_dir(&path).unwrap(),
+        }
+        assert!(records.look() && health(&records).is_empty(), "{unreadable}: cleared");
+    }
+    std::fs::write(&path, "{").unwrap();
+    assert!(records.look() && health(&records).len() == 1);
+    std::fs::write(&path, &whole).unwrap();
+    assert!(records.look() && health(&records).is_empty() && records.drift().is_some());
+}
