@@ -33,7 +33,7 @@ pub enum CellError {
         source: Box<CellError>,
     },
     /// Not TOML, a key that is missing, unknown, or of the wrong type.
-    #[error("{}: {source}{}", file.display(), Instead::of(.source.message()))]
+    #[error("{}: {source}{}", file.display(), Instead::below(.source.message()))]
     Cell {
         /// The cell file.
         file: PathBuf,

@@ -34,6 +34,13 @@ impl Instead {
     }
 }
 
+impl Instead {
+    /// Of the message of a TOML error, which is shown with a line break behind it.
+    pub(super) fn below(message: &str) -> Self {
+        Self { in_a_line_of_its_own: true, ..Self::of(message) }
+    }
+}
+
 impl fmt::Display for Instead {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(known) = &self.known else { return Ok(()) };

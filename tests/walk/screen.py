@@ -16,8 +16,11 @@ def screen(text: str, columns: int) -> list[str]:
     row = column = 0
     for arguments, action, back, down, sign in TOKEN.findall(text):
         numbers = [int(each or 1) for each in arguments.lstrip("?").split(";")] if arguments else [1]
-        if action == "l" and arguments == "?1049":
-            break
+        if arguments == "?1049":
+            # The screen of its own begins empty, and what comes after it is not the program's.
+            if action == "l":
+                break
+            cells.clear()
         if action == "H":
             row, column = numbers[0] - 1, (numbers[1] if len(numbers) > 1 else 1) - 1
         elif action == "J":

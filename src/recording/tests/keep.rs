@@ -176,6 +176,18 @@ fn faults_are_numbered_named_and_not_more_often_than_asked() {
 }
 
 #[test]
+fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
+    let mut recorded = Recorded::of(0..20_000);
+    recorded.options.fault_before_s = 1.0;
+    // The last frames of a process that is killed are not on disk; a fault much later is another matter.
+    let status = recorded.keep(|keeper| keeper.keep_fault("silence", 4_400_000_000));
+    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
+    assert!(read(&recorded.kept()[0], false).into_iter().eq(17_000..=19_999));
+    let status = recorded.keep(|keeper| keeper.keep_fault("silence", 5_100_000_000));
+    assert_eq!((status.kept, status.failed), (0, 1), "{status:?}");
+}
+
+#[test]
 fn number_and_size_of_what_is_kept_are_bounded() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.keep = 3;
