@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use super::request::RequestError;
 use crate::drift::{Baseline, ChooseError, set_baseline};
 use crate::store::HistoryLine;
 use crate::worker::Commands;
@@ -15,11 +16,6 @@ pub enum BaselineRequest {
     /// `baseline clear`
     Clear,
 }
-
-/// A line that is no such request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not a command: write `baseline set`, `baseline set N` or `baseline clear`")]
-pub struct BaselineRequestError;
 
 /// Why it was not done.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +32,7 @@ pub enum BaselineCommandError {
 }
 
 impl FromStr for BaselineRequest {
-    type Err = BaselineRequestError;
+    type Err = RequestError;
 
     fn from_str(line: &str) -> Result<Self, Self::Err> {
         match line.split(' ').collect::<Vec<_>>()[..] {
@@ -44,9 +40,9 @@ impl FromStr for BaselineRequest {
             ["baseline", "set", number] => number
                 .parse()
                 .map(|number| Self::Set(Some(number)))
-                .map_err(|_| BaselineRequestError),
+                .map_err(|_| RequestError::Unknown),
             ["baseline", "clear"] => Ok(Self::Clear),
-            _ => Err(BaselineRequestError),
+            _ => Err(RequestError::Unknown),
         }
     }
 }
@@ -97,7 +93,7 @@ mod tests {
             "baseline set 1 2",
             "baseline clear 1",
         ] {
-            assert_eq!(line.parse::<BaselineRequest>(), Err(BaselineRequestError), "{line}");
+            assert_eq!(line.parse::<BaselineRequest>(), Err(RequestError::Unknown), "{line}");
         }
     }
 }

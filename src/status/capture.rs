@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use super::request::RequestError;
 use crate::recording::CaptureError;
 use crate::worker::Commands;
 
@@ -18,20 +19,15 @@ pub enum CaptureRequest {
     Stop,
 }
 
-/// A line that is no such request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("not a command: write `capture start`, `capture start NAME` or `capture stop`")]
-pub struct CaptureRequestError;
-
 impl FromStr for CaptureRequest {
-    type Err = CaptureRequestError;
+    type Err = RequestError;
 
     fn from_str(line: &str) -> Result<Self, Self::Err> {
         match line.split(' ').collect::<Vec<_>>()[..] {
             ["capture", "start"] => Ok(Self::Start(DEFAULT_NAME.to_owned())),
             ["capture", "start", name] => Ok(Self::Start(name.to_owned())),
             ["capture", "stop"] => Ok(Self::Stop),
-            _ => Err(CaptureRequestError),
+            _ => Err(RequestError::Unknown),
         }
     }
 }
@@ -78,7 +74,7 @@ mod tests {
         }
         assert_eq!("capture start".parse(), Ok(CaptureRequest::Start("bus".into())));
         for line in ["capture", "capture begin", "capture start a b", "capture stop now", ""] {
-            assert_eq!(line.parse::<CaptureRequest>(), Err(CaptureRequestError), "{line}");
+            assert_eq!(line.parse::<CaptureRequest>(), Err(RequestError::Unknown), "{line}");
         }
     }
 }

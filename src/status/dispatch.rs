@@ -55,12 +55,8 @@ impl Dispatcher {
     pub async fn dispatch(&self, request: Request) -> Result<String, DispatchError> {
         match request {
             Request::Window(command) => {
-                let windows = self.windows.clone();
-                let windows = windows.ok_or(DispatchError::NotHere("has no windows"))?;
-                // The worker answers between two batches.
-                let submitted =
-                    tokio::task::spawn_blocking(move || windows.submit(command, WORKER_TIMEOUT));
-                submitted.await.map_err(|_| DispatchError::Busy)??;
+                let submit = move |worker: &Commands| worker.submit(command, WORKER_TIMEOUT);
+                self.on_worker("has no windows", submit).await??;
                 let words = match command {
                     Command::Begin => "a window opens with the next sample",
                     Command::End => "the window is closed once it has its margin, and identified",
@@ -69,21 +65,16 @@ impl Dispatcher {
                 Ok(words.to_owned())
             }
             Request::Capture(request) => {
-                let windows = self.windows.clone();
-                let windows = windows.ok_or(DispatchError::NotHere("keeps no recordings"))?;
-                let submitted = tokio::task::spawn_blocking(move || request.submit(&windows));
-                Ok(submitted.await.map_err(|_| DispatchError::Busy)??)
+                let submit = move |worker: &Commands| request.submit(worker);
+                Ok(self.on_worker("keeps no recordings", submit).await??)
             }
             Request::Note(note) => {
-                let windows = self.windows.as_ref();
-                windows.ok_or(DispatchError::NotHere("has no windows"))?.note(note);
+                self.on_worker("has no windows", move |worker| worker.note(note)).await?;
                 Ok("noted with the window that is open, or the next one".to_owned())
             }
             Request::Baseline(request) => {
-                let windows = self.windows.clone();
-                let windows = windows.ok_or(DispatchError::NotHere("has no results"))?;
-                let submitted = tokio::task::spawn_blocking(move || request.submit(&windows));
-                let done = submitted.await.map_err(|_| DispatchError::Busy)?;
+                let submit = move |worker: &Commands| request.submit(worker);
+                let done = self.on_worker("has no results", submit).await?;
                 done.map_err(|why| DispatchError::Baseline(why.to_string()))
             }
             Request::Reload => {
@@ -92,6 +83,16 @@ impl Dispatcher {
                 Ok("the new configuration holds from the next window on".to_owned())
             }
         }
+    }
+
+    /// Asks the worker, which answers between two batches, from a thread that may wait.
+    async fn on_worker<T: Send + 'static>(
+        &self,
+        without: &'static str,
+        ask: impl FnOnce(&Commands) -> T + Send + 'static,
+    ) -> Result<T, DispatchError> {
+        let worker = self.windows.clone().ok_or(DispatchError::NotHere(without))?;
+        tokio::task::spawn_blocking(move || ask(&worker)).await.map_err(|_| DispatchError::Busy)
     }
 }
 

@@ -17,8 +17,8 @@ mod request;
 mod serve;
 mod snapshot;
 
-pub use baseline::{BaselineCommandError, BaselineRequest, BaselineRequestError};
-pub use capture::{CaptureRequest, CaptureRequestError};
+pub use baseline::{BaselineCommandError, BaselineRequest};
+pub use capture::CaptureRequest;
 pub use client::{ClientError, fetch_status, send_request};
 pub use collect::Collector;
 pub(crate) use control::one_line;

@@ -60,12 +60,12 @@ impl FromStr for Request {
             ("window", "begin") => Ok(Self::Window(Command::Begin)),
             ("window", "end") => Ok(Self::Window(Command::End)),
             ("window", "identify") => Ok(Self::Window(Command::Identify)),
-            ("capture", _) => line.parse().map(Self::Capture).map_err(|_| RequestError::Unknown),
+            ("capture", _) => line.parse().map(Self::Capture),
             ("note", json) => {
                 let note: Note = serde_json::from_str(json).map_err(|_| RequestError::Unknown)?;
                 Ok(Self::Note(note.checked()?))
             }
-            ("baseline", _) => line.parse().map(Self::Baseline).map_err(|_| RequestError::Unknown),
+            ("baseline", _) => line.parse().map(Self::Baseline),
             ("reload", "") if line == verb => Ok(Self::Reload),
             _ => Err(RequestError::Unknown),
         }
