@@ -19,11 +19,11 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Parser;
 use didim::cell::{BusAddress, Cell};
-use didim::identify::LastIdentification;
-use didim::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
-use didim::service::{Parts, ServiceOptions, SocketOptions, run};
-use didim::status::{Snapshot, fetch_status};
-use didim::stream::{FOLDER, Pace, PrivateNetwork};
+use didim::live::stream::{FOLDER, Pace, PrivateNetwork};
+use didim::offline::identify::LastIdentification;
+use didim::service::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
+use didim::service::status::{Snapshot, fetch_status};
+use didim::service::supervision::{Parts, ServiceOptions, SocketOptions, run};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{
     InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,

@@ -1,23 +1,25 @@
 //! The service: from frames on a drive bus to identified parameters.
+//!
+//! The rooms, and what each may use; `tests/arrows.rs` holds them to it.
+//!
+//! | room | what it is | uses |
+//! |---|---|---|
+//! | [`check`] | what would not work: a cell by itself, and this machine | all below |
+//! | [`service`] | the running service: its parts put together, supervision, status, metrics | all below |
+//! | [`report`] | results for people: terminal, HTML, figures | all below |
+//! | [`offline`] | a whole record at once: logs as measurements, identification, comparison of methods | all below |
+//! | [`cell`] | a cell file, validated | all below |
+//! | [`live`] | bus thread, shared memory, worker, recordings | all below |
+//! | [`archive`] | results on disk, and their drift from the baseline | all below |
+//! | [`window`] | the samples that one result comes from | – |
+//! | [`text`] | numbers and tables in plain text | – |
 
-pub mod acquire;
+pub mod archive;
 pub mod cell;
 pub mod check;
-pub mod cli;
-pub mod compare;
-pub mod drift;
-pub mod experiment;
-pub mod identify;
-pub mod latency;
-pub mod metrics;
-pub mod pipeline;
-pub mod recording;
-pub mod reload;
+pub mod live;
+pub mod offline;
 pub mod report;
 pub mod service;
-pub mod status;
-pub mod store;
-pub mod stream;
-pub mod study;
-mod top;
-pub mod worker;
+pub mod text;
+pub mod window;

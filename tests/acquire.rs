@@ -8,12 +8,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use common::bus::{assembler, frames, interface};
 use common::{Network, eventually};
-use didim::acquire::{
+use didim::live::acquire::{
     AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, RealTimeOptions,
     SharedAcquisition,
 };
-use didim::recording::frame_queue;
-use didim::stream::{BatchKind, Pace, SampleReader, StreamNode};
+use didim::live::recording::frame_queue;
+use didim::live::stream::{BatchKind, Pace, SampleReader, StreamNode};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{
     InProcessSender, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,

@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 use common::bus::{assembler, frames, interface};
 use common::manager::{Manager, terminate};
 use common::{Network, Process};
-use didim::acquire::{AcquireOptions, RealTimeOptions};
-use didim::service::{
+use didim::live::acquire::{AcquireOptions, RealTimeOptions};
+use didim::live::stream::Pace;
+use didim::live::worker::{Identified, Identify, Trigger, WindowOptions, WorkerOptions};
+use didim::service::supervision::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceOptions, SocketOptions, run,
 };
-use didim::stream::Pace;
-use didim::worker::{Identified, Identify, Trigger, WindowOptions, WorkerOptions};
 use didim_core::identification::Estimate;
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::{
@@ -151,7 +151,7 @@ fn child_serves() {
             configuration: "c0ffee".into(),
             recorded: None,
             keeper: None,
-            records: didim::worker::RecordOptions::default(),
+            records: didim::live::worker::RecordOptions::default(),
         },
     };
     let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });
@@ -204,7 +204,7 @@ fn it_is_ready_when_samples_flow_and_says_what_flows() {
     let (number, ready) = managed.manager.expect(0, "READY=1");
     assert!(ready.contains("window open"), "{ready}");
     // Samples flow: the status of that moment has some.
-    let told = didim::status::fetch_status(&managed.folder.path().join("status")).unwrap();
+    let told = didim::service::status::fetch_status(&managed.folder.path().join("status")).unwrap();
     assert!(told.acquisition.unwrap().samples > 0);
     let (_, line) = managed.manager.expect(number, " samples/s");
     assert!(line.starts_with("STATUS="), "{line}");

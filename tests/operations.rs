@@ -36,7 +36,7 @@ fn are_in_the_manual(names: &[&str], exact: bool, at_least: usize) {
 
 #[test]
 fn lines_of_the_status() {
-    let source = include_str!("../src/status/render.rs");
+    let source = include_str!("../src/service/status/render.rs");
     let mut names = Vec::new();
     for kind in ["plain(", "counted(", "judged(", "latency(", "causes("] {
         names.extend(literals_after(source, &format!("rows.{kind}")));
@@ -50,9 +50,9 @@ fn lines_of_the_status() {
 #[test]
 fn reasons() {
     let sources = [
-        include_str!("../src/status/snapshot.rs"),
-        include_str!("../src/status/collect.rs"),
-        include_str!("../src/status/fetch.rs"),
+        include_str!("../src/service/status/snapshot.rs"),
+        include_str!("../src/service/status/collect.rs"),
+        include_str!("../src/service/status/fetch.rs"),
     ];
     let mut reasons = Vec::new();
     for source in sources {
@@ -60,7 +60,7 @@ fn reasons() {
             reasons.extend(literals_after(source, words));
         }
     }
-    reasons.extend(literals_after(include_str!("../src/drift/status.rs"), "then(|| format!("));
+    reasons.extend(literals_after(include_str!("../src/archive/drift/status.rs"), "then(|| format!("));
     // What begins with a value is of a process, and has its own words.
     reasons.retain(|reason| !reason.is_empty());
     let (more, reasons): (Vec<_>, Vec<_>) =
@@ -71,11 +71,11 @@ fn reasons() {
 
 #[test]
 fn words_of_alarms_and_of_what_is_not_compared() {
-    let words = include_str!("../src/drift/words.rs");
+    let words = include_str!("../src/archive/drift/words.rs");
     for verb in words.split('"').filter(|text| text.starts_with("has ")) {
         assert!(MANUAL.contains(verb), "{verb}");
     }
-    let source = include_str!("../src/drift/comparable.rs");
+    let source = include_str!("../src/archive/drift/comparable.rs");
     let lasting = ["is not applicable", "is of the robot", "is by", "has other parameters than"];
     for what in lasting.into_iter().chain(["was noted with result", "are made up in another way"]) {
         assert!(source.contains(what) && MANUAL.contains(what), "{what}");
@@ -95,7 +95,7 @@ fn causes_of_losses() {
         let causes: Vec<&str> = causes.iter().map(String::as_str).collect();
         are_in_the_manual(&causes, true, at_least);
     }
-    let source = include_str!("../src/worker/window.rs");
+    let source = include_str!("../src/live/worker/window.rs");
     let causes = source.split("pub fn cause(").nth(1).unwrap().split("impl ").next().unwrap();
     let causes: Vec<&str> = causes.split('"').skip(1).step_by(2).collect();
     are_in_the_manual(&causes, true, 10);
@@ -104,9 +104,9 @@ fn causes_of_losses() {
 #[test]
 fn metrics() {
     let sources = [
-        include_str!("../src/metrics/families.rs"),
-        include_str!("../src/metrics/drift.rs"),
-        include_str!("../src/metrics/recording.rs"),
+        include_str!("../src/service/metrics/families.rs"),
+        include_str!("../src/service/metrics/drift.rs"),
+        include_str!("../src/service/metrics/recording.rs"),
     ];
     let names = sources.iter().flat_map(|source| code(source).split('"'));
     let is_name = |text: &&str| {

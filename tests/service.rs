@@ -9,19 +9,20 @@ use std::time::{Duration, Instant};
 
 use common::bus::{assembler, frames, interface};
 use common::{Network, Process, eventually};
-use didim::acquire::{AcquireOptions, BusState, RealTimeOptions};
-use didim::latency::LatencySummary;
-use didim::service::{
+use didim::archive::store::{HistoryLine, Timestamp, read_history};
+use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
+use didim::live::latency::LatencySummary;
+use didim::live::stream::{Pace, StreamNode, Topic};
+use didim::live::worker::{
+    Command, Identified, Identify, RecordOptions, Rejection, Trigger, WindowOptions, WorkerOptions,
+};
+use didim::service::status::{BaselineRequest, ClientError, Request, fetch_status, send_request};
+use didim::service::supervision::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceError, ServiceOptions,
     ServiceReport, SocketOptions, run,
 };
-use didim::status::{BaselineRequest, ClientError, Request, fetch_status, send_request};
-use didim::store::{HistoryLine, Note, Timestamp, read_history};
-use didim::stream::{Pace, StreamNode, Topic};
-use didim::worker::{
-    Command, Identified, Identify, RecordOptions, Rejection, Trigger, Window, WindowOptions,
-    WorkerOptions,
-};
+use didim::window::Note;
+use didim::window::Window;
 use didim_core::identification::{Estimate, SingularValues, Verdict};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{InProcessSender, WhenFull, in_process_bus};
@@ -511,7 +512,8 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let mut documents = node.document_reader(Topic::Status).unwrap();
     eventually("a status by the stream", || {
         documents.receive().unwrap().is_some_and(|json| {
-            serde_json::from_slice::<didim::status::Snapshot>(&json).unwrap().cell == "cell"
+            serde_json::from_slice::<didim::service::status::Snapshot>(&json).unwrap().cell
+                == "cell"
         })
     });
     let mut estimates = node.document_reader(Topic::Estimates).unwrap();

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use didim::acquire::{ReceiveBuffer, SharedAcquisition};
-use didim::status::{
+use didim::live::acquire::{ReceiveBuffer, SharedAcquisition};
+use didim::live::stream::StreamOptions;
+use didim::live::worker::{Command, SharedEstimation};
+use didim::service::status::{
     ClientError, Collector, Dispatcher, ListenError, MAX_REQUEST, ReloadSender, Request, Socket,
     fetch_status, send_request, serve_commands, serve_status,
 };
-use didim::stream::StreamOptions;
-use didim::worker::{Command, SharedEstimation};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir_in("/tmp").unwrap()

@@ -6,7 +6,7 @@ mod common;
 use std::time::{Duration, Instant};
 
 use common::{Network, Process, eventually, sample};
-use didim::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
+use didim::live::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
 use didim_drivers::socket::monotonic_ns;
 
 const FULL: u64 = BATCH_SAMPLES as u64;
@@ -83,7 +83,8 @@ fn the_buffer_holds_what_the_options_promise() {
     // The pages are there before the first sample, and no more than was announced.
     let occupied = network.occupied_bytes();
     println!("{occupied} B occupied, {} B announced", options.shared_memory_bytes());
-    let payload = (2 * options.buffer_batches() * size_of::<didim::stream::SampleBatch>()) as u64;
+    let payload =
+        (2 * options.buffer_batches() * size_of::<didim::live::stream::SampleBatch>()) as u64;
     assert!(occupied >= payload, "{occupied} B occupied, {payload} B of payload");
     assert!(occupied <= options.shared_memory_bytes(), "{occupied} B occupied");
     drop(writer);
@@ -210,7 +211,7 @@ fn documents_wait_for_late_readers() {
     assert_eq!(reader.receive().unwrap().unwrap(), b"{\"second\":2}");
     assert_eq!(reader.receive().unwrap().unwrap(), b"{\"third\":3}");
     assert!(reader.receive().unwrap().is_none());
-    let long = vec![b' '; didim::stream::MAX_DOCUMENT_BYTES + 1];
+    let long = vec![b' '; didim::live::stream::MAX_DOCUMENT_BYTES + 1];
     assert!(matches!(writer.publish(&long), Err(StreamError::DocumentTooLong { .. })));
     let mut estimates = node.document_reader(Topic::Estimates).unwrap();
     assert!(estimates.receive().unwrap().is_none());

@@ -16,10 +16,10 @@ use didim_drivers::units::DriveSpec;
 use serde::Deserialize;
 
 use super::BusAddress;
-use crate::acquire::RealTimeOptions;
-use crate::drift::DriftOptions;
-use crate::recording::RecordingOptions;
-use crate::worker::WindowOptions;
+use crate::archive::drift::DriftOptions;
+use crate::live::acquire::RealTimeOptions;
+use crate::live::recording::RecordingOptions;
+use crate::live::worker::WindowOptions;
 
 /// The whole file. Unknown keys are errors.
 #[derive(Clone, Debug, Deserialize)]
@@ -181,8 +181,8 @@ impl Default for ServiceSection {
             status_group: None,
             command_mode: None,
             command_group: None,
-            keep_results: crate::store::DEFAULT_KEEP,
-            buffer_s: crate::stream::DEFAULT_BUFFER_S,
+            keep_results: crate::archive::store::DEFAULT_KEEP,
+            buffer_s: crate::live::stream::DEFAULT_BUFFER_S,
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
             recordings: None,

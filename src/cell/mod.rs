@@ -20,6 +20,7 @@ use didim_core::identification::{
 };
 use didim_core::robot::Robot;
 use didim_core::simulation::SetupError;
+use didim_drivers::assemble::Assembler;
 use didim_drivers::layout::CompiledLayout;
 use didim_drivers::units::{DriveSpec, Scales};
 
@@ -28,8 +29,9 @@ pub use error::CellError;
 pub use file::{BusSection, CellFile, IdentificationSection, Processes, ServiceSection};
 pub use library::{Library, SHIPPED};
 
-use crate::store::ConfigurationTexts;
-use crate::worker::WindowOptions;
+use crate::archive::store::ConfigurationTexts;
+use crate::live::worker::WindowOptions;
+use crate::text::sha256;
 
 /// A cell, validated.
 #[derive(Clone, Debug)]
@@ -78,6 +80,11 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// What makes samples of the frames on its bus.
+    pub fn assembler(&self) -> Assembler {
+        Assembler::new(self.layout.clone(), self.scales.clone())
+    }
+
     /// The same cell with other parameters to identify.
     #[must_use]
     pub fn with_parameters(self, names: &[String]) -> Self {
@@ -86,7 +93,7 @@ impl Cell {
 
     /// The same cell with a change of what every method does with its equation.
     #[must_use]
-    pub(crate) fn with_regression(mut self, change: impl Fn(&mut IdimLsOptions)) -> Self {
+    pub fn with_regression(mut self, change: impl Fn(&mut IdimLsOptions)) -> Self {
         let didim = self.didim.iter_mut().map(|options| &mut options.regression);
         let output_error = self.output_error.iter_mut().map(|options| &mut options.regression);
         didim.chain(output_error).chain([&mut self.options]).for_each(change);
@@ -95,7 +102,7 @@ impl Cell {
 
     /// The same cell, whose methods that simulate pass the decimation filter or do not.
     #[must_use]
-    pub(crate) fn with_decimated(mut self, decimated: bool) -> Self {
+    pub fn with_decimated(mut self, decimated: bool) -> Self {
         let didim = self.didim.iter_mut().map(|options| &mut options.decimated);
         let output_error = self.output_error.iter_mut().map(|options| &mut options.decimated);
         didim.chain(output_error).for_each(|own| *own = decimated);
@@ -302,16 +309,4 @@ fn resolve(address: BusAddress, folder: &Path) -> BusAddress {
         BusAddress::Log(file) => BusAddress::Log(folder.join(file)),
         other => other,
     }
-}
-
-/// SHA-256 of several texts, each preceded by its length so that no two lists give one digest.
-pub(crate) fn sha256(texts: &[&str]) -> String {
-    use sha2::{Digest, Sha256};
-
-    let mut digest = Sha256::new();
-    for text in texts {
-        digest.update((text.len() as u64).to_le_bytes());
-        digest.update(text.as_bytes());
-    }
-    digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -44,7 +44,7 @@ fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'sta
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drift::DriftOptions;
+    use crate::archive::drift::DriftOptions;
 
     #[test]
     fn what_counts_as_drift_needs_no_restart() {

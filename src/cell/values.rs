@@ -1,7 +1,7 @@
 //! Values of a cell file that the types let pass and the service could not run with.
 
 use super::{BusAddress, CellFile, ServiceSection};
-use crate::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
+use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// The key of a value that cannot be meant, and what is wrong with it.
 type Wrong = (&'static str, String);

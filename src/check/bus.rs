@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use super::machine::Machine;
 use crate::cell::{BusAddress, Cell};
-use crate::report::table::significant;
+use crate::text::significant;
 
 /// What one queued frame takes of the receive buffer, as the kernel accounts it \[bytes\].
 const QUEUED_FRAME_BYTES: f64 = 768.0;

@@ -6,7 +6,7 @@ use didim_drivers::layout::CompiledLayout;
 use super::finding::Finding;
 use super::wire;
 use crate::cell::{BusAddress, Cell};
-use crate::report::table::significant;
+use crate::text::significant;
 
 /// Above this part of its bit rate a bus carries little else: no room for repetitions and SDOs.
 const CROWDED: f64 = 0.7;

@@ -5,7 +5,7 @@ use didim_core::identification::Method;
 
 use super::finding::Finding;
 use crate::cell::Cell;
-use crate::report::table::significant;
+use crate::text::significant;
 
 /// Above this part of the sample rate, the position filter lets the noise pass that central
 /// differences raise most: twice differentiated, white noise is strongest at half the sample rate.

@@ -8,7 +8,7 @@ use super::finding::Finding;
 use super::machine::{Machine, space_left};
 use super::method::window_bytes;
 use crate::cell::Cell;
-use crate::pipeline::Places;
+use crate::service::pipeline::Places;
 
 /// What one result takes with its report \[bytes\]: 172 kB with six joints and 28 parameters.
 const RESULT_BYTES: u64 = 200 << 10;

@@ -24,9 +24,10 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     }
     if let Some(cpu) = asked.cpu {
         // As `run` would: in a thread of its own, so that this one stays where it is.
-        let options = crate::acquire::RealTimeOptions { cpu: Some(cpu), ..Default::default() };
+        let options =
+            crate::live::acquire::RealTimeOptions { cpu: Some(cpu), ..Default::default() };
         let granted = std::thread::spawn(move || options.apply().cpu).join();
-        if let Ok(crate::acquire::Grant::Refused { why }) = granted {
+        if let Ok(crate::live::acquire::Grant::Refused { why }) = granted {
             findings.push(Finding::warning(
                 "service.real_time.cpu",
                 format!("not granted: {why}"),

@@ -4,7 +4,7 @@ use super::finding::Finding;
 use super::machine::space_left;
 use super::places::{existing, megabytes};
 use crate::cell::Cell;
-use crate::report::table::significant;
+use crate::text::significant;
 
 /// What a frame takes in a recording beside its payload \[bytes\]: 131 with 64 bytes of payload, 75
 /// with 8.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::*;
 use crate::cell::Library;
-use crate::recording::RecordingOptions;
+use crate::live::recording::RecordingOptions;
 
 struct Fake {
     folder: tempfile::TempDir,

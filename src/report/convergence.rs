@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use didim_core::identification::ConvergenceStep;
 
 use super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP};
-use super::table::{aligned, significant};
+use crate::text::{aligned, significant};
 
 /// Characters of the longest bar.
 const BAR: f64 = 24.0;

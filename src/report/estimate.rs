@@ -3,7 +3,7 @@
 use didim_core::identification::{Estimate, ParameterEstimate};
 
 use super::convergence;
-use super::table::{aligned, significant, to_uncertainty};
+use crate::text::{aligned, significant, to_uncertainty};
 
 /// The value a parameter really has, when it is known: a simulated arm's truth.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;

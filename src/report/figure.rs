@@ -1,5 +1,6 @@
 //! A figure of measured against predicted torque, as one self-contained SVG file.
 
+use crate::text::escape;
 use std::fmt::Write as _;
 
 use didim_core::identification::ConvergenceStep;
@@ -184,10 +185,6 @@ pub(super) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
         k += 1.0;
     }
     found
-}
-
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

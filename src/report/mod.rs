@@ -7,7 +7,6 @@ pub mod figure;
 pub mod history;
 pub mod html;
 pub mod reduction;
-pub mod table;
 pub mod terminal;
 
 use didim_core::identification::Identification;

@@ -2,7 +2,7 @@
 
 use didim_core::identification::{Reduction, ReductionStep};
 
-use super::table::{aligned, significant};
+use crate::text::{aligned, significant};
 
 /// Characters of a line of the list.
 const WIDTH: usize = 88;

@@ -1,107 +1,31 @@
-//! Reading the configuration again while the service runs: on SIGHUP, or when it is asked for.
+//! The cell file of a running service, read again.
 
-use core::future::pending;
-use core::time::Duration;
+use std::path::PathBuf;
 
-use tokio::sync::mpsc::Receiver;
-use tokio::task::JoinHandle;
+use crate::cell::Cell;
+use crate::offline::identify::LastIdentification;
+use crate::service::pipeline::{Places, configuration};
+use crate::service::supervision::Reload;
 
-use crate::status::ReloadAnswer;
-use crate::worker::{Commands, Configuration};
-
-/// How long the worker may take to accept a configuration.
-const WORKER_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// Reads the configuration again, and checks that it can be taken over without a restart. Gives what
-/// the worker is to use from its next window on, where there is one, or says in words why not.
-pub type Reload = Box<dyn FnMut() -> Result<Option<Configuration>, String> + Send>;
-
-type Outcome = Result<(), String>;
-
-/// One reload at a time, off the thread that serves and feeds the watchdog.
-pub(super) struct Reloader {
-    reload: Option<Reload>,
-    commands: Option<Commands>,
-    asked: Receiver<ReloadAnswer>,
-    running: Option<JoinHandle<(Reload, Outcome)>>,
-    /// Who waits for the one that runs.
-    answer: Option<ReloadAnswer>,
-    /// A signal came while one ran: what it read may be older than the signal.
-    again: bool,
-}
-
-/// What there is to do.
-pub(super) enum Event {
-    /// One begins.
-    Asked(ReloadAnswer),
-    /// One is over.
-    Finished(Outcome),
-}
-
-impl Reloader {
-    pub(super) fn new(
-        reload: Option<Reload>,
-        commands: Option<Commands>,
-        asked: Receiver<ReloadAnswer>,
-    ) -> Self {
-        Self { reload, commands, asked, running: None, answer: None, again: false }
-    }
-
-    /// Waits until somebody asks, or what runs is over. Nothing is lost when it is dropped.
-    pub(super) async fn next(&mut self) -> Event {
-        match &mut self.running {
-            Some(running) => {
-                let ended = running.await;
-                self.running = None;
-                Event::Finished(match ended {
-                    Ok((reload, outcome)) => {
-                        self.reload = Some(reload);
-                        outcome
-                    }
-                    Err(_) => Err("reading it panicked: see the log before this".to_owned()),
-                })
-            }
-            None => match self.asked.recv().await {
-                Some(answer) => Event::Asked(answer),
-                None => pending().await,
-            },
+/// Reads the file again each time that it is called. What concerns the bus or the service itself must
+/// be as in `running`: nothing of it changes until a restart, so that no sample is lost. `estimates`
+/// says whether this process has a worker that is to use the rest.
+pub fn reload_of(file: PathBuf, running: Cell, places: Places, estimates: bool) -> Reload {
+    Box::new(move || {
+        let cell = Cell::read(&file).map_err(|error| error.to_string())?;
+        if let Some(key) = running.needs_restart_for(&cell) {
+            return Err(format!(
+                "{}: `{key}` has changed, which takes a restart of the service; only [window], \
+                 [identification], [controller], [service.drift] and the robot are taken over \
+                 without",
+                file.display()
+            ));
         }
-    }
-
-    /// Begins; true when one has begun, false when it follows the one that runs, or cannot be done.
-    pub(super) fn begin(&mut self, answer: Option<ReloadAnswer>) -> bool {
-        if self.running.is_some() {
-            self.again = true;
-            return false;
+        if !estimates {
+            return Ok(None);
         }
-        let Some(mut reload) = self.reload.take() else {
-            tell(answer, &Err("there is no file to read again".to_owned()));
-            return false;
-        };
-        self.answer = answer;
-        let commands = self.commands.clone();
-        self.running = Some(tokio::task::spawn_blocking(move || {
-            let outcome = reload().and_then(|configuration| match (configuration, commands) {
-                (Some(configuration), Some(commands)) => commands
-                    .configure(configuration, WORKER_TIMEOUT)
-                    .map_err(|error| error.to_string()),
-                _ => Ok(()),
-            });
-            (reload, outcome)
-        }));
-        true
-    }
-
-    /// Answers who asked; whether another one has to follow.
-    pub(super) fn finish(&mut self, outcome: &Outcome) -> bool {
-        tell(self.answer.take(), outcome);
-        core::mem::take(&mut self.again)
-    }
-}
-
-fn tell(answer: Option<ReloadAnswer>, outcome: &Outcome) {
-    if let Some(answer) = answer {
-        // Whoever asked may have gone.
-        let _ = answer.send(outcome.clone());
-    }
+        configuration(&cell, &places, &LastIdentification::default())
+            .map(Some)
+            .map_err(|error| error.to_string())
+    })
 }

@@ -7,16 +7,13 @@
 )]
 
 pub(crate) mod bus;
-pub(crate) mod cell;
 pub(crate) mod manager;
-pub(crate) mod program;
-pub(crate) mod recording;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use didim::stream::{PrivateNetwork, StreamOptions};
+use didim::live::stream::{PrivateNetwork, StreamOptions};
 use didim_core::JointSample;
 
 /// A network of its own for one test; everything it left is removed at the end.

@@ -1,7 +1,7 @@
 //! Which methods say the same.
 
 use super::{Cell, Table, View};
-use crate::compare::{Agreement, Trial};
+use crate::offline::compare::{Agreement, Trial};
 
 /// How many estimates of each method lie within 3 σ of each other one.
 pub(super) fn matrix(view: &View<'_>) -> Option<Table> {

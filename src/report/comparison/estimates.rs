@@ -4,7 +4,7 @@ use didim_core::identification::ParameterEstimate;
 
 use super::super::estimate::short_value;
 use super::{Cell, Column, Table, View, framework_name, number, percent};
-use crate::compare::{Framework, lies_in};
+use crate::offline::compare::{Framework, lies_in};
 
 /// Digits of a value at most: many columns stand side by side.
 const DIGITS: usize = 5;

@@ -7,7 +7,7 @@ use didim_core::identification::Fit;
 use didim_core::regression::autocorrelation;
 
 use super::View;
-use crate::report::figure::escape;
+use crate::text::escape;
 
 const PANEL_WIDTH: f64 = 150.0;
 const PANEL_HEIGHT: f64 = 84.0;

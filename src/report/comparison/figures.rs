@@ -4,7 +4,7 @@
 use didim_core::identification::{Estimate, SingularValues};
 
 use super::{Cell, Column, Table, View, framework_name, number, percent};
-use crate::compare::{Framework, PublishedFigures, mean};
+use crate::offline::compare::{Framework, PublishedFigures, mean};
 
 /// A row: its name, what it says of a result, and what was published of it.
 type Row = (&'static str, fn(&Estimate) -> Option<String>, fn(&PublishedFigures) -> Option<String>);

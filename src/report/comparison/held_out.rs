@@ -1,7 +1,7 @@
 //! How well each method predicts what it has not seen.
 
 use super::{Cell, Table, View, percent};
-use crate::compare::{HeldOut, title};
+use crate::offline::compare::{HeldOut, title};
 
 pub(super) fn table(view: &View<'_>) -> Option<Table> {
     let found = &view.comparison.held_out;

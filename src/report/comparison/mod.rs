@@ -9,7 +9,7 @@ mod text;
 
 use didim_core::identification::Method;
 
-use crate::compare::{Comparison, Framework, Outcome, Published, Trial, title};
+use crate::offline::compare::{Comparison, Framework, Outcome, Published, Trial, title};
 
 pub use figure::autocorrelation_figure;
 pub use text::{markdown, terminal};
@@ -103,7 +103,7 @@ impl View<'_> {
 
     /// The verdict of every method.
     pub fn judgements(&self) -> Vec<Judgement> {
-        let judgement = |of: &crate::compare::MethodResult| {
+        let judgement = |of: &crate::offline::compare::MethodResult| {
             let (verdict, reasons) = match (&of.estimate, &of.failure) {
                 (Some(estimate), _) if estimate.verdict.applicable => ("applicable", &[][..]),
                 (Some(estimate), _) => ("not applicable", &estimate.verdict.reasons[..]),
@@ -163,8 +163,8 @@ impl View<'_> {
 struct Column<'a> {
     name: String,
     estimate: &'a didim_core::identification::Estimate,
-    result: &'a crate::compare::MethodResult,
-    published: Option<&'a crate::compare::PublishedFigures>,
+    result: &'a crate::offline::compare::MethodResult,
+    published: Option<&'a crate::offline::compare::PublishedFigures>,
 }
 
 impl Column<'_> {
@@ -183,7 +183,7 @@ fn framework_name(framework: Framework) -> &'static str {
 
 /// A number with so many significant digits; a dash for what is none.
 fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { super::table::significant(value, digits) } else { "–".to_owned() }
+    if value.is_finite() { crate::text::significant(value, digits) } else { "–".to_owned() }
 }
 
 fn percent(share: f64, digits: usize) -> String {

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{Cell, Judgement, Table, View};
-use crate::compare::Outcome;
-use crate::report::table::aligned;
+use crate::offline::compare::Outcome;
+use crate::text::aligned;
 
 /// Characters of a line of words.
 const LINE: usize = 100;

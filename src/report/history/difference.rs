@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::super::table::{aligned, significant, to_uncertainty};
-use crate::drift::{Change, Chronicle, NotComparable, comparable};
-use crate::store::{HistoryLine, ParameterValue};
+use crate::archive::drift::{Change, Chronicle, NotComparable, comparable};
+use crate::archive::store::{HistoryLine, ParameterValue};
+use crate::text::{aligned, significant, to_uncertainty};
 
 /// Why two results are not compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::Difference;
-use crate::drift::{AlarmStatus, Baseline, Chronicle, Trend};
-use crate::store::HistoryLine;
+use crate::archive::drift::{AlarmStatus, Baseline, Chronicle, Trend};
+use crate::archive::store::HistoryLine;
 
 /// One object with everything.
 #[derive(Clone, Debug, Serialize)]

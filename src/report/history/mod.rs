@@ -8,8 +8,8 @@ pub use difference::{Difference, DifferenceError};
 pub use json::HistoryDocument;
 pub use plot::plot;
 
-use super::table::aligned;
-use crate::drift::{Chronicle, Entry};
+use crate::archive::drift::{Chronicle, Entry};
+use crate::text::aligned;
 
 /// What the last column says of a result.
 pub fn drift_words(chronicle: &Chronicle, entry: &Entry) -> String {
@@ -22,7 +22,7 @@ pub fn drift_words(chronicle: &Chronicle, entry: &Entry) -> String {
         Some(Ok(_)) => {}
     }
     let largest = entry.largest_change();
-    let by = |change: &crate::drift::Change| {
+    let by = |change: &crate::archive::drift::Change| {
         format!("{} {:+.1} %", change.parameter, 100.0 * change.relative())
     };
     match (entry.alarmed.split_first(), largest) {

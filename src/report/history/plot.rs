@@ -1,8 +1,8 @@
 //! A parameter over time in the terminal, drawn with Braille patterns.
 
-use super::super::table::significant;
 use super::super::terminal::{DOT, DOTS_HIGH, DOTS_WIDE};
-use crate::drift::Chronicle;
+use crate::archive::drift::Chronicle;
+use crate::text::significant;
 
 /// Lines of a plot.
 const ROWS: usize = 8;

@@ -1,7 +1,8 @@
 use super::*;
-use crate::drift::{Baseline, DriftOptions};
+use crate::archive::drift::{Baseline, DriftOptions};
+use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
 use crate::report::html::HistoryReport;
-use crate::store::{HISTORY_SCHEMA, HistoryLine, Note, ParameterValue, Timestamp};
+use crate::window::Note;
 
 const HOSTILE: &str = "<script>alert('&\"')</script>";
 

@@ -7,7 +7,7 @@ use didim_core::regression::NoiseAutocorrelation;
 use maud::{Markup, PreEscaped, html};
 
 use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
-use super::super::table::significant;
+use crate::text::significant;
 
 /// Width and height of a bar in a table.
 const BAR: (f64, f64) = (132.0, 14.0);

@@ -4,13 +4,14 @@ use std::fmt::Write as _;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, escape, ticks};
+use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::super::history::drift_words;
 use super::chart::panel;
 use super::summary::sentence;
 use super::{CURVES, STYLE, section, signed};
-use crate::drift::{Chronicle, Trend};
-use crate::store::Timestamp;
+use crate::archive::drift::{Chronicle, Trend};
+use crate::archive::store::Timestamp;
+use crate::text::escape;
 
 const OWN_STYLE: &str = include_str!("history.css");
 

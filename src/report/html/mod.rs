@@ -17,13 +17,13 @@ mod summary;
 use didim_core::identification::{Identification, Method};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-pub use comparison::ComparisonReport;
+pub use comparison::{ComparisonReport, SimulatedInput};
 pub use history::HistoryReport;
 pub use provenance::{InputFile, Origin, SampleRange};
 
 use super::figure::CURVES;
-use super::table::significant;
 use crate::cell::Cell;
+use crate::text::significant;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -3,13 +3,15 @@
 use std::ops::Range;
 use std::path::Path;
 
+use crate::text::hexadecimal;
 use didim_core::identification::Method;
 use maud::{Markup, html};
-use sha2::{Digest, Sha256};
+use sha2::Sha256;
 
 use super::{Report, number};
+use crate::archive::store::WindowProvenance;
 use crate::cell::Cell;
-use crate::store::{Note, WindowProvenance};
+use crate::window::Note;
 
 /// Where the samples of a result come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,9 +53,9 @@ impl InputFile {
             let why = "is no regular file, whose SHA-256 the report would tell; copy it to one";
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
         }
-        let mut digest = Sha256::new();
+        let mut digest = Sha256::default();
         std::io::copy(&mut file, &mut digest)?;
-        let sha256 = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let sha256 = hexadecimal(digest);
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Ok(Self { name, sha256 })
     }

@@ -6,8 +6,8 @@ use didim_core::identification::{Method, ParameterEstimate, SingularValues};
 use maud::{Markup, PreEscaped, html};
 
 use super::class;
-use crate::compare::SIGMAS;
-use crate::report::table::significant;
+use crate::offline::compare::SIGMAS;
+use crate::text::significant;
 
 /// Width of a drawing in a table, and height of a line and of all around them.
 const WIDTH: f64 = 240.0;

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::super::{number, section as in_section, signed};
 use super::{ComparisonReport, chart, class};
-use crate::compare::{Framework, Trial, title};
+use crate::offline::compare::{Framework, Trial, title};
 use crate::report::comparison::View;
 use crate::report::estimate::value;
 

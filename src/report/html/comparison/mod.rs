@@ -7,7 +7,6 @@ mod tables;
 mod verdicts;
 
 use didim_core::identification::Method;
-use didim_sim::Scenario;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{CURVES, Origin, STYLE, provenance, section};
@@ -26,7 +25,16 @@ pub struct ComparisonReport<'a> {
     /// Where its samples come from.
     pub origin: &'a Origin,
     /// What was simulated, if it was.
-    pub scenario: Option<&'a Scenario>,
+    pub scenario: Option<SimulatedInput<'a>>,
+}
+
+/// The simulated experiment that a comparison is of.
+#[derive(Clone, Copy, Debug)]
+pub struct SimulatedInput<'a> {
+    /// Name of the scenario.
+    pub name: &'a str,
+    /// Seed of its noise; nothing without noise.
+    pub noise_seed: Option<u64>,
 }
 
 impl ComparisonReport<'_> {
@@ -66,7 +74,7 @@ impl ComparisonReport<'_> {
     fn data(&self) -> Markup {
         html! {
             @if let Some(scenario) = self.scenario {
-                ", simulated arm of the scenario " strong { (scenario.name()) }
+                ", simulated arm of the scenario " strong { (scenario.name) }
             } @else if let Some(input) = &self.origin.input {
                 ", recording " strong { (input.name) }
             }
@@ -77,9 +85,9 @@ impl ComparisonReport<'_> {
         let content = html! {
             dl.provenance {
                 @if let Some(scenario) = self.scenario {
-                    div { dt { "Scenario" } dd { (scenario.name()) } }
-                    @if let Some(noise) = &scenario.simulation().noise {
-                        div { dt { "Seed of its noise" } dd { (noise.seed) } }
+                    div { dt { "Scenario" } dd { (scenario.name) } }
+                    @if let Some(seed) = scenario.noise_seed {
+                        div { dt { "Seed of its noise" } dd { (seed) } }
                     }
                 }
                 (provenance::entries(self.cell, self.origin))

@@ -5,7 +5,7 @@ use didim_core::regression::autocorrelation;
 use maud::{Markup, html};
 
 use super::super::{chart, section as in_section};
-use crate::compare::Trial;
+use crate::offline::compare::Trial;
 use crate::report::comparison::View;
 use crate::report::convergence::draw_panel;
 

@@ -5,7 +5,9 @@ use super::super::tests::{
     origin,
 };
 use super::*;
-use crate::compare::{Comparison, Framework, MethodResult, SCHEMA, Trial, TrueParameter, trials};
+use crate::offline::compare::{
+    Comparison, Framework, MethodResult, SCHEMA, Trial, TrueParameter, trials,
+};
 
 /// Every method with the same result, in which there is all that a result can have; the last failed.
 fn comparison() -> Comparison {

@@ -1,0 +1,112 @@
+//! `didim baseline`: the result that later ones are compared with.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use super::CliError;
+use super::output::print;
+use super::state::WhichState;
+use super::status::WhichService;
+use didim::archive::drift::{Baseline, ChooseError, set_baseline};
+use didim::archive::store::HistoryLine;
+use didim::service::status::{BaselineRequest, Request};
+use didim::text::{aligned, significant, to_uncertainty};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Compare later results with this one
+    Set {
+        /// Number of the result [default: the last applicable one]
+        result: Option<u64>,
+        #[command(flatten)]
+        place: Place,
+    },
+    /// Compare with none
+    Clear {
+        #[command(flatten)]
+        place: Place,
+    },
+    /// Show it
+    Show {
+        #[command(flatten)]
+        state: WhichState,
+    },
+}
+
+/// A running service, or the folder of one that does not run.
+#[derive(Debug, Args)]
+struct Place {
+    #[command(flatten)]
+    service: WhichService,
+    /// This folder of results, instead of asking a running service; needs the right to write there
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cell", "runtime"])]
+    state: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    match &arguments.action {
+        Action::Set { result, place: Place { service, state: None } } => {
+            service.ask(&Request::Baseline(BaselineRequest::Set(*result)))
+        }
+        Action::Set { result, place: Place { state: Some(folder), .. } } => {
+            let baseline = set_baseline(folder, *result).map_err(|why| match why {
+                // These name the folder themselves.
+                ChooseError::History(_) | ChooseError::Baseline(_) => CliError::failed(why),
+                why => CliError::failed(format!("{}: {why}", folder.display())),
+            })?;
+            let HistoryLine { result, time, .. } = baseline.result;
+            print(&format!("result {result} of {time} is the baseline\n"))
+        }
+        Action::Clear { place: Place { service, state: None } } => {
+            service.ask(&Request::Baseline(BaselineRequest::Clear))
+        }
+        Action::Clear { place: Place { state: Some(folder), .. } } => {
+            let removed = Baseline::remove(folder).map_err(CliError::failed)?;
+            print(if removed {
+                "there is no baseline any more\n"
+            } else {
+                "there was no baseline\n"
+            })
+        }
+        Action::Show { state } => {
+            let folder = state.find()?.0;
+            match Baseline::read(&folder).map_err(CliError::failed)? {
+                Some(baseline) => print(&text(&baseline)),
+                None => Err(CliError::failed(format!(
+                    "{}: no baseline is set; set one with `didim baseline set`",
+                    folder.display()
+                ))),
+            }
+        }
+    }
+}
+
+fn text(baseline: &Baseline) -> String {
+    let line = &baseline.result;
+    let mut text = format!(
+        "result {} of {}, the baseline since {}\n{} on {}, configuration {}\n",
+        line.result, line.time, baseline.set, line.method, line.robot, line.configuration
+    );
+    if let Some(note) = &line.note {
+        text += &format!("noted: {}\n", note.line());
+    }
+    let rows: Vec<_> = (line.parameters.iter())
+        .map(|p| {
+            let relative = 100.0 * p.standard_deviation / p.value.abs();
+            vec![
+                p.name.clone(),
+                to_uncertainty(p.value, p.standard_deviation, 7),
+                significant(p.standard_deviation, 2),
+                format!("{} %", significant(relative, 2)),
+            ]
+        })
+        .collect();
+    text + "\n" + &aligned(&["parameter", "value", "σ", "relative σ"], &rows)
+}

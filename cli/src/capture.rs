@@ -1,0 +1,38 @@
+//! `didim capture`: keeps what is on the bus from now on.
+
+use clap::{Args, Subcommand};
+
+use super::CliError;
+use super::status::WhichService;
+use didim::service::status::{CaptureRequest, Request};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Begin a capture; the cell needs [service.recordings]
+    Start {
+        /// Part of the file's name: letters, digits, _ and -
+        #[arg(default_value = "bus")]
+        name: String,
+        #[command(flatten)]
+        service: WhichService,
+    },
+    /// End it; the file is in the folder of kept recordings some seconds later
+    Stop {
+        #[command(flatten)]
+        service: WhichService,
+    },
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let (request, service) = match &arguments.action {
+        Action::Start { name, service } => (CaptureRequest::Start(name.clone()), service),
+        Action::Stop { service } => (CaptureRequest::Stop, service),
+    };
+    service.ask(&Request::Capture(request))
+}

@@ -1,0 +1,182 @@
+//! `didim check`: what would not work, said before the service is started.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_core::control::SimulatedController;
+use serde::Serialize;
+
+use super::CliError;
+use super::output::print;
+use didim::cell::{Cell, CellError};
+use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
+use didim::text::significant;
+
+/// Version of the object that `--json` prints.
+const SCHEMA: u32 = 1;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The cell is another machine's: pass over what this one has and has not
+    #[arg(long)]
+    elsewhere: bool,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    schema: u32,
+    /// Nothing when the file could not be read so far.
+    cell: Option<&'a str>,
+    /// Whether there is no error.
+    sound: bool,
+    findings: &'a [Finding],
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = match Cell::read(&arguments.cell) {
+        Ok(cell) => cell,
+        Err(error) => {
+            if arguments.json {
+                print_json(None, &[refused(&error)])?;
+            }
+            return Err(CliError::configuration(error));
+        }
+    };
+    let own = check_cell(&cell);
+    let here =
+        if arguments.elsewhere { Vec::new() } else { check_machine(&cell, &Machine::default()) };
+    let found = [own.as_slice(), here.as_slice()].concat();
+    let errors = count(&found, Severity::Error);
+    if arguments.json {
+        print_json(Some(&cell.name), &found)?;
+    } else {
+        print(&text(&cell, &own, &here, arguments.elsewhere))?;
+    }
+    if errors == 0 {
+        return Ok(());
+    }
+    Err(CliError::configuration(format!(
+        "{}: {} would keep this cell from working",
+        arguments.cell.display(),
+        number(errors, "error")
+    )))
+}
+
+fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> {
+    let sound = count(findings, Severity::Error) == 0;
+    let answer = Answer { schema: SCHEMA, cell, sound, findings };
+    let json = serde_json::to_string(&answer).map_err(CliError::failed)?;
+    print(&format!("{json}\n"))
+}
+
+/// What could not be read, as a finding.
+fn refused(error: &CellError) -> Finding {
+    let key = match error {
+        CellError::Value { key, .. } | CellError::Named { key, .. } => key,
+        CellError::Robot { .. } | CellError::BaseParameters { .. } => "robot",
+        CellError::Layout { .. } => "bus.layout",
+        CellError::Drives { .. } => "bus.drives",
+        CellError::Axes { .. } => "bus.layout.axes",
+        CellError::Read { .. } | CellError::Cell { .. } => "",
+    };
+    Finding::error(key, error.to_string(), "correct the file and check again")
+}
+
+fn text(cell: &Cell, own: &[Finding], here: &[Finding], elsewhere: bool) -> String {
+    let mut text = summary(cell);
+    text += &controller(cell);
+    for (drive, axis) in cell.drives.iter().zip(1..) {
+        text += &format!(
+            "drive {axis}: position gain from {}; torque gain from {}\n",
+            drive.position.provenance.as_str(),
+            drive.torque.provenance.as_str()
+        );
+    }
+    text += "\n";
+    text += &section("the configuration", own);
+    if !elsewhere {
+        text += "\n";
+        text += &section("this machine", here);
+    }
+    text
+}
+
+fn summary(cell: &Cell) -> String {
+    let chosen = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
+    let buses: Vec<String> = cell.sources.iter().map(ToString::to_string).collect();
+    format!(
+        "cell {}: {} with {} joints, {} base parameters, {chosen} to be identified by {}\n\
+         bus {}: {} messages, {:.0} samples/s, {}\n",
+        cell.name,
+        cell.robot.name(),
+        cell.robot.joints(),
+        cell.base.names().len(),
+        cell.method,
+        buses.join(" "),
+        cell.layout.messages().len(),
+        cell.sample_rate_hz(),
+        if cell.layout.has_reference() { "with reference" } else { "without reference" },
+    )
+}
+
+/// One line that says how it is, and below it each finding with its remedy.
+fn section(what: &str, findings: &[Finding]) -> String {
+    let counts: Vec<String> =
+        [(Severity::Error, "error"), (Severity::Warning, "warning"), (Severity::Note, "note")]
+            .into_iter()
+            .map(|(severity, name)| (count(findings, severity), name))
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, name)| number(count, name))
+            .collect();
+    let judged = match count(findings, Severity::Error) {
+        0 if what == "the configuration" => "the configuration is sound".to_owned(),
+        0 => format!("{what} will do"),
+        _ => format!("{what} will not do"),
+    };
+    let mut text = match counts.is_empty() {
+        true => format!("{judged}\n"),
+        false => format!("{judged}: {}\n", counts.join(", ")),
+    };
+    let width = findings.iter().map(|finding| finding.key.len()).max().unwrap_or(0);
+    for Finding { severity, key, what, remedy } in findings {
+        text += &format!("  {severity:7}  {key:width$}  {what}\n");
+        text += &format!("  {:7}  {:width$}  → {remedy}\n", "", "");
+    }
+    text
+}
+
+fn count(findings: &[Finding], severity: Severity) -> usize {
+    findings.iter().filter(|finding| finding.severity == severity).count()
+}
+
+fn number(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
+/// What simulates the loop, and what it follows.
+fn controller(cell: &Cell) -> String {
+    let Some(didim) = &cell.didim else {
+        return "controller: not described; only idim-ls can identify\n".to_owned();
+    };
+    let gains = match &didim.controller {
+        SimulatedController::Cabinet { rescale_to_inertia_kg_m2: None, .. } => {
+            "the cabinet's gains, fixed"
+        }
+        SimulatedController::Cabinet { .. } => "the cabinet's gains, rescaled with the estimate",
+        SimulatedController::Bandwidth { .. } => "gains of a stated bandwidth",
+    };
+    let period_us = 1e6 * didim.controller.timing().sample_period_s();
+    let follows = if cell.layout.has_reference() {
+        "follows the recorded reference"
+    } else {
+        "follows the measured position, as there is no reference: nearly idim-ls"
+    };
+    format!("controller: {gains}, every {} µs; {follows}\n", significant(period_us, 4))
+}

@@ -1,0 +1,274 @@
+//! `didim compare`: every method on one experiment, side by side.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use didim_core::identification::Method;
+use didim_sim::Scenario;
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use super::CliError;
+use super::identify::{check_rate, counted, positive, read_input};
+use super::output::{check_place, print, write_text};
+use super::sim::read_scenario;
+use didim::cell::Cell;
+use didim::offline::compare::{
+    Comparison, Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials,
+};
+use didim::report::comparison::{View, autocorrelation_figure, markdown, terminal};
+use didim::report::html::{ComparisonReport, InputFile, Origin, SampleRange, SimulatedInput};
+use didim_formats::Measurement;
+use didim_lab::simulate;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The experiment: a CSV file, or a candump log or an MCAP recording of the cell's bus
+    #[arg(long, value_name = "FILE", required_unless_present = "scenario")]
+    input: Option<PathBuf>,
+    /// A simulated experiment instead, whose parameters are known: a scenario file, or the name of a
+    /// shipped one
+    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["input", "sample_rate", "from", "to"])]
+    scenario: Option<String>,
+    /// Seed of the noise; the scenario's when left out
+    #[arg(long, value_name = "N", conflicts_with = "input")]
+    seed: Option<u64>,
+    /// The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    methods: Vec<Method>,
+    /// Consecutive blocks of samples, each predicted with what was found without it; 0 for none
+    #[arg(long, value_name = "K", default_value_t = 5, value_parser = folds)]
+    folds: usize,
+    /// Published figures to stand beside (TOML)
+    #[arg(long, value_name = "FILE")]
+    published: Option<PathBuf>,
+    /// Limits of what must come out (TOML); exit code 1 where it does not
+    #[arg(long, value_name = "FILE")]
+    limits: Option<PathBuf>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write the tables for a document
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+    /// Write the residuals' autocorrelations of every method (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Write a report to show and to print (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Samples per second of a CSV file without a time_s column
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    sample_rate: Option<f64>,
+    /// What counts begins here [s after the first sample]; before it is margin for the filters
+    #[arg(long, value_name = "S")]
+    from: Option<f64>,
+    /// What counts ends here [s after the first sample]
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
+    let trials = trials(methods);
+    let known = cell.base.names();
+    let published =
+        read_toml(arguments.published.as_deref(), |text| Published::from_toml(text, known))?;
+    let limits =
+        read_toml(arguments.limits.as_deref(), |text| Limits::from_toml(text, known, &trials))?;
+    // Before the work that would be lost.
+    for path in [&arguments.markdown, &arguments.figure, &arguments.report].into_iter().flatten() {
+        check_place(path)?;
+    }
+    let (recording, counted, scenario) = experiment(arguments, &cell)?;
+
+    let bars = Bars::new(&tasks(&trials, arguments.folds));
+    let subject = Subject {
+        cell: &cell,
+        recording: &recording,
+        counted: &counted,
+        truth: scenario.as_ref().map(Scenario::truth),
+    };
+    let comparison = compare(subject, &trials, arguments.folds, &|progress| bars.show(progress));
+    bars.clear();
+
+    let outcomes = limits.as_ref().map(|limits| limits.check(&comparison)).unwrap_or_default();
+    let view = View {
+        comparison: &comparison,
+        published: published.as_ref(),
+        outcomes: &outcomes,
+        times: true,
+    };
+    if arguments.json {
+        let json = serde_json::to_string(&comparison).map_err(CliError::failed)?;
+        print(&format!("{json}\n"))?;
+    } else {
+        print(&terminal(&view))?;
+    }
+    // After the result, which a file that cannot be written must not cost. Run times are no part of
+    // files: the same input gives the same bytes.
+    let view = View { times: false, ..view };
+    if let Some(path) = &arguments.markdown {
+        write_text(path, &markdown(&view))?;
+    }
+    if let Some(path) = &arguments.figure {
+        write_text(path, &autocorrelation_figure(&view))?;
+    }
+    if let Some(path) = &arguments.report {
+        let origin = origin(arguments, counted, &recording)?;
+        let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
+            name: scenario.name(),
+            noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
+        });
+        let report = ComparisonReport { cell: &cell, view, origin: &origin, scenario };
+        write_text(path, &report.to_html())?;
+    }
+    violated(&outcomes)?;
+    without_result(&comparison)
+}
+
+/// Where no method has a result there is nothing to compare.
+fn without_result(comparison: &Comparison) -> Result<(), CliError> {
+    if comparison.methods.iter().any(|of| of.estimate.is_some()) {
+        return Ok(());
+    }
+    let first = comparison.methods.iter().find_map(|of| Some((of.trial, of.failure.as_ref()?)));
+    let cause = first.map(|(trial, failure)| format!("; {trial}: {failure}")).unwrap_or_default();
+    Err(CliError::failed(format!("no method has a result{cause}")))
+}
+
+/// Fewer than two blocks leave nothing to identify from; a block has to be longer than the filters
+/// reach, so that there cannot be many.
+fn folds(text: &str) -> Result<usize, String> {
+    let folds: usize = text.parse().map_err(|error| format!("{error}"))?;
+    let fits = folds == 0 || (2..=20).contains(&folds);
+    fits.then_some(folds).ok_or_else(|| "has to be 2 to 20, or 0 for none".to_owned())
+}
+
+/// A file of configuration, if one is named.
+fn read_toml<T>(
+    path: Option<&Path>,
+    read: impl Fn(&str) -> Result<T, String>,
+) -> Result<Option<T>, CliError> {
+    let Some(path) = path else { return Ok(None) };
+    let wrong = |what: String| CliError::configuration(format!("{}: {what}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    read(&text).map(Some).map_err(wrong)
+}
+
+/// What was recorded or simulated, which of it counts, and the scenario if it was simulated.
+fn experiment(
+    arguments: &Arguments,
+    cell: &Cell,
+) -> Result<(Measurement, Range<usize>, Option<Scenario>), CliError> {
+    if let Some(name) = &arguments.scenario {
+        let mut scenario = read_scenario(name, cell)?;
+        if let Some(seed) = arguments.seed {
+            scenario = scenario.with_seed(seed);
+        }
+        let (recording, counted) = simulate(&scenario, cell)
+            .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
+        return Ok((recording, counted, Some(scenario)));
+    }
+    let Some(input) = &arguments.input else {
+        return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
+    };
+    let recording = read_input(input, cell, arguments.sample_rate)?;
+    check_rate(&recording, cell, input)?;
+    let counted = counted((arguments.from, arguments.to), cell, &recording, input)?;
+    Ok((recording, counted, None))
+}
+
+fn origin(
+    arguments: &Arguments,
+    counted: Range<usize>,
+    recording: &Measurement,
+) -> Result<Origin, CliError> {
+    let read =
+        |path: &PathBuf| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
+    // A scenario is a file or the name of a shipped one.
+    let scenario = arguments.scenario.as_ref().map(PathBuf::from).filter(|path| path.is_file());
+    let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
+    Ok(Origin {
+        input,
+        samples: SampleRange::Record(counted, recording.signals.sample_rate_hz),
+        note: None,
+    })
+}
+
+/// Every limit that does not hold is named.
+fn violated(outcomes: &[Outcome<'_>]) -> Result<(), CliError> {
+    let bound = |name: &str, value: Option<f64>| {
+        value.map(|value| format!(", has to be {name} {value}")).unwrap_or_default()
+    };
+    let violations: Vec<String> = outcomes
+        .iter()
+        .filter(|outcome| !outcome.holds())
+        .map(|outcome| {
+            let found = outcome.found.map_or("no result".to_owned(), |found| format!("{found:.4}"));
+            let least = bound("at least", outcome.limit.at_least);
+            let most = bound("at most", outcome.limit.at_most);
+            format!("\n  {}: {found}{least}{most}", outcome.limit)
+        })
+        .collect();
+    if violations.is_empty() {
+        return Ok(());
+    }
+    let count = format!("{} of {} limits do not hold:", violations.len(), outcomes.len());
+    Err(CliError::failed(count + &violations.concat()))
+}
+
+/// What is running, on stderr where it is a terminal.
+struct Bars {
+    whole: ProgressBar,
+    running: Vec<(Task, ProgressBar)>,
+}
+
+impl Bars {
+    fn new(tasks: &[Task]) -> Self {
+        let together = MultiProgress::new();
+        let count = u64::try_from(tasks.len()).unwrap_or(u64::MAX);
+        let whole = together.add(ProgressBar::new(count));
+        // A template that does not parse would be a mistake of ours; the default does as well.
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {elapsed}") {
+            whole.set_style(style);
+        }
+        let running = tasks.iter().map(|task| {
+            let bar = ProgressBar::new_spinner();
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
+                bar.set_style(style);
+            }
+            (*task, together.add(bar))
+        });
+        let running = running.collect();
+        whole.tick();
+        Self { whole, running }
+    }
+
+    fn show(&self, progress: Progress) {
+        let bar = |task: Task| self.running.iter().find(|(of, _)| *of == task);
+        match progress {
+            Progress::Begun(task) => {
+                if let Some((_, bar)) = bar(task) {
+                    bar.reset_elapsed();
+                    bar.set_message(task.to_string());
+                    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+                }
+            }
+            Progress::Ended(task) => {
+                if let Some((_, bar)) = bar(task) {
+                    bar.finish_and_clear();
+                }
+                self.whole.inc(1);
+            }
+        }
+    }
+
+    fn clear(&self) {
+        self.whole.finish_and_clear();
+    }
+}

@@ -1,0 +1,165 @@
+//! `didim convert`: between a CSV experiment, a candump log and an MCAP recording of a cell's bus.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use didim_core::MAX_JOINTS;
+use didim_core::robot::Transmission;
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
+use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
+
+use super::CliError;
+use super::convert_frames::{write_candump, write_mcap};
+use super::identify::{check_rate, positive, read_input};
+use super::output::{print, write_whole};
+use didim::cell::Cell;
+use didim::live::recording::is_mcap;
+use didim_formats::{Measurement, Side, write_csv};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell: its layout and gains are those of the log's frames
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// What is read: a CSV experiment (*.csv), a candump log or an MCAP recording
+    input: PathBuf,
+    /// What is written: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
+    output: PathBuf,
+    /// Samples per second of a CSV file without a time_s column
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    sample_rate: Option<f64>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let (input, output) = (&arguments.input, &arguments.output);
+    let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+    let (from_csv, to_csv) = (ends(input, "csv"), ends(output, "csv"));
+    let (from_mcap, to_mcap) = (is_mcap(input), ends(output, "mcap"));
+    // Frames stay as they are, where no experiment is read or written.
+    if to_mcap || (from_mcap && !to_csv) {
+        if from_csv {
+            return Err(CliError::Usage(
+                "a CSV experiment becomes a candump log first, and that an MCAP recording".into(),
+            ));
+        }
+        if arguments.sample_rate.is_some() {
+            return Err(CliError::Usage("--sample-rate goes with a CSV file".into()));
+        }
+        if to_mcap {
+            write_mcap(input, output, (&cell.name, &cell.configuration_sha256))?;
+        } else {
+            write_candump(input, output)?;
+        }
+        return print(&format!("{} written\n", output.display()));
+    }
+    let recording = read_input(input, &cell, arguments.sample_rate)?;
+    if to_csv {
+        write_whole(output, |out| write_csv(&recording, out, output).map_err(CliError::failed))?;
+    } else {
+        write_log(&cell, recording, &arguments.input, output)?;
+    }
+    print(&format!("{} written\n", output.display()))
+}
+
+/// Writes the frames that the cell's drives would have sent, as candump logs them. Every value is
+/// rounded to the unit of its signal.
+fn write_log(
+    cell: &Cell,
+    recording: Measurement,
+    input: &Path,
+    output: &Path,
+) -> Result<(), CliError> {
+    let refused = |message: String| CliError::in_file(input, message);
+    check_rate(&recording, cell, input)?;
+    if recording.axes() != cell.layout.axes() {
+        return Err(refused(format!(
+            "the recording has {} axes, the cell's bus {}; choose the cell that was recorded",
+            recording.axes(),
+            cell.layout.axes()
+        )));
+    }
+    if cell.layout.has_reference() && recording.signals.reference_rad.is_none() {
+        return Err(refused(
+            "the cell's frames carry a reference and the recording has none; leave `reference` \
+             out of the cell's layout, or add the columns"
+                .to_owned(),
+        ));
+    }
+    let recording = to_motor_side(recording, cell.robot.transmission());
+    let encoder = CycleEncoder::new(cell.layout.clone(), cell.scales.clone());
+    let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
+    write_whole(output, |out| {
+        let mut writer = CandumpWriter::new(out, &name, StampDigits::Nanoseconds);
+        let mut frames: Vec<Frame> = Vec::with_capacity(CYCLE_FRAMES);
+        for k in 0..recording.samples() {
+            frames.clear();
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                clippy::cast_precision_loss,
+                reason = "nanoseconds of a recording are far fewer than 2^52"
+            )]
+            let stamp_ns = (k as f64 * cell.layout.period_ns()).round() as u64;
+            encoder
+                .encode(&cycle(cell, &recording, k), stamp_ns, &mut frames)
+                .map_err(|error| refused(format!("sample {k}: {error}")))?;
+            for frame in &frames {
+                writer.write(frame).map_err(CliError::failed)?;
+            }
+        }
+        writer.finish().map_err(CliError::failed)?;
+        Ok(())
+    })
+}
+
+fn cycle(cell: &Cell, recording: &Measurement, k: usize) -> BusCycle {
+    let take = |columns: &[Vec<f64>], k: usize| {
+        let mut values = [0.0; MAX_JOINTS];
+        for (value, column) in values.iter_mut().zip(columns) {
+            *value = column[k];
+        }
+        values
+    };
+    // A target that takes effect at the next SYNC is sent one cycle before.
+    let ahead = usize::from(cell.layout.reference_at_next_sync());
+    let target = (k + ahead).min(recording.samples() - 1);
+    let signals = &recording.signals;
+    BusCycle {
+        counter: k as u64,
+        motor_position_rad: take(&signals.position_rad, k),
+        motor_torque_nm: take(&signals.torque_nm, k),
+        motor_reference_rad: signals
+            .reference_rad
+            .as_ref()
+            .map_or([0.0; MAX_JOINTS], |columns| take(columns, target)),
+    }
+}
+
+fn to_motor_side(mut recording: Measurement, transmission: &Transmission) -> Measurement {
+    if recording.side == Side::Motor {
+        return recording;
+    }
+    let axes = recording.axes();
+    let convert = |columns: &mut Vec<Vec<f64>>, rule: fn(&Transmission, &[f64], &mut [f64])| {
+        let [mut joint, mut motor] = [[0.0; MAX_JOINTS]; 2];
+        for k in 0..columns.first().map_or(0, Vec::len) {
+            for (value, column) in joint.iter_mut().zip(columns.iter()) {
+                *value = column[k];
+            }
+            rule(transmission, &joint[..axes], &mut motor[..axes]);
+            for (column, value) in columns.iter_mut().zip(&motor) {
+                column[k] = *value;
+            }
+        }
+    };
+    let signals = &mut recording.signals;
+    convert(&mut signals.position_rad, Transmission::motor_position);
+    convert(&mut signals.torque_nm, Transmission::motor_torque);
+    if let Some(reference) = &mut signals.reference_rad {
+        convert(reference, Transmission::motor_position);
+    }
+    recording.side = Side::Motor;
+    recording
+}

@@ -1,0 +1,74 @@
+//! Frames from one format to another, as they are.
+
+use std::path::Path;
+use std::time::Duration;
+
+use didim_drivers::frame::Frame;
+use didim_drivers::source::mcap::McapInfo;
+use didim_drivers::source::{
+    CandumpWriter, McapSource, McapWriter, Received, Source as _, StampDigits,
+};
+
+use super::CliError;
+use super::output::write_whole;
+use didim::live::recording::open_log;
+
+/// Frames taken at a time.
+const BATCH: usize = 1024;
+
+/// An MCAP recording as the candump log of the same frames, with the time of day where the recording
+/// has it.
+pub(super) fn write_candump(input: &Path, output: &Path) -> Result<(), CliError> {
+    let mut source = McapSource::open(input, &[]).map_err(CliError::failed)?;
+    write_whole(output, |out| {
+        let info = source.info().cloned().unwrap_or_default();
+        let names = source.interfaces().to_vec();
+        let mut writer = CandumpWriter::new(out, &names, StampDigits::Nanoseconds);
+        let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
+        while source.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
+        {
+            for frame in batch.drain(..) {
+                let stamped = frame.at(info.log_time(frame.stamp_ns));
+                writer.write(&stamped).map_err(CliError::failed)?;
+            }
+        }
+        writer.finish().map_err(CliError::failed)?;
+        Ok(())
+    })
+}
+
+/// A candump log, or a whole ring, as one MCAP recording.
+pub(super) fn write_mcap(
+    input: &Path,
+    output: &Path,
+    (cell, configuration): (&str, &str),
+) -> Result<(), CliError> {
+    let mut source = open_log(input).map_err(CliError::failed)?;
+    write_whole(output, |out| {
+        // A log names its interfaces as it goes; a recording has to know them at its beginning.
+        let mut names = open_log(input).map_err(CliError::failed)?;
+        let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
+        while names.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
+        {
+            batch.clear();
+        }
+        let info = McapInfo {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            cell: cell.to_owned(),
+            configuration: configuration.to_owned(),
+            interfaces: names.interfaces().to_vec(),
+            ..McapInfo::default()
+        };
+        let mut writer = McapWriter::new(out, &info).map_err(CliError::failed)?;
+        let mut sequence = 0_u32;
+        while source.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
+        {
+            for frame in batch.drain(..) {
+                writer.write(&frame, sequence).map_err(CliError::failed)?;
+                sequence = sequence.wrapping_add(1);
+            }
+        }
+        writer.finish().map_err(CliError::failed)?;
+        Ok(())
+    })
+}

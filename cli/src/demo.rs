@@ -1,0 +1,215 @@
+//! `didim demo`: the simulated arm through the whole pipeline, in one process.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+
+use clap::Args;
+use didim_core::identification::{Identification, Method};
+use didim_core::robot::Robot;
+use didim_drivers::frame::Frame;
+use didim_drivers::source::{InProcessSender, InterfaceName, WhenFull, in_process_bus};
+use didim_sim::{
+    InProcessSink, Pace as PlayPace, PlayError, Played, Scenario, Sink, SinkError, VirtualDevice,
+    play,
+};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::CliError;
+use super::outcome::identified;
+use super::output::{print, write_figure};
+use didim::cell::{Cell, Library};
+use didim::live::stream::Pace;
+use didim::offline::identify::{LastIdentification, LastWindow};
+use didim::report;
+use didim::report::terminal::torque_plot;
+use didim::service::pipeline::{OneRun, acquisition, estimation};
+use didim::service::status::Snapshot;
+use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
+
+/// The cell of the demonstration, out of the program itself.
+const CELL: &str = "config/cells/tx40-packed-fd.toml";
+/// Frames that the in-process bus holds: a second at 5 kHz.
+const BUS_FRAMES: usize = 5000;
+/// Frames between two steps of the progress bar.
+const PROGRESS_FRAMES: u64 = 250;
+/// Width of the plot in the terminal, in characters.
+const PLOT_COLUMNS: usize = 72;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The method
+    #[arg(long, value_name = "METHOD", default_value_t = Method::IdimLs)]
+    method: Method,
+    /// How long the arm moves, rests included; its motion is repeated until then [default: once,
+    /// 7.9 s]
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Seed of the noise
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// As fast as the pipeline takes the frames, not in real time
+    #[arg(long)]
+    fast: bool,
+    /// Where the figure of measured against predicted torque goes
+    #[arg(long, value_name = "FILE", default_value = "didim-demo.svg")]
+    figure: PathBuf,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let mut cell =
+        Cell::from_library(Library::Shipped, Path::new(CELL)).map_err(CliError::configuration)?;
+    cell.method = arguments.method;
+    let scenario = scenario(arguments)?;
+    let device = VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0)
+        .map_err(CliError::failed)?;
+    let cycles = cycles(arguments, &device, &cell)?;
+    print(&format!(
+        "A simulated {} whose parameters are known: its drives send {:.0} CAN FD frames a second over\n\
+         an in-process bus, shared memory carries the samples to the worker, and {} identifies.\n\n",
+        cell.robot.name(),
+        cell.sample_rate_hz(),
+        cell.method
+    ))?;
+
+    let one_run = OneRun::new(None).map_err(CliError::failed)?;
+    let places = &one_run.places;
+    let name = InterfaceName::new("sim").map_err(CliError::failed)?;
+    let (sender, source) = in_process_bus(&[name], BUS_FRAMES, WhenFull::Wait);
+    let last = LastIdentification::default();
+    // As fast as possible, nobody may be overrun; in real time, the pipeline has to keep up.
+    let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
+    let parts = Parts::Both(
+        acquisition(&cell, places, Box::new(source), pace).map_err(CliError::failed)?,
+        estimation(&cell, places, &last).map_err(CliError::failed)?,
+    );
+    let stop = Arc::new(AtomicBool::new(false));
+    let arm = start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::failed)?;
+    let report = run(&ServiceOptions::default(), parts);
+    stop.store(true, Ordering::Relaxed);
+    let played = arm.join().map_err(|_| CliError::failed("the simulated arm panicked"))?;
+    let report: ServiceReport = report.map_err(CliError::failed)?;
+    match played {
+        // The service went away first, by a signal.
+        Err(PlayError::Sink(SinkError::Closed(_))) | Ok(_) => {}
+        Err(error) => return Err(CliError::failed(error)),
+    }
+    let LastWindow { identification, .. } = identified(&report, &last)?;
+    print(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
+    // After the result, which a figure that cannot be written must not cost.
+    write_figure(&arguments.figure, &cell, &identification)?;
+    print(&format!("figure of all joints: {}\n", arguments.figure.display()))
+}
+
+fn scenario(arguments: &Arguments) -> Result<Scenario, CliError> {
+    let mut scenario = didim_sim::tx40_paper().map_err(CliError::failed)?;
+    if let Some(seed) = arguments.seed {
+        scenario = scenario.with_seed(seed);
+    }
+    if arguments.seconds.is_some() {
+        let mut playback = scenario.playback();
+        playback.cycles = None;
+        scenario = scenario.with_playback(playback).map_err(CliError::failed)?;
+    }
+    Ok(scenario)
+}
+
+/// Bus cycles to play.
+fn cycles(arguments: &Arguments, device: &VirtualDevice, cell: &Cell) -> Result<u64, CliError> {
+    let Some(seconds) = arguments.seconds else { return Ok(device.cycles()) };
+    // The cell asks for three seconds of motion, between half a second of rest and its margins.
+    if !(5.0..=86_400.0).contains(&seconds) {
+        return Err(CliError::Usage(format!("--seconds {seconds}: has to be 5 to 86400")));
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a day")]
+    Ok((seconds * cell.sample_rate_hz()).round() as u64)
+}
+
+/// Starts the thread that simulates and sends.
+fn start_arm(
+    mut device: VirtualDevice,
+    sender: InProcessSender,
+    cycles: u64,
+    fast: bool,
+    stop: &Arc<AtomicBool>,
+) -> std::io::Result<JoinHandle<Result<Played, PlayError>>> {
+    let stop = Arc::clone(stop);
+    std::thread::Builder::new().name("simulated arm".into()).spawn(move || {
+        let mut sink = ProgressSink {
+            bus: InProcessSink::new(sender),
+            bar: progress_bar(cycles),
+            left: cycles,
+            stop: Arc::clone(&stop),
+        };
+        let pace = if fast { PlayPace::Unpaced } else { PlayPace::RealTime };
+        let played = play(&mut device, &mut sink, pace, &stop);
+        sink.bar.finish_and_clear();
+        played
+    })
+}
+
+fn progress_bar(cycles: u64) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos}/{len} frames  {elapsed}");
+    let bar = ProgressBar::new(cycles);
+    // A template that does not parse would be a mistake of ours; the default bar does as well.
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// The in-process bus with a progress bar; ends the play after its frames.
+struct ProgressSink {
+    bus: InProcessSink,
+    bar: ProgressBar,
+    left: u64,
+    stop: Arc<AtomicBool>,
+}
+
+impl Sink for ProgressSink {
+    fn send(&mut self, frame: &Frame) -> Result<(), SinkError> {
+        self.bus.send(frame)?;
+        self.left = self.left.saturating_sub(1);
+        if self.left.is_multiple_of(PROGRESS_FRAMES) {
+            self.bar.inc(PROGRESS_FRAMES);
+        }
+        if self.left == 0 {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+}
+
+fn text(
+    identification: &Identification,
+    robot: &Robot,
+    scenario: &Scenario,
+    snapshot: &Snapshot,
+) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::truth_table(estimate, &|name| scenario.truth_of(name));
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    text += "\n";
+    // The joint with the largest torque shows most.
+    let peak = |values: &[f64]| values.iter().fold(0.0_f64, |peak, v| peak.max(v.abs()));
+    let panels = report::panels(identification, robot);
+    let largest = panels.iter().max_by(|a, b| peak(a.measured_nm).total_cmp(&peak(b.measured_nm)));
+    if let Some(panel) = largest {
+        text += &torque_plot(panel, PLOT_COLUMNS);
+        text += "\n";
+    }
+    if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
+        text += &format!(
+            "{} frames, {} samples, {} lost; {} windows identified, {} rejected\n",
+            bus.frames,
+            bus.samples,
+            bus.queue_drops + bus.cycles_lost.values().sum::<u64>(),
+            work.windows_identified,
+            work.windows_rejected.values().sum::<u64>()
+        );
+    }
+    text
+}

@@ -1,0 +1,89 @@
+//! `didim history`: results over time, what they say beside the baseline, two of them side by side.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CliError;
+use super::output::{print, write_text};
+use super::state::WhichState;
+use didim::archive::drift::{Baseline, Chronicle};
+use didim::archive::store::read_history;
+use didim::report::history::{Difference, HistoryDocument, plot, summary, table};
+use didim::report::html::HistoryReport;
+
+/// Columns of a plot.
+const PLOT_COLUMNS: usize = 68;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    state: WhichState,
+    /// Plot this parameter over time; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    parameter: Vec<String>,
+    /// Put two results side by side
+    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    compare: Vec<u64>,
+    /// Show so many of the last results only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    last: Option<u32>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a report to show and to print (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let (folder, options) = arguments.state.find()?;
+    let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
+    if passed_over > 0 {
+        tracing::warn!(
+            "lines of the history passed over as torn, unknown or of a later version: {passed_over}"
+        );
+    }
+    let baseline = Baseline::read(&folder).map_err(CliError::failed)?;
+    let mut chronicle = Chronicle::new(lines, baseline, options);
+    let all: Vec<String> = chronicle.parameters().into_iter().map(str::to_owned).collect();
+    if let Some(unknown) = arguments.parameter.iter().find(|name| !all.contains(name)) {
+        return Err(CliError::Usage(format!(
+            "no result has the parameter `{unknown}`; they have {}",
+            all.join(" ")
+        )));
+    }
+    let difference = match *arguments.compare.as_slice() {
+        [then, now] => Some(Difference::new(&chronicle, [then, now]).map_err(CliError::failed)?),
+        _ => None,
+    };
+    // Judged by all that came before, whatever is shown.
+    if let Some(last) = arguments.last.and_then(|last| usize::try_from(last).ok()) {
+        let surplus = chronicle.entries.len().saturating_sub(last);
+        chronicle.entries.drain(..surplus);
+    }
+    let chosen = if arguments.parameter.is_empty() { &all } else { &arguments.parameter };
+    let chosen: Vec<&str> = chosen.iter().map(String::as_str).collect();
+    if let Some(path) = &arguments.report {
+        let report = HistoryReport { chronicle: &chronicle, parameters: &chosen };
+        write_text(path, &report.to_html())?;
+    }
+    if arguments.json {
+        let document = HistoryDocument::new(&chronicle, passed_over, &chosen, difference);
+        let json = serde_json::to_string(&document).map_err(CliError::failed)?;
+        return print(&format!("{json}\n"));
+    }
+    if let Some(difference) = difference {
+        return print(&difference.table());
+    }
+    let mut text = table(&chronicle) + "\n" + &summary(&chronicle);
+    for name in &arguments.parameter {
+        text += "\n";
+        text += &plot(&chronicle, name, PLOT_COLUMNS).unwrap_or_else(|| {
+            format!("{name}: no result that may be used and has a time has it\n")
+        });
+        let sentence = chronicle.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
+        text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
+    }
+    print(&text)
+}

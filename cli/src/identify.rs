@@ -1,0 +1,231 @@
+//! `didim identify`: offline, on a CSV experiment or a candump log.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use didim_core::identification::{Estimate, Identification, Method, Reduction};
+use serde::Serialize;
+
+use super::CliError;
+use super::output::{print, write_figure, write_report};
+use didim::cell::Cell;
+use didim::offline::identify::{IdentifyError, identify_recording, reduce_recording};
+use didim::offline::read_log;
+use didim::report;
+use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim_formats::{Measurement, read_csv};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The experiment: a CSV file, or a candump log or an MCAP recording of the cell's bus
+    #[arg(long, value_name = "FILE")]
+    input: PathBuf,
+    /// The method; the cell's when left out
+    #[arg(long, value_name = "METHOD")]
+    method: Option<Method>,
+    /// Samples per second of a CSV file without a time_s column
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    sample_rate: Option<f64>,
+    /// What counts begins here [s after the first sample]; before it is margin for the filters
+    #[arg(long, value_name = "S")]
+    from: Option<f64>,
+    /// What counts ends here [s after the first sample]
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a figure of measured against predicted torque (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Write a report to show and to print (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Find the essential parameters among all base parameters, and identify these
+    #[arg(long)]
+    essential: bool,
+    /// Print how each regrouped parameter is made up
+    #[arg(long, conflicts_with = "json")]
+    regrouping: bool,
+}
+
+/// What `--json` prints: the estimate, and the run time, which is no part of a result file.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    estimate: &'a Estimate,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reduction: Option<&'a Reduction>,
+    elapsed_ms: f64,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
+    check_rate(&recording, &cell, &arguments.input)?;
+    let bounds = (arguments.from, arguments.to);
+    let counted = counted(bounds, &cell, &recording, &arguments.input)?;
+    let start = Instant::now();
+    let mut reduction = None;
+    if arguments.essential {
+        let found = reduce_recording(&cell, &recording, counted.clone())
+            .map_err(|error| CliError::in_file(&arguments.input, error))?;
+        cell = cell.with_parameters(&found.essential);
+        reduction = Some(found);
+    }
+    let method = arguments.method.unwrap_or(cell.method);
+    let identification = identify_recording(&cell, method, &recording, counted.clone()).map_err(
+        |error| match error {
+            IdentifyError::NoController { .. } | IdentifyError::NotRobust(_) => {
+                CliError::configuration(format!("{}: {error}", arguments.cell.display()))
+            }
+            error => CliError::in_file(&arguments.input, error),
+        },
+    )?;
+    let elapsed = start.elapsed();
+    if arguments.json {
+        let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
+        let output = Output { estimate, reduction, elapsed_ms: elapsed.as_secs_f64() * 1e3 };
+        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        print(&format!("{json}\n"))?;
+    } else {
+        if let Some(reduction) = &reduction {
+            print(&format!("{}\n", report::reduction::sequence(reduction)))?;
+        }
+        print(&text(&cell, &identification, arguments.regrouping))?;
+        print(&what_counted(&counted, &recording))?;
+    }
+    // After the result, which a file that cannot be written must not cost.
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &cell, &identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        let input = InputFile::read(&arguments.input)
+            .map_err(|error| CliError::in_file(&arguments.input, error))?;
+        let samples = SampleRange::Record(counted, recording.signals.sample_rate_hz);
+        let origin = Origin { input: Some(input), samples, note: None };
+        let report = Report { cell: &cell, identification: &identification, origin: &origin };
+        write_report(path, &report)?;
+    }
+    Ok(())
+}
+
+/// A number above 0, as an argument.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let fits = number.is_finite() && number > 0.0;
+    fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
+}
+
+/// A file whose name ends in `.csv` is a CSV experiment, anything else a candump log or an MCAP
+/// recording.
+pub(super) fn read_input(
+    path: &Path,
+    cell: &Cell,
+    sample_rate_hz: Option<f64>,
+) -> Result<Measurement, CliError> {
+    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if is_csv {
+        return read_csv(path, sample_rate_hz).map_err(CliError::failed);
+    }
+    if sample_rate_hz.is_some() {
+        return Err(CliError::Usage(
+            "--sample-rate goes with a CSV file; a log's rate is that of the cell's layout".into(),
+        ));
+    }
+    read_log(path, cell).map_err(CliError::failed)
+}
+
+/// The layout tells by how much of a sample the torque is late: that holds at the rate of the bus
+/// only.
+pub(super) fn check_rate(
+    recording: &Measurement,
+    cell: &Cell,
+    file: &Path,
+) -> Result<(), CliError> {
+    let (found, rate) = (recording.signals.sample_rate_hz, cell.sample_rate_hz());
+    if (found / rate - 1.0).abs() <= 1e-3 {
+        return Ok(());
+    }
+    Err(CliError::in_file(
+        file,
+        format!(
+            "the recording has {found} samples/s, the cell's bus {rate}; choose a cell of the \
+             recording's rate, or resample the recording"
+        ),
+    ))
+}
+
+/// What counts: from `--from` to `--to`, or all but the margins of the cell's windows.
+pub(super) fn counted(
+    (first_s, last_s): (Option<f64>, Option<f64>),
+    cell: &Cell,
+    recording: &Measurement,
+    file: &Path,
+) -> Result<Range<usize>, CliError> {
+    let samples = recording.samples();
+    let rate = recording.signals.sample_rate_hz;
+    let sample = |name: &str, seconds: f64| {
+        #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+        let last = (samples - 1) as f64 / rate;
+        if !(0.0..=last).contains(&seconds) {
+            let message = format!("{name} {seconds}: the record lasts from 0 to {last} s");
+            return Err(CliError::Usage(message));
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "within the record"
+        )]
+        Ok((seconds * rate).round() as usize)
+    };
+    let margins = cell.window.plan(rate).map_err(CliError::configuration)?;
+    let from = first_s.map_or(Ok(margins.margin_before), |s| sample("--from", s))?;
+    let to = match last_s {
+        Some(seconds) => sample("--to", seconds)? + 1,
+        None => samples.saturating_sub(margins.margin_after),
+    };
+    if from >= to {
+        if let (Some(from), Some(to)) = (first_s, last_s) {
+            let message = format!("--from {from} --to {to}: nothing lies between them");
+            return Err(CliError::Usage(message));
+        }
+        let message = format!(
+            "nothing counts: of {samples} samples, {from} at the beginning and {} at the end are \
+             margin for the filters; record longer, or choose --from and --to",
+            samples.saturating_sub(to)
+        );
+        return Err(CliError::in_file(file, message));
+    }
+    Ok(from..to)
+}
+
+/// Which part of the record became rows; the rest is margin for the filters.
+fn what_counted(counted: &Range<usize>, recording: &Measurement) -> String {
+    let rate = recording.signals.sample_rate_hz;
+    #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+    let (from, to) = (counted.start as f64 / rate, (counted.end - 1) as f64 / rate);
+    let margins = recording.samples() - counted.len();
+    format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
+}
+
+fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::parameter_table(estimate);
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    if regrouping {
+        text += "\nregrouping:\n";
+        for parameter in &estimate.parameters {
+            if let Some(expression) = cell.base.expression(&parameter.name) {
+                text += &format!("  {} = {expression}\n", parameter.name);
+            }
+        }
+    }
+    text
+}

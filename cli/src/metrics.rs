@@ -1,0 +1,64 @@
+//! `didim metrics`: the status for Prometheus, from a process of its own.
+
+use core::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use tokio::signal::unix::{SignalKind, signal};
+
+use super::CliError;
+use super::status::WhichService;
+use didim::service::metrics::{Limits, exposition, serve};
+use didim::service::status::fetch;
+
+/// Only this machine, unless another address is named.
+const LISTEN: &str = "127.0.0.1:9752";
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    service: WhichService,
+    /// The address to answer at; only this machine may ask unless another is named
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
+    listen: SocketAddr,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let places = arguments.service.places()?;
+    // Told when it changes, not at every scrape.
+    let answered = AtomicBool::new(true);
+    let metrics = move || {
+        let snapshot = fetch(&places);
+        match (&snapshot, answered.swap(snapshot.is_ok(), Ordering::Relaxed)) {
+            (Err(why), true) => tracing::warn!("the service does not answer: {why}"),
+            (Ok(_), false) => tracing::info!("the service answers again"),
+            (Ok(_), true) | (Err(_), false) => {}
+        }
+        exposition(snapshot.as_ref().ok())
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .max_blocking_threads(2)
+        .build()
+        .map_err(CliError::failed)?;
+    runtime.block_on(async {
+        let mut stop = signal(SignalKind::terminate()).map_err(CliError::failed)?;
+        tokio::select! {
+            served = serve(arguments.listen, Limits::default(), ready, metrics) => {
+                served.map(|never| match never {}).map_err(CliError::failed)
+            }
+            _ = stop.recv() => Ok(()),
+            _ = tokio::signal::ctrl_c() => Ok(()),
+        }
+    })?;
+    // A scrape may still wait for the service; nobody waits for the scrape.
+    runtime.shutdown_background();
+    Ok(())
+}
+
+fn ready(address: SocketAddr) {
+    tracing::info!("metrics at http://{address}/metrics");
+    if let Err(cause) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
+        tracing::warn!("systemd could not be told: {cause}");
+    }
+}

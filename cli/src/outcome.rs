@@ -1,0 +1,71 @@
+//! What came of a log or a simulated arm that went through the whole pipeline.
+
+use super::CliError;
+use didim::live::worker::{EstimationStatus, Rejection};
+use didim::offline::identify::{LastIdentification, LastWindow};
+use didim::service::status::Snapshot;
+use didim::service::supervision::{ServiceEnd, ServiceReport};
+
+/// The last identification. Windows that were rejected are told on stderr.
+///
+/// # Errors
+/// The pipeline was interrupted, a result was not stored, or there is none.
+pub(super) fn identified(
+    report: &ServiceReport,
+    last: &LastIdentification,
+) -> Result<LastWindow, CliError> {
+    let snapshot = &report.snapshot;
+    if report.end == ServiceEnd::Signal {
+        return Err(CliError::failed("interrupted; results stored before are whole"));
+    }
+    if let Some(status) = &snapshot.estimation {
+        if let Some(unstored) = not_stored(status) {
+            return Err(CliError::failed(unstored));
+        }
+        if status.windows_identified > 0 {
+            tell_of_rejections(status);
+        }
+    }
+    let estimate = snapshot.estimation.as_ref().and_then(|status| status.last_estimate.as_ref());
+    estimate
+        .and_then(|estimate| last.take(estimate.window))
+        .ok_or_else(|| nothing_identified(snapshot))
+}
+
+fn not_stored(status: &EstimationStatus) -> Option<String> {
+    let count = status.windows_rejected.get("not-stored").filter(|count| **count > 0)?;
+    let mut rejections = [&status.first_rejection, &status.last_rejection].into_iter().flatten();
+    let told = rejections.find(|of| matches!(of.rejection, Rejection::NotStored { .. }));
+    let why = told.map_or_else(
+        || "see the log before this".to_owned(),
+        |rejected| format!("window {}: {}", rejected.number, rejected.rejection),
+    );
+    let windows = status.windows_identified + count;
+    Some(format!("{count} of {windows} results were not stored; {why}"))
+}
+
+#[expect(clippy::print_stderr, reason = "stdout carries the result only")]
+fn tell_of_rejections(status: &EstimationStatus) {
+    let rejected: u64 = status.windows_rejected.values().sum();
+    if let Some(first) = &status.first_rejection {
+        eprintln!(
+            "didim: {rejected} of {} windows rejected; the first, window {}: {}",
+            status.windows_opened, first.number, first.rejection
+        );
+    }
+}
+
+/// Why a stream that has ended gave no result.
+fn nothing_identified(snapshot: &Snapshot) -> CliError {
+    let samples = snapshot.acquisition.as_ref().map_or(0, |bus| bus.samples);
+    let rejection = snapshot.estimation.as_ref().and_then(|e| e.last_rejection.as_ref());
+    CliError::failed(match rejection {
+        Some(rejected) => {
+            format!("window {} was not identified: {}", rejected.number, rejected.rejection)
+        }
+        None if samples == 0 => {
+            "no complete sample: are these the frames that the cell's layout describes?".to_owned()
+        }
+        None => format!("no window in {samples} samples: see [window] in the cell file"),
+    })
+}

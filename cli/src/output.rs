@@ -1,0 +1,92 @@
+//! Writing to stdout and to files that appear whole or not at all.
+
+use std::io::Write;
+use std::path::Path;
+
+use didim_core::identification::Identification;
+
+use super::CliError;
+use didim::cell::Cell;
+use didim::report::figure::torque_figure;
+use didim::report::html::Report;
+use didim::report::panels;
+
+/// Writes to stdout. A reader that went away (`didim … | head`) is no failure.
+pub(super) fn print(text: &str) -> Result<(), CliError> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(CliError::failed(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a file beside its place first, so that nothing half written is ever there.
+pub(super) fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), CliError>,
+) -> Result<(), CliError> {
+    let folder = check_place(path)?;
+    let failed = |error| not_written(path, &error);
+    // The error's own text has the name of the temporary file, which helps nobody.
+    let mut file =
+        tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
+    let mut buffered = std::io::BufWriter::new(&mut file);
+    write(&mut buffered)?;
+    buffered.flush().map_err(failed)?;
+    drop(buffered);
+    // The file is as readable as any other that the user makes, not private as temporary ones are.
+    use std::os::unix::fs::PermissionsExt;
+    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(failed)?;
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// The folder of a file that is to be written: it has to be there, and in the file's place nothing
+/// that must not go. The file of before goes when the new one is whole; a device, pipe or socket
+/// must not.
+///
+/// # Errors
+/// Names the file and what to do.
+pub(super) fn check_place(path: &Path) -> Result<&Path, CliError> {
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(CliError::in_file(
+            path,
+            "is there and not a regular file; choose another name",
+        ));
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    std::fs::read_dir(folder).map_err(|error| not_written(path, &error))?;
+    Ok(folder)
+}
+
+fn not_written(path: &Path, error: &std::io::Error) -> CliError {
+    CliError::in_file(path, format!("{error}; name a file in a folder that can be written"))
+}
+
+/// As [`write_whole`], of a text that is there.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
+    write_whole(path, |out| out.write_all(text.as_bytes()).map_err(CliError::failed))
+}
+
+/// Writes the figure of measured against predicted torque.
+pub(super) fn write_figure(
+    path: &Path,
+    cell: &Cell,
+    identification: &Identification,
+) -> Result<(), CliError> {
+    let estimate = &identification.estimate;
+    let heading =
+        format!("{}: torque, measured and predicted by {}", estimate.robot, estimate.method);
+    let svg = torque_figure(&heading, &panels(identification, &cell.robot), &estimate.convergence);
+    write_text(path, &svg)
+}
+
+/// Writes the report.
+pub(super) fn write_report(path: &Path, report: &Report<'_>) -> Result<(), CliError> {
+    write_text(path, &report.to_html())
+}

@@ -1,0 +1,111 @@
+//! `didim replay`: a candump log or an MCAP recording through the very same pipeline as `run`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_core::identification::Identification;
+
+use super::CliError;
+use super::outcome::identified;
+use super::output::{print, write_figure, write_report};
+use didim::cell::Cell;
+use didim::live::recording::{RecordedWindow, open_log};
+use didim::live::stream::Pace;
+use didim::offline::identify::{LastIdentification, LastWindow};
+use didim::report;
+use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::service::pipeline::{OneRun, acquisition, estimation};
+use didim::service::status::Snapshot;
+use didim::service::supervision::{Parts, ServiceOptions, run};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The candump log, the MCAP recording, or the folder of a ring
+    log: PathBuf,
+    /// Keep the results in this folder, as `run` does; else only the last one is shown
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// Print the last estimate as one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+    /// Write a figure of measured against predicted torque (SVG)
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Write a report to show and to print (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let source = open_log(&arguments.log).map_err(CliError::failed)?;
+    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
+    let places = &one_run.places;
+    let last = LastIdentification::default();
+    let mut bus = acquisition(&cell, places, source, Pace::Replay).map_err(CliError::failed)?;
+    let mut work = estimation(&cell, places, &last).map_err(CliError::failed)?;
+    // A recording of a result says which cycle and window it begins with.
+    if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
+        let first =
+            window.sequence_at_start(&arguments.log, cell.assembler()).map_err(CliError::failed)?;
+        match first {
+            Some(sequence) => {
+                if !window.is_of(&cell.configuration_sha256) {
+                    tracing::warn!(
+                        "{}: it was recorded with another configuration; the result may be another",
+                        arguments.log.display()
+                    );
+                }
+                bus.assembler = bus.assembler.starting_at(sequence);
+                work.options.recorded = Some(window);
+            }
+            None => tracing::warn!(
+                "{}: its frames do not give the window that it was kept for; is the cell the one \
+                 that was recorded? Its windows are those that the cell file asks for",
+                arguments.log.display()
+            ),
+        }
+    }
+    let parts = Parts::Both(bus, work);
+    let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
+    let LastWindow { window, identification } = identified(&report, &last)?;
+    if arguments.json {
+        let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
+        print(&format!("{json}\n"))?;
+    } else {
+        print(&text(&identification, &report.snapshot))?;
+    }
+    // After the result, which a file that cannot be written must not cost.
+    if let Some(path) = &arguments.figure {
+        write_figure(path, &cell, &identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        let input = InputFile::read(&arguments.log)
+            .map_err(|error| CliError::in_file(&arguments.log, error))?;
+        let origin =
+            Origin { input: Some(input), samples: SampleRange::Window(window), note: None };
+        let report = Report { cell: &cell, identification: &identification, origin: &origin };
+        write_report(path, &report)?;
+    }
+    Ok(())
+}
+
+fn text(identification: &Identification, snapshot: &Snapshot) -> String {
+    let estimate = &identification.estimate;
+    let mut text = report::estimate::parameter_table(estimate);
+    text += "\n";
+    text += &report::estimate::summary(estimate);
+    if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
+        text += &format!(
+            "{} frames, {} samples, {} windows identified, {} rejected\n",
+            bus.frames,
+            bus.samples,
+            work.windows_identified,
+            work.windows_rejected.values().sum::<u64>()
+        );
+    }
+    text
+}

@@ -1,0 +1,125 @@
+//! `didim sim`: the simulated arm as a device on a bus.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
+use didim_sim::{CandumpSink, Pace, Scenario, SocketCanSink, VirtualDevice, play};
+
+use super::CliError;
+use super::output::{print, write_whole};
+use super::signals::stop_on_signal;
+use didim::cell::{BusAddress, Cell};
+use didim_lab::check_robot;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell whose drives are simulated: it gives the layout of the frames and the gains
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// Where the frames go: can:INTERFACE, or log:FILE
+    #[arg(long, value_name = "BUS")]
+    bus: BusAddress,
+    /// What is simulated: a scenario file, or one of the shipped tx40-paper, tx40-paper-errors and
+    /// tx40-physical
+    #[arg(long, value_name = "NAME|FILE", default_value = "tx40-paper")]
+    scenario: String,
+    /// Seed of the noise; the scenario's when left out
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Send as fast as the bus takes frames, not at the cell's rate
+    #[arg(long)]
+    fast: bool,
+    /// Play the motion again and again, until interrupted
+    #[arg(long)]
+    repeat: bool,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let mut scenario = read_scenario(&arguments.scenario, &cell)?;
+    if let Some(seed) = arguments.seed {
+        scenario = scenario.with_seed(seed);
+    }
+    if arguments.repeat {
+        let mut playback = scenario.playback();
+        playback.cycles = None;
+        scenario = scenario.with_playback(playback).map_err(CliError::configuration)?;
+    }
+    let mut device = VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0)
+        .map_err(CliError::configuration)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    stop_on_signal(&stop).map_err(CliError::failed)?;
+    let pace = if arguments.fast { Pace::Unpaced } else { Pace::RealTime };
+    let played = match &arguments.bus {
+        BusAddress::Can(interface) => {
+            let mut sink = SocketCanSink::open(interface.as_str()).map_err(CliError::failed)?;
+            play(&mut device, &mut sink, pace, &stop).map_err(CliError::failed)?
+        }
+        BusAddress::Log(path) => {
+            if arguments.repeat {
+                return Err(CliError::Usage("--repeat would fill the disk with a log".to_owned()));
+            }
+            let mut played = None;
+            write_whole(path, |out| {
+                let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
+                let mut sink =
+                    CandumpSink::new(CandumpWriter::new(out, &name, StampDigits::Nanoseconds));
+                played = Some(
+                    play(&mut device, &mut sink, Pace::Unpaced, &stop).map_err(CliError::failed)?,
+                );
+                sink.finish().map_err(CliError::failed)?;
+                if stop.load(Ordering::Relaxed) {
+                    return Err(CliError::failed(format!(
+                        "interrupted; {} was not written",
+                        path.display()
+                    )));
+                }
+                Ok(())
+            })?;
+            played.unwrap_or_default()
+        }
+        BusAddress::InProcess => {
+            return Err(CliError::Usage(
+                "inproc: ends with this process and nobody would listen; use can:INTERFACE or \
+                 log:FILE"
+                    .to_owned(),
+            ));
+        }
+    };
+    let lateness = match (pace, &arguments.bus) {
+        (Pace::RealTime, BusAddress::Can(_)) => {
+            format!(", the latest {:.2} ms late", played.latest.as_secs_f64() * 1e3)
+        }
+        _ => String::new(),
+    };
+    print(&format!(
+        "{}: {} bus cycles, {} frames to {}{lateness}\n",
+        scenario.name(),
+        played.cycles,
+        played.frames,
+        arguments.bus
+    ))
+}
+
+/// A shipped scenario by its name, or a file for the cell's robot.
+pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliError> {
+    let scenario = match didim_sim::shipped(name) {
+        Some(scenario) => scenario,
+        None => {
+            let text = std::fs::read_to_string(name).map_err(|error| {
+                let shipped = didim_sim::SHIPPED.join(", ");
+                CliError::Usage(format!(
+                    "--scenario {name}: {error}; name a file, or one of the shipped {shipped}"
+                ))
+            })?;
+            Scenario::from_toml(&text, cell.robot_as_described.clone())
+        }
+    }
+    .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
+    check_robot(&scenario, cell)
+        .map_err(|error| CliError::configuration(format!("{name}: {error}")))?;
+    Ok(scenario)
+}

@@ -1,0 +1,31 @@
+//! Which folder of results is meant.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CliError;
+use didim::archive::drift::DriftOptions;
+use didim::cell::{Cell, ServiceSection};
+
+/// Which folder of results is meant.
+#[derive(Debug, Args)]
+pub(super) struct WhichState {
+    /// The cell file of the service, for the folder of its results and for what it calls drift
+    #[arg(long, value_name = "FILE")]
+    cell: Option<PathBuf>,
+    /// The folder of its results [default: the cell's, or /var/lib/didim]
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+}
+
+impl WhichState {
+    /// The folder, and what counts as drift.
+    pub(super) fn find(&self) -> Result<(PathBuf, DriftOptions), CliError> {
+        let service = match &self.cell {
+            Some(cell) => Cell::read(cell).map_err(CliError::configuration)?.service,
+            None => ServiceSection::default(),
+        };
+        Ok((self.state.clone().unwrap_or(service.state_directory), service.drift))
+    }
+}

@@ -1,0 +1,151 @@
+//! `didim top`: a running service, watched.
+
+mod screen;
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use ratatui::{DefaultTerminal, try_init, try_restore};
+
+use super::CliError;
+use super::signals::stop_on_signal;
+use super::status::WhichService;
+use didim::service::pipeline::Places;
+use didim::service::status::{ClientError, Snapshot, fetch};
+use screen::{View, draw};
+
+/// How often the service is asked: as often as it makes a status.
+const REFRESH: Duration = Duration::from_secs(1);
+/// How soon a key, a signal or a status is seen.
+const POLL: Duration = Duration::from_millis(100);
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    service: WhichService,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    if !std::io::stdin().is_terminal() || !std::io::stdout().is_terminal() {
+        return Err(CliError::Usage(
+            "`didim top` draws on a terminal, and there is none; `didim status` prints it once"
+                .to_owned(),
+        ));
+    }
+    let places = arguments.service.places()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    stop_on_signal(&stop).map_err(CliError::failed)?;
+    let answers = ask(places).map_err(CliError::failed)?;
+    // From here on, every way out goes through the guard: an error, a signal and a panic.
+    let restored = Restored;
+    let watched = try_init().and_then(|mut terminal| watch(&mut terminal, &answers, &stop));
+    drop(restored);
+    watched.map_err(CliError::failed)
+}
+
+/// Gives the terminal back as it was.
+struct Restored;
+
+impl Drop for Restored {
+    fn drop(&mut self) {
+        if let Err(error) = try_restore() {
+            tracing::debug!("the terminal is not restored: {error}");
+        }
+    }
+}
+
+type Answer = Result<Snapshot, ClientError>;
+
+/// Asks on a thread of its own, for an answer may take seconds and keys must not. It ends with the
+/// receiver.
+fn ask(places: Places) -> std::io::Result<Receiver<Answer>> {
+    let (answers, receiver) = sync_channel(1);
+    std::thread::Builder::new().name("ask".into()).spawn(move || {
+        let mut next = Instant::now();
+        while answers.send(fetch(&places)).is_ok() {
+            next = (next + REFRESH).max(Instant::now());
+            std::thread::sleep(next.saturating_duration_since(Instant::now()));
+        }
+    })?;
+    Ok(receiver)
+}
+
+/// Colours are for terminals that have them and people who want them (no-color.org).
+fn wants_colour() -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    !is_set("NO_COLOR") && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
+}
+
+fn watch(
+    terminal: &mut DefaultTerminal,
+    answers: &Receiver<Answer>,
+    stop: &AtomicBool,
+) -> std::io::Result<()> {
+    let mut view = View { colour: wants_colour(), ..View::default() };
+    let mut answered = Instant::now();
+    let (mut scrolls, mut page) = (0, 1);
+    let mut changed = true;
+    while !stop.load(Ordering::Relaxed) {
+        changed |= take(answers, &mut view, &mut answered)?;
+        if changed {
+            terminal.draw(|frame| (scrolls, page) = draw(frame, &view))?;
+            view.scroll = view.scroll.min(scrolls);
+        }
+        changed = false;
+        if !event::poll(POLL)? {
+            continue;
+        }
+        match event::read()? {
+            Event::Key(key) if key.kind != KeyEventKind::Release => {
+                let control = key.modifiers.contains(KeyModifiers::CONTROL);
+                match key.code {
+                    KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
+                    KeyCode::Char('c') if control => return Ok(()),
+                    KeyCode::Char('p') => view.paused = !view.paused,
+                    KeyCode::Up => view.scroll = view.scroll.saturating_sub(1),
+                    KeyCode::Down => view.scroll = view.scroll.saturating_add(1).min(scrolls),
+                    KeyCode::PageUp => view.scroll = view.scroll.saturating_sub(page),
+                    KeyCode::PageDown => {
+                        view.scroll = view.scroll.saturating_add(page).min(scrolls)
+                    }
+                    KeyCode::Home => view.scroll = 0,
+                    KeyCode::End => view.scroll = scrolls,
+                    _ => continue,
+                }
+                changed = true;
+            }
+            Event::Resize(..) => changed = true,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Takes an answer, if there is one; whether something has to be drawn.
+fn take(
+    answers: &Receiver<Answer>,
+    view: &mut View,
+    answered: &mut Instant,
+) -> std::io::Result<bool> {
+    match answers.try_recv() {
+        Err(TryRecvError::Empty) => Ok(false),
+        Err(TryRecvError::Disconnected) => {
+            Err(std::io::Error::other("the thread that asks the service has ended"))
+        }
+        Ok(_) if view.paused => Ok(false),
+        Ok(Ok(snapshot)) => {
+            *answered = Instant::now();
+            (view.snapshot, view.away) = (Some(snapshot), None);
+            Ok(true)
+        }
+        Ok(Err(error)) => {
+            view.away = Some((error.to_string(), answered.elapsed().as_secs()));
+            Ok(true)
+        }
+    }
+}

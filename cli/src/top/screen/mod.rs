@@ -1,0 +1,202 @@
+//! The running service on a terminal: what is drawn, as a function of what is known.
+//!
+//! It fits into 80 × 24 and scrolls; what a colour says, a sign or a word says as well.
+
+mod parameters;
+mod sections;
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+use didim::service::status::Snapshot;
+use didim::service::status::render::{clean, duration};
+
+/// From here on the parameters have their place beside the rest.
+const WIDE: u16 = 110;
+/// Lines that health may take: the rest of its reasons is counted.
+const HEALTH_LINES: usize = 6;
+
+/// What is shown.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct View {
+    /// The last status.
+    pub(crate) snapshot: Option<Snapshot>,
+    /// Why there is none newer, and for how long \[s\].
+    pub(crate) away: Option<(String, u64)>,
+    /// New ones are not shown.
+    pub(crate) paused: bool,
+    /// Whether the terminal takes colours.
+    pub(crate) colour: bool,
+    /// Lines scrolled down.
+    pub(crate) scroll: u16,
+}
+
+/// How text is shown; without colours everything is plain but for bold and dim.
+#[derive(Clone, Copy)]
+struct Looks {
+    colour: bool,
+}
+
+impl Looks {
+    fn coloured(self, colour: Color) -> Style {
+        if self.colour { Style::new().fg(colour) } else { Style::new() }
+    }
+
+    fn good(self) -> Style {
+        self.coloured(Color::Green)
+    }
+
+    fn bad(self) -> Style {
+        self.coloured(Color::Red).add_modifier(Modifier::BOLD)
+    }
+
+    fn name(self) -> Style {
+        self.coloured(Color::Cyan)
+    }
+
+    fn heading(self) -> Style {
+        Style::new().add_modifier(Modifier::BOLD)
+    }
+}
+
+/// Draws the view and gives how far it can be scrolled, and by how much a page scrolls.
+pub(crate) fn draw(frame: &mut Frame<'_>, view: &View) -> (u16, u16) {
+    let (looks, width) = (Looks { colour: view.colour }, frame.area().width);
+    let mut head = vec![title(view, looks)];
+    head.extend(health(view, looks, width));
+    let [head_area, body, foot] = Layout::vertical([
+        Constraint::Length(height(&head)),
+        Constraint::Fill(1),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    frame.render_widget(Paragraph::new(head), head_area);
+    let scrolls = draw_body(frame, view, looks, body);
+    frame.render_widget(Paragraph::new(keys(view, scrolls)), foot);
+    (scrolls, body.height.saturating_sub(1).max(1))
+}
+
+fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u16 {
+    let Some(snapshot) = &view.snapshot else { return 0 };
+    let columns = if area.width >= WIDE {
+        let [left, _, right] = Layout::horizontal([
+            Constraint::Fill(1),
+            Constraint::Length(2),
+            Constraint::Length(parameters::WIDTH),
+        ])
+        .areas(area);
+        let service = sections::lines(snapshot, looks, left.width);
+        vec![(left, service), (right, parameters::lines(snapshot, looks, right.width))]
+    } else {
+        let mut lines = sections::lines(snapshot, looks, area.width);
+        lines.push(Line::default());
+        lines.extend(parameters::lines(snapshot, looks, area.width));
+        vec![(area, lines)]
+    };
+    let longest = columns.iter().map(|(_, lines)| height(lines)).max().unwrap_or(0);
+    let scrolls = longest.saturating_sub(area.height);
+    for (area, lines) in columns {
+        // What fits stays where it is.
+        let most = height(&lines).saturating_sub(area.height);
+        let scroll = (view.scroll.min(most), 0);
+        frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
+    }
+    scrolls
+}
+
+fn height(lines: &[Line<'_>]) -> u16 {
+    u16::try_from(lines.len()).unwrap_or(u16::MAX)
+}
+
+fn title(view: &View, looks: Looks) -> Line<'static> {
+    let mut spans = vec![Span::styled("didim top", looks.heading())];
+    if let Some(snapshot) = &view.snapshot {
+        let (cell, version) = (clean(&snapshot.cell), clean(&snapshot.version));
+        spans.push(Span::raw(format!("  {cell}  ")));
+        spans.push(Span::raw(format!("up {}  didim {version}", duration(snapshot.uptime_s))));
+    }
+    if view.paused {
+        spans.push(Span::styled("  PAUSED", looks.heading()));
+    }
+    Line::from(spans)
+}
+
+/// Why all is not well, or that it is.
+fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
+    let mut reasons = Vec::new();
+    if let Some((why, seconds)) = &view.away {
+        reasons.push(match view.snapshot {
+            Some(_) => format!(
+                "no answer for {seconds} s, asking again every second; below is what was last told"
+            ),
+            None => "no answer yet, asking again every second".to_owned(),
+        });
+        reasons.push(why.clone());
+    } else if let Some(snapshot) = &view.snapshot {
+        reasons.extend(snapshot.health.reasons.iter().cloned());
+    }
+    if reasons.is_empty() {
+        return match view.snapshot {
+            Some(_) => vec![Line::styled("health: ok", looks.good())],
+            None => vec![Line::raw("asking …")],
+        };
+    }
+    let mut lines = Vec::new();
+    for reason in &reasons {
+        lines.extend(wrapped("! ", &clean(reason), looks.bad(), width));
+    }
+    let more = lines.len().saturating_sub(HEALTH_LINES);
+    if more > 0 {
+        lines.truncate(HEALTH_LINES - 1);
+        lines.push(Line::styled(format!("! {} lines more: `didim status`", more + 1), looks.bad()));
+    }
+    lines
+}
+
+fn keys(view: &View, scrolls: u16) -> Line<'static> {
+    let pause = if view.paused { "p go on" } else { "p pause" };
+    let scroll = match (view.scroll.min(scrolls), scrolls) {
+        (_, 0) => String::new(),
+        (at, most) => format!("  ↑ ↓ PgUp PgDn scroll ({at} of {most})"),
+    };
+    let dim = Style::new().add_modifier(Modifier::DIM);
+    Line::styled(format!("q quit  {pause}{scroll}"), dim)
+}
+
+/// A text in lines of at most `width` characters, broken between words: the first begins with `lead`,
+/// the others are indented as far.
+fn wrapped(lead: &str, text: &str, style: Style, width: u16) -> Vec<Line<'static>> {
+    let indent = lead.chars().count();
+    let room = usize::from(width).saturating_sub(indent).max(8);
+    let mut lines: Vec<String> = vec![String::new()];
+    let mut used = 0;
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        let mut word: Vec<char> = word.chars().collect();
+        while !word.is_empty() {
+            let gap = usize::from(used > 0);
+            if used + gap + word.len() <= room || used == 0 {
+                let rest = word.split_off(word.len().min(room));
+                if let Some(line) = lines.last_mut() {
+                    line.push_str(if gap == 1 { " " } else { "" });
+                    line.extend(word.iter());
+                }
+                used += gap + word.len();
+                word = rest;
+                if word.is_empty() {
+                    break;
+                }
+            }
+            lines.push(String::new());
+            used = 0;
+        }
+    }
+    let lead_of = |k: usize| if k == 0 { lead.to_owned() } else { " ".repeat(indent) };
+    let lines = lines.into_iter().enumerate();
+    lines.map(|(k, line)| Line::styled(format!("{}{line}", lead_of(k)), style)).collect()
+}
+
+#[cfg(test)]
+mod tests;

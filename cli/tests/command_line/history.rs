@@ -1,0 +1,143 @@
+//! `didim history` and `didim baseline` on what `didim replay` left.
+
+use std::path::Path;
+
+use crate::support::{Configuration, Folder, cia402_cell, data, didim};
+
+/// Replays the same log so many times into one folder.
+fn replayed(folder: &Folder, times: usize) -> String {
+    let state = folder.path("state");
+    for _ in 0..times {
+        let log = &data().cia402_log;
+        didim(&["replay", "--cell", &cia402_cell(), log, "--state", &state, "--json"]).done();
+    }
+    state
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn results_are_listed_compared_and_reported() {
+    let folder = Folder::new();
+    let state = replayed(&folder, 2);
+    let result = |k: u32| {
+        std::fs::read_to_string(Path::new(&state).join(format!("result-0000000{k}.json"))).unwrap()
+    };
+    assert_eq!(result(0), result(1), "the same samples, the same bytes, whatever the date");
+    let first = json(&result(0));
+    assert_eq!(first["input_sha256"].as_str().unwrap().len(), 64);
+    let configuration = first["configuration"].as_str().unwrap();
+    let kept = Path::new(&state).join("configurations").join(configuration);
+    let kept = std::fs::read_to_string(kept.join("cell.toml")).unwrap();
+    assert_eq!(kept, std::fs::read_to_string(cia402_cell()).unwrap());
+
+    let set = didim(&["baseline", "set", "--state", &state, "0"]).done();
+    assert!(set.starts_with("result 0 of 2"), "{set}");
+    let shown = didim(&["baseline", "show", "--state", &state]).done();
+    assert!(shown.starts_with("result 0 of 2") && shown.contains("fc3"), "{shown}");
+
+    let text = didim(&["history", "--state", &state, "--parameter", "fc3"]).done();
+    assert!(text.lines().nth(1).unwrap().ends_with("baseline"), "{text}");
+    assert!(text.lines().nth(2).unwrap().ends_with("in band"), "{text}");
+    assert!(text.contains("fc3, ±2σ") && text.contains("fc3 has grown by 0"), "{text}");
+    let compared = didim(&["history", "--state", &state, "--compare", "0", "1"]).done();
+    let rows = compared.lines().skip(1);
+    let same = |row: &str| row.split_whitespace().skip(3).collect::<Vec<_>>().join(" ");
+    assert!(rows.map(same).all(|row| row == "0 +0.00 % +0.0 0 %"), "{compared}");
+
+    let report = folder.path("history.html");
+    let document =
+        json(&didim(&["history", "--state", &state, "--json", "--report", &report]).done());
+    assert_eq!(document["results"].as_array().unwrap().len(), 2);
+    assert_eq!(document["results"][1]["compared"], true);
+    assert_eq!(document["baseline"]["result"]["result"], 0);
+    let parameters = document["results"][1]["parameters"].as_array().unwrap();
+    let stored = json(&result(1));
+    let stored = stored["estimate"]["parameters"].as_array().unwrap();
+    assert_eq!(parameters.len(), stored.len());
+    for (kept, stored) in parameters.iter().zip(stored) {
+        for key in ["name", "value", "standard_deviation"] {
+            assert_eq!(kept[key], stored[key]);
+        }
+    }
+    assert!(std::fs::read_to_string(report).unwrap().contains("Every parameter in its band"));
+
+    let cleared = didim(&["baseline", "clear", "--state", &state]).done();
+    assert_eq!(cleared, "there is no baseline any more\n");
+    let shown = didim(&["baseline", "show", "--state", &state]);
+    shown.refused(1, &["no baseline is set", "`didim baseline set`"]);
+}
+
+/// An arm whose third joint has worn: the simulated friction has grown, and the cell that identifies
+/// knows nothing of it.
+#[test]
+fn worn_friction_is_found_by_its_name_and_size() {
+    let folder = Folder::new();
+    let state = folder.path("state");
+    let worn = Configuration::with("robots/tx40.toml", "fc3 = 6.48", "fc3 = 7.45");
+    let worn = worn.path("cells/tx40-cia402.toml");
+    // A shipped scenario has the shipped arm: as a file it takes that of the cell.
+    let scenario = include_str!("../../../sim-fixtures/scenarios/tx40-paper.toml");
+    let scenario = folder.file("scenario.toml", scenario);
+    let replay = |cell: &str, seed: &str| {
+        let log = folder.path("drive.log");
+        let bus = format!("log:{log}");
+        let sim = ["sim", "--cell", cell, "--scenario", &scenario, "--seed", seed, "--bus", &bus];
+        didim(&sim).done();
+        didim(&["replay", "--cell", &cia402_cell(), &log, "--state", &state]).done();
+    };
+    replay(&cia402_cell(), "1");
+    didim(&["baseline", "set", "--state", &state]).done();
+    replay(&cia402_cell(), "2");
+    let alarms = || {
+        let document = json(&didim(&["history", "--state", &state, "--json"]).done());
+        document["alarms"].as_array().unwrap().clone()
+    };
+    assert!(alarms().is_empty(), "the arm is as it was");
+    replay(&worn, "3");
+    assert!(alarms().is_empty(), "one result is none");
+    replay(&worn, "4");
+    let alarms = alarms();
+    assert_eq!(alarms.len(), 1, "{alarms:?}");
+    assert_eq!(alarms[0]["parameter"], "fc3");
+    let number = |key: &str| alarms[0][key].as_f64().unwrap();
+    let (change, sigma) = (number("relative_change"), number("deviation_sigma"));
+    let deviation = (change - (7.45 / 6.48 - 1.0)) * sigma / change;
+    assert!(deviation.abs() < 4.0, "{deviation} σ from the truth: {alarms:?}");
+}
+
+#[test]
+fn what_is_not_there_is_said_with_what_is() {
+    let folder = Folder::new();
+    let empty = folder.path("");
+    didim(&["history", "--state", &empty]).refused(1, &["no history in", "--state"]);
+    didim(&["baseline", "set", "--state", &empty]).refused(1, &["didim: no history in"]);
+    let state = replayed(&folder, 1);
+    let set = didim(&["baseline", "set", "--state", &state, "7"]);
+    set.refused(1, &["result 7 is not in the history; it has results 0 to 0"]);
+    let unknown = didim(&["history", "--state", &state, "--parameter", "fc9"]);
+    unknown.refused(2, &["no result has the parameter `fc9`", "fc1"]);
+    didim(&["history", "--state", &state, "--compare", "0", "3"])
+        .refused(1, &["result 3 is not in"]);
+    // A result that may not be used is no baseline.
+    let history = Path::new(&state).join("history.jsonl");
+    let line = std::fs::read_to_string(&history).unwrap();
+    std::fs::write(&history, line.replace("\"applicable\":true", "\"applicable\":false")).unwrap();
+    let set = didim(&["baseline", "set", "--state", &state, "0"]);
+    set.refused(1, &["result 0 is not applicable"]);
+    didim(&["baseline", "set", "--state", &state])
+        .refused(1, &["no result in the history is applicable"]);
+}
+
+#[test]
+fn a_note_that_cannot_be_is_refused_before_it_is_sent() {
+    didim(&["note"]).refused(2, &["nothing to note"]);
+    didim(&["note", "--payload-kg", "-1"]).refused(2, &["a payload of -1 kg cannot be"]);
+    didim(&["note", "--temperature-c", "400"])
+        .refused(2, &["a temperature of 400 °C cannot be", "within -60 and 200 °C"]);
+    let folder = Folder::new();
+    let note = didim(&["note", "--text", "warm", "--runtime", &folder.path("")]);
+    note.refused(1, &["no service at"]);
+}

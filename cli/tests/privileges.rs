@@ -1,0 +1,190 @@
+//! What the service needs of the system: a user of its own, and no capability.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking"
+)]
+
+#[path = "../../tests/common/mod.rs"]
+mod common;
+mod program;
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, chown};
+use std::process::Command;
+
+use common::manager::{Manager, terminate};
+use common::{Process, eventually};
+use didim::live::acquire::{Grant, RealTimeGrants};
+use program::cell::Site;
+use program::{Installation, command};
+
+/// The user nobody and its group, as everywhere on Debian.
+const NOBODY: u32 = 65_534;
+
+/// See [`program::cell::run`].
+#[test]
+#[ignore = "the other process of a test"]
+fn child_runs_a_cell() {
+    program::cell::run();
+}
+
+/// The command as nobody, without any capability or the way to one, with the limits that `prlimit`
+/// gives; nothing where this process cannot arrange that. The cell's folders become nobody's.
+fn unprivileged(child: &Command, cell: &Installation, limits: &[&str]) -> Option<Command> {
+    if !nix::unistd::geteuid().is_root() {
+        println!("SKIPPED: only root can become another user");
+        return None;
+    }
+    let arguments = |command: &mut Command| {
+        command.args(limits).args([
+            "setpriv",
+            "--reuid=65534",
+            "--regid=65534",
+            "--clear-groups",
+            "--bounding-set=-all",
+            "--inh-caps=-all",
+            "--ambient-caps=-all",
+            "--no-new-privs",
+        ]);
+    };
+    let mut attempt = Command::new("prlimit");
+    arguments(&mut attempt);
+    let listed = attempt.arg(child.get_program()).arg("--help").output();
+    match listed {
+        Ok(output) if output.status.success() => {}
+        other => {
+            println!("SKIPPED: prlimit and setpriv do not start a program as nobody: {other:?}");
+            return None;
+        }
+    }
+    let mut command = Command::new("prlimit");
+    arguments(&mut command);
+    command.arg(child.get_program()).args(child.get_args());
+    for (name, value) in child.get_envs() {
+        command.env(name, value.unwrap());
+    }
+    // What the service manager would have made for its user.
+    let folder = cell.path("");
+    for path in [folder.clone(), cell.state(), cell.cell()] {
+        chown(path, Some(NOBODY), Some(NOBODY)).unwrap();
+    }
+    fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
+    Some(command)
+}
+
+const WISHES: (&str, &str) =
+    ("[service]", "[service.real_time]\npriority = 20\nlock_memory = true\n\n[service]");
+
+/// A line of /proc/PID/status.
+fn process_status(process: u32, key: &str) -> String {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+    line.trim_start_matches(':').trim().to_owned()
+}
+
+/// The scheduling policy of the bus thread (proc(5), field 41 of stat): 1 is SCHED_FIFO.
+fn policy_of_the_bus_thread(process: u32) -> (u32, u32) {
+    let threads = fs::read_dir(format!("/proc/{process}/task")).unwrap();
+    let stat = threads
+        .map(|thread| fs::read_to_string(thread.unwrap().path().join("stat")).unwrap())
+        .find(|stat| stat.contains("(bus)"))
+        .unwrap();
+    // What follows the name begins with field 3.
+    let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+    (fields[41 - 3].parse().unwrap(), fields[40 - 3].parse().unwrap())
+}
+
+fn has_no_privilege(process: u32) {
+    for set in ["CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb"] {
+        assert_eq!(process_status(process, set), "0000000000000000", "{set}");
+    }
+    assert_eq!(process_status(process, "NoNewPrivs"), "1");
+    assert_eq!(process_status(process, "Uid"), "65534\t65534\t65534\t65534");
+}
+
+/// Runs the service as nobody and has it identify; what it was granted, and the child's number is
+/// handed to `look` meanwhile.
+fn runs(limits: &[&str], look: impl Fn(u32)) -> Option<(RealTimeGrants, Vec<String>)> {
+    let site = Site::new(&[("min_s = 3.0", "min_s = 1.0"), WISHES]);
+    let child = site.network.child("child_runs_a_cell");
+    let command = unprivileged(&child, &site.cell, limits)?;
+    let (mut child, mut manager) = site.start_as("both", command);
+    manager.expect(0, "READY=1");
+    has_no_privilege(child.0.id());
+    look(child.0.id());
+    site.identify_now();
+    eventually("a result", || site.cell.state().join("latest.json").exists());
+    let status = site.status();
+    let (ended, _) = terminate(&mut child);
+    assert!(ended.success(), "{ended}");
+    Some((status.acquisition.unwrap().real_time.unwrap(), status.health.reasons))
+}
+
+#[test]
+fn it_runs_as_nobody_without_a_capability_and_says_what_it_was_not_granted() {
+    let limits = ["--rtprio=0:0", "--memlock=65536:65536"];
+    let told = runs(&limits, |process| {
+        assert_eq!(policy_of_the_bus_thread(process).0, 0);
+        assert_eq!(process_status(process, "VmLck"), "0 kB");
+    });
+    let Some((grants, reasons)) = told else { return };
+    let Grant::Refused { why: priority } = &grants.priority else { panic!("{grants:?}") };
+    assert!(priority.contains("LimitRTPRIO"), "{priority}");
+    let Grant::Refused { why: memory } = &grants.memory else { panic!("{grants:?}") };
+    assert!(memory.contains("65536 bytes") && memory.contains("LimitMEMLOCK"), "{memory}");
+    for why in [priority, memory] {
+        assert!(reasons.iter().any(|reason| reason.contains(why)), "{reasons:?}");
+    }
+}
+
+#[test]
+fn limits_are_all_it_needs_for_its_priority_and_its_memory() {
+    // As LimitRTPRIO and LimitMEMLOCK do in the units.
+    let limits = ["--rtprio=20:20", "--memlock=unlimited:unlimited"];
+    let told = runs(&limits, |process| {
+        assert_eq!(policy_of_the_bus_thread(process), (1, 20), "SCHED_FIFO 20");
+        let locked = process_status(process, "VmLck");
+        let kib: u64 = locked.strip_suffix(" kB").unwrap().parse().unwrap();
+        // The stream's shared memory alone is more.
+        assert!(kib > 10_000, "{locked}");
+    });
+    let Some((grants, reasons)) = told else { return };
+    assert_eq!((&grants.priority, &grants.memory), (&Grant::Granted, &Grant::Granted));
+    assert!(!reasons.iter().any(|reason| reason.contains("not granted")), "{reasons:?}");
+}
+
+#[test]
+fn nobody_may_listen_to_a_real_bus() {
+    let Some(interfaces) = std::env::var_os("DIDIM_VCAN") else {
+        println!("SKIPPED: DIDIM_VCAN is not set");
+        return;
+    };
+    let interface = interfaces.to_str().unwrap().split(',').next().unwrap().to_owned();
+    let bus = format!("\"can:{interface}\"");
+    let cell = Installation::of("tx40-packed-fd", &[("\"can:vcan0\"", &bus)]);
+    let runs = command(&[
+        &"run",
+        &"--cell",
+        &cell.cell(),
+        &"--state",
+        &cell.state(),
+        &"--runtime",
+        &cell.runtime(),
+    ]);
+    let Some(mut runs) = unprivileged(&runs, &cell, &["--rtprio=0:0"]) else { return };
+    let mut manager = Manager::listen(&cell.path(""), "notify");
+    manager.manages(&mut runs, None);
+    let mut daemon = Process(runs.spawn().unwrap());
+    manager.expect(0, "READY=1");
+    has_no_privilege(daemon.0.id());
+    let sim = format!("can:{interface}");
+    let played = command(&[&"sim", &"--cell", &cell.cell(), &"--bus", &sim]).output().unwrap();
+    assert!(played.status.success(), "{played:?}");
+    let status =
+        || didim::service::status::fetch_status(&cell.runtime().join("status.sock")).unwrap();
+    eventually("its frames", || status().acquisition.unwrap().frames > 30_000);
+    let (ended, _) = terminate(&mut daemon);
+    assert!(ended.success(), "{ended}");
+}

@@ -1,0 +1,189 @@
+//! Recordings of a bus: what was live is replayed to the same bytes, from a kept recording and from
+//! the ring.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+#[path = "../../tests/common/mod.rs"]
+mod common;
+mod program;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use didim::cell::Cell;
+use didim::live::stream::Pace;
+use didim::offline::identify::LastIdentification;
+use didim::service::pipeline::{OneRun, acquisition, estimation, keeper};
+use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
+use didim_drivers::frame::Frame;
+use didim_drivers::source::mcap::{FileEnd, McapScan};
+use didim_drivers::source::{
+    CandumpSource, InterfaceName, McapSource, Received, Source, WhenFull, in_process_bus,
+};
+use program::{Installation, didim, results, succeed};
+
+/// The frames of the simulated arm, twice its motion.
+fn simulate(cell: &Installation) -> (PathBuf, Vec<Frame>) {
+    let log = cell.path("arm.log");
+    let bus = format!("log:{}", log.display());
+    let scenario = cell.scenario(&[("tail_s = 0.6", "tail_s = 1.5")]);
+    succeed(&[&"sim", &"--cell", &cell.cell(), &"--bus", &bus, &"--scenario", &scenario]);
+    let frames = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    let last = frames.last().unwrap().stamp_ns;
+    // Another motion after it: the second window has another number and begins elsewhere.
+    let period_ns = 200_000 * u64::from(frames[1].id == frames[0].id);
+    let period_ns = if period_ns > 0 { period_ns } else { 2_000_000 };
+    let shift = (last / period_ns + 1) * period_ns;
+    let again = frames.iter().map(|frame| frame.at(frame.stamp_ns + shift));
+    let twice: Vec<Frame> = frames.iter().copied().chain(again).collect();
+    (log, twice)
+}
+
+fn read(source: &mut dyn Source) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    let mut batch = Vec::with_capacity(4096);
+    while source.receive(&mut batch, Duration::ZERO).unwrap() == Received::Frames {
+        frames.append(&mut batch);
+    }
+    frames
+}
+
+/// A living bus in this process, `speed` times as fast as its stamps.
+fn live(installation: &Installation, frames: Vec<Frame>, speed: f64) -> ServiceReport {
+    let cell = Cell::read(&installation.cell()).unwrap();
+    let run_once = OneRun::new(Some(installation.state())).unwrap();
+    let places = &run_once.places;
+    let name = [InterfaceName::new("vcan0").unwrap()];
+    let (sender, source) = in_process_bus(&name, 4096, WhenFull::Wait);
+    let bus = acquisition(&cell, places, Box::new(source), Pace::Live).unwrap();
+    assert!(bus.recorder.is_some());
+    let mut work = estimation(&cell, places, &LastIdentification::default()).unwrap();
+    work.options.keeper = keeper(&cell, places);
+    assert!(work.options.keeper.is_some());
+    std::thread::spawn(move || {
+        // After the service has its ports; it reads a bus that is there already.
+        let start = Instant::now();
+        for frame in frames {
+            let due = Duration::from_secs_f64(1e-9 * frame.stamp_ns as f64 / speed);
+            std::thread::sleep(due.saturating_sub(start.elapsed()));
+            if sender.send(frame).is_err() {
+                return;
+            }
+        }
+    });
+    run(&ServiceOptions::default(), Parts::Both(bus, work)).unwrap()
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+fn replay(cell: &Installation, log: &Path, state: &str) -> Vec<String> {
+    let state = cell.path(state);
+    succeed(&[&"replay", &"--cell", &cell.cell(), &log, &"--state", &state]);
+    results(&state)
+}
+
+fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]) {
+    let cell = Installation::of(name, changes);
+    let (_, frames) = simulate(&cell);
+    let report = live(&cell, frames.clone(), 2.0);
+    let (bus, work) = (report.snapshot.acquisition.unwrap(), report.snapshot.estimation.unwrap());
+    assert_eq!(work.windows_identified, 2, "{work:#?}");
+    let recording = bus.recording.unwrap();
+    assert_eq!(recording.frames_recorded, frames.len() as u64, "{recording:?}");
+    assert_eq!((recording.frames_unrecorded, recording.write_errors), (0, 0), "{recording:?}");
+    let kept = work.kept_recordings.unwrap();
+    assert_eq!((kept.kept, kept.failed), (2, 0), "{kept:?}");
+
+    // The ring has every frame, as it was.
+    let recordings = cell.state().join("recordings");
+    let ring = files(&recordings.join("ring"));
+    let recorded: Vec<Frame> =
+        ring.iter().flat_map(|file| read(&mut McapSource::open(file, &[]).unwrap())).collect();
+    assert!(recorded == frames, "{} frames of {}", recorded.len(), frames.len());
+
+    let live = results(&cell.state());
+    assert_eq!(live.len(), 2);
+    let kept = files(&recordings.join("kept"));
+    let names: Vec<_> =
+        kept.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
+    assert_eq!(names, ["result-00000000.mcap", "result-00000001.mcap"]);
+    for (n, (file, live)) in kept.iter().zip(&live).enumerate() {
+        assert_eq!(McapScan::of(file).unwrap().end, FileEnd::Finished);
+        let replayed = replay(&cell, file, &format!("replayed-{n}"));
+        assert_eq!(replayed, [live.as_str()], "{}", file.display());
+    }
+    // By its content, not by its name.
+    let disguised = cell.path("disguised.log");
+    fs::copy(&kept[1], &disguised).unwrap();
+    assert_eq!(replay(&cell, &disguised, "disguised"), [live[1].as_str()]);
+    // And the ring as a whole.
+    assert_eq!(replay(&cell, &recordings.join("ring"), "from-the-ring"), live);
+
+    // A recording of which frames are missing gives no result in its place.
+    let bytes = fs::read(&kept[1]).unwrap();
+    let cut = cell.path("cut.mcap");
+    fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    let told = didim(&[&"replay", &"--cell", &cell.cell(), &cut]);
+    assert_eq!(told.code, Some(1), "{told:?}");
+    assert!(told.stderr.contains("has no end"), "{told:?}");
+
+    // Offline, and in other formats.
+    let (log, csv) = (cell.path("kept.log"), cell.path("kept.csv"));
+    succeed(&[&"convert", &"--cell", &cell.cell(), &kept[0], &log]);
+    let of_log = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    let of_mcap = read(&mut McapSource::open(&kept[0], &[]).unwrap());
+    assert!(of_log == of_mcap, "no offset: the bus had a time of its own");
+    let back = cell.path("back.mcap");
+    succeed(&[&"convert", &"--cell", &cell.cell(), &log, &back]);
+    assert!(read(&mut McapSource::open(&back, &[]).unwrap()) == of_mcap);
+    succeed(&[&"convert", &"--cell", &cell.cell(), &kept[0], &csv]);
+    let identify = |input: &Path| {
+        let text = succeed(&[&"identify", &"--cell", &cell.cell(), &"--input", &input]);
+        assert!(text.contains("applicable"), "{text}");
+        text
+    };
+    assert_eq!(identify(&kept[0]), identify(&log));
+}
+
+/// What an independent reader is given: see `tests/independent/recordings.py`.
+#[test]
+#[ignore = "writes files for tests/independent"]
+fn write_files_for_an_independent_reader() {
+    let folder = PathBuf::from(std::env::var_os("DIDIM_RECORDINGS").unwrap());
+    let cell = Installation::of("tx40-packed-fd", &[]);
+    let (log, _) = simulate(&cell);
+    let frames = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    live(&cell, frames, 2.0);
+    let recordings = cell.state().join("recordings");
+    fs::copy(&files(&recordings.join("ring"))[0], folder.join("ring.mcap")).unwrap();
+    fs::copy(&files(&recordings.join("kept"))[0], folder.join("kept.mcap")).unwrap();
+    fs::copy(&log, folder.join("ring.log")).unwrap();
+}
+
+#[test]
+fn packed_frames_are_replayed_to_the_same_bytes() {
+    a_replay_gives_the_bytes_of_the_live_run("tx40-packed-fd", &[]);
+}
+
+#[test]
+fn cia_402_is_replayed_to_the_same_bytes() {
+    a_replay_gives_the_bytes_of_the_live_run(
+        "tx40-cia402",
+        &[("method = \"didim\"", "method = \"idim-ls\"")],
+    );
+}
+
+/// More than the arm rests between its motions.
+const MARGIN: &str = "margin_before_s = 4.0";
+
+/// The margins reach into the motion before: what opened the window is not what a fresh start sees.
+#[test]
+fn a_window_whose_margin_reaches_into_the_one_before_is_replayed_to_the_same_bytes() {
+    let changes =
+        [("method = \"didim\"", "method = \"idim-ls\""), ("margin_before_s = 0.25", MARGIN)];
+    a_replay_gives_the_bytes_of_the_live_run("tx40-cia402", &changes);
+}

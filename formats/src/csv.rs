@@ -1,0 +1,439 @@
+//! CSV experiments: a header with SI units in the names, one row per sample.
+//!
+//! `time_s` (optional when the sample rate is given), then `motor_position_rad_1..n`,
+//! `motor_torque_nm_1..n` and optionally `motor_reference_rad_1..n`; or the same with `joint_`.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use didim_core::identification::Signals;
+
+use crate::measurement::{MAX_SAMPLES, Measurement, Side};
+
+/// The largest part of a sample period by which a time stamp may leave the uniform grid.
+const GRID_TOLERANCE: f64 = 0.25;
+
+/// Why a CSV experiment could not be read or written. Every variant names the file and, where there
+/// is one, the line.
+#[derive(Debug, thiserror::Error)]
+pub enum CsvError {
+    /// The file cannot be opened, read or written: check path and permissions.
+    #[error("{}: {source}; check the path and the permissions", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not a CSV table, or a row with another number of fields than the header.
+    #[error("{}: {source}", file.display())]
+    Table {
+        /// The file.
+        file: PathBuf,
+        /// What the parser said, with the line.
+        source: csv::Error,
+    },
+    /// A header name that the format does not know: rename or remove the column.
+    #[error("{}: column `{column}` is not known; expected time_s and motor_position_rad_1, motor_torque_nm_1, motor_reference_rad_1 and so on, or the same with joint_", file.display())]
+    UnknownColumn {
+        /// The file.
+        file: PathBuf,
+        /// The header name.
+        column: String,
+    },
+    /// Columns of one quantity are missing, repeated or numbered with gaps.
+    #[error("{}: column `{column}` is missing or appears twice; every axis from 1 to {axes} needs one", file.display())]
+    Columns {
+        /// The file.
+        file: PathBuf,
+        /// The column that is expected exactly once.
+        column: String,
+        /// The number of axes that the header implies.
+        axes: usize,
+    },
+    /// Motor-side and joint-side columns in one file: keep one side.
+    #[error("{}: the header mixes motor_ and joint_ columns; keep one side", file.display())]
+    MixedSides {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A field that is not a finite number.
+    #[error("{}: line {line}, column `{column}`: `{text}` is not a finite number", file.display())]
+    NotANumber {
+        /// The file.
+        file: PathBuf,
+        /// The line, the header being line 1.
+        line: u64,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// Neither a `time_s` column nor a sample rate was given: give one of them.
+    #[error("{}: there is no time_s column; give the sampling frequency with --sample-rate HZ", file.display())]
+    NoTime {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Time does not advance by one period per row: samples are missing or repeated there.
+    #[error("{}: line {line}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated, resample the record or cut it there", file.display())]
+    NotUniform {
+        /// The file.
+        file: PathBuf,
+        /// The line, the header being line 1.
+        line: u64,
+        /// The time that stands there \[s\].
+        time_s: f64,
+        /// The time that the grid has there \[s\].
+        expected_s: f64,
+        /// The grid's frequency \[Hz\].
+        sample_rate_hz: f64,
+    },
+    /// The rate that was given and the file's own differ by more than 0.1 %: drop one of them.
+    #[error("{}: time_s says {found_hz:.6} Hz but --sample-rate says {given_hz} Hz; correct one or leave the option out", file.display())]
+    RateMismatch {
+        /// The file.
+        file: PathBuf,
+        /// The rate of the time column \[Hz\].
+        found_hz: f64,
+        /// The rate that was given \[Hz\].
+        given_hz: f64,
+    },
+    /// More samples than are held in memory: cut the record.
+    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the record", file.display())]
+    TooLong {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Fewer than two rows.
+    #[error("{}: fewer than two samples", file.display())]
+    TooShort {
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+/// What one column of the file holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Column {
+    Time,
+    Signal(Quantity, usize),
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Position,
+    Torque,
+    Reference,
+}
+
+impl Quantity {
+    const ALL: [Self; 3] = [Self::Position, Self::Torque, Self::Reference];
+
+    fn stem(self) -> &'static str {
+        match self {
+            Self::Position => "position_rad",
+            Self::Torque => "torque_nm",
+            Self::Reference => "reference_rad",
+        }
+    }
+}
+
+/// Reads a CSV experiment.
+///
+/// `sample_rate_hz` replaces a missing `time_s` column; when both are there they must agree.
+///
+/// # Errors
+/// See [`CsvError`].
+pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, CsvError> {
+    let file = std::fs::File::open(path)
+        .map_err(|source| CsvError::Io { file: path.to_path_buf(), source })?;
+    parse_csv(std::io::BufReader::new(file), path, sample_rate_hz)
+}
+
+fn parse_csv(
+    input: impl Read,
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+) -> Result<Measurement, CsvError> {
+    let file = || path.to_path_buf();
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
+    let names: Vec<String> = reader
+        .headers()
+        .map_err(|source| CsvError::Table { file: file(), source })?
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    let header = Header::parse(&names, path)?;
+
+    let mut time = Vec::new();
+    let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
+    let mut record = csv::StringRecord::new();
+    while reader
+        .read_record(&mut record)
+        .map_err(|source| CsvError::Table { file: file(), source })?
+    {
+        if signals[0].first().map_or(0, Vec::len) == MAX_SAMPLES {
+            return Err(CsvError::TooLong { file: file() });
+        }
+        for ((column, name), text) in header.columns.iter().zip(&names).zip(record.iter()) {
+            let value = text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
+                CsvError::NotANumber {
+                    file: file(),
+                    line: record.position().map_or(0, csv::Position::line),
+                    column: name.clone(),
+                    text: text.to_owned(),
+                }
+            })?;
+            match *column {
+                Column::Time => time.push(value),
+                Column::Signal(quantity, axis) => signals[quantity as usize][axis].push(value),
+            }
+        }
+    }
+    let [position, torque, reference] = signals;
+    if position.first().map_or(0, Vec::len) < 2 {
+        return Err(CsvError::TooShort { file: file() });
+    }
+    let rate = match (header.has_time, sample_rate_hz) {
+        (false, None) => return Err(CsvError::NoTime { file: file() }),
+        (false, Some(given)) => given,
+        (true, given) => {
+            let found_hz = uniform_rate(&time, path)?;
+            match given {
+                Some(given_hz) if (found_hz / given_hz - 1.0).abs() > 1e-3 => {
+                    return Err(CsvError::RateMismatch { file: file(), found_hz, given_hz });
+                }
+                Some(given_hz) => given_hz,
+                None => found_hz,
+            }
+        }
+    };
+    Ok(Measurement {
+        side: header.side,
+        signals: Signals {
+            sample_rate_hz: rate,
+            position_rad: position,
+            torque_nm: torque,
+            reference_rad: header.has_reference.then_some(reference),
+        },
+    })
+}
+
+/// The frequency of a uniform time column \[Hz\]; an error at the first row that leaves the grid.
+///
+/// The grid runs from the first to the last time, so that the decimals a writer dropped do not
+/// accumulate. Where that does not fit, a gap has stretched it: the median step, which a gap does
+/// not move, then tells where.
+#[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
+fn uniform_rate(time_s: &[f64], path: &Path) -> Result<f64, CsvError> {
+    let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
+        return Err(CsvError::TooShort { file: path.to_path_buf() });
+    };
+    let leaves_grid = |period: f64| {
+        time_s.iter().enumerate().position(|(row, time)| {
+            let distance = (time - (first + row as f64 * period)).abs();
+            period <= 0.0 || distance > GRID_TOLERANCE * period
+        })
+    };
+    let mean = (last - first) / (time_s.len() - 1) as f64;
+    if leaves_grid(mean).is_none() {
+        return Ok(1.0 / mean);
+    }
+    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let median = steps[steps.len() / 2];
+    let row = leaves_grid(median).unwrap_or(time_s.len() - 1);
+    Err(CsvError::NotUniform {
+        file: path.to_path_buf(),
+        line: row as u64 + 2,
+        time_s: time_s[row],
+        expected_s: first + row as f64 * median,
+        sample_rate_hz: 1.0 / median,
+    })
+}
+
+struct Header {
+    side: Side,
+    axes: usize,
+    columns: Vec<Column>,
+    has_time: bool,
+    has_reference: bool,
+}
+
+impl Header {
+    fn parse(names: &[String], path: &Path) -> Result<Self, CsvError> {
+        let file = || path.to_path_buf();
+        let mut sides = Vec::new();
+        let mut columns = Vec::with_capacity(names.len());
+        for name in names {
+            let (side, column) = parse_name(name)
+                .ok_or_else(|| CsvError::UnknownColumn { file: file(), column: name.clone() })?;
+            sides.extend(side);
+            columns.push(column);
+        }
+        let side = sides.first().copied().unwrap_or(Side::Motor);
+        if sides.iter().any(|s| *s != side) {
+            return Err(CsvError::MixedSides { file: file() });
+        }
+        let axes = columns
+            .iter()
+            .map(|c| if let Column::Signal(_, axis) = c { axis + 1 } else { 0 })
+            .max()
+            .unwrap_or(0)
+            .max(1);
+        let count = |wanted: Column| columns.iter().filter(|c| **c == wanted).count();
+        let has_reference =
+            columns.iter().any(|c| matches!(c, Column::Signal(Quantity::Reference, _)));
+        for quantity in Quantity::ALL {
+            if quantity == Quantity::Reference && !has_reference {
+                continue;
+            }
+            for axis in 0..axes {
+                if count(Column::Signal(quantity, axis)) != 1 {
+                    let column = column_name(side, quantity, axis);
+                    return Err(CsvError::Columns { file: file(), column, axes });
+                }
+            }
+        }
+        let times = count(Column::Time);
+        if times > 1 {
+            return Err(CsvError::Columns { file: file(), column: "time_s".into(), axes });
+        }
+        Ok(Self { side, axes, columns, has_time: times == 1, has_reference })
+    }
+}
+
+fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
+    if name == "time_s" {
+        return Some((None, Column::Time));
+    }
+    let (side, rest) = [Side::Motor, Side::Joint].into_iter().find_map(|side| {
+        name.strip_prefix(side.prefix())?.strip_prefix('_').map(|rest| (side, rest))
+    })?;
+    let (stem, number) = rest.rsplit_once('_')?;
+    let quantity = Quantity::ALL.into_iter().find(|q| q.stem() == stem)?;
+    let axis: usize = number.parse().ok()?;
+    let known = (1..=didim_core::MAX_JOINTS).contains(&axis);
+    known.then_some((Some(side), Column::Signal(quantity, axis - 1)))
+}
+
+fn column_name(side: Side, quantity: Quantity, axis: usize) -> String {
+    format!("{}_{}_{}", side.prefix(), quantity.stem(), axis + 1)
+}
+
+/// Writes a recording as CSV, with a `time_s` column that starts at 0. Numbers have as many digits
+/// as it takes to read the same value back.
+///
+/// # Errors
+/// [`CsvError::Io`] or [`CsvError::Table`] when the file cannot be written.
+pub fn write_csv(recording: &Measurement, output: impl Write, path: &Path) -> Result<(), CsvError> {
+    let table = |source| CsvError::Table { file: path.to_path_buf(), source };
+    let mut writer = csv::Writer::from_writer(output);
+    let blocks: Vec<(Quantity, &Vec<Vec<f64>>)> = [
+        (Quantity::Position, Some(&recording.signals.position_rad)),
+        (Quantity::Torque, Some(&recording.signals.torque_nm)),
+        (Quantity::Reference, recording.signals.reference_rad.as_ref()),
+    ]
+    .into_iter()
+    .filter_map(|(quantity, block)| block.map(|b| (quantity, b)))
+    .collect();
+
+    let mut names = vec!["time_s".to_owned()];
+    for (quantity, block) in &blocks {
+        names.extend((0..block.len()).map(|axis| column_name(recording.side, *quantity, axis)));
+    }
+    writer.write_record(&names).map_err(table)?;
+    let mut row = Vec::with_capacity(names.len());
+    for k in 0..recording.samples() {
+        row.clear();
+        #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+        row.push((k as f64 / recording.signals.sample_rate_hz).to_string());
+        row.extend(blocks.iter().flat_map(|(_, b)| b.iter().map(|axis| axis[k].to_string())));
+        writer.write_record(&row).map_err(table)?;
+    }
+    writer.flush().map_err(|source| CsvError::Io { file: path.to_path_buf(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str, rate: Option<f64>) -> Result<Measurement, CsvError> {
+        parse_csv(text.as_bytes(), Path::new("x.csv"), rate)
+    }
+
+    fn message(text: &str, rate: Option<f64>) -> String {
+        parse(text, rate).expect_err("must be refused").to_string()
+    }
+
+    const HEADER: &str = "time_s,joint_position_rad_1,joint_torque_nm_1\n";
+
+    #[test]
+    fn what_was_written_is_read_back_bit_for_bit() {
+        let recording = Measurement {
+            side: Side::Motor,
+            signals: Signals {
+                sample_rate_hz: 5000.0,
+                position_rad: vec![vec![0.1, 1.0 / 3.0, 7e-9], vec![-1.0, 2.0, 3.0]],
+                torque_nm: vec![vec![1.5, -0.25, 1e300], vec![0.0, 1.0, 2.0]],
+                reference_rad: Some(vec![vec![0.1, 0.2, 0.3], vec![1.0, 2.0, 3.0]]),
+            },
+        };
+        let mut bytes = Vec::new();
+        write_csv(&recording, &mut bytes, Path::new("x.csv")).unwrap();
+        let read = parse_csv(bytes.as_slice(), Path::new("x.csv"), Some(5000.0)).unwrap();
+        assert_eq!(read, recording);
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order() {
+        let read = parse("joint_torque_nm_1,joint_position_rad_1\n1,2\n3,4\n", Some(10.0)).unwrap();
+        assert_eq!(read.signals.torque_nm, [[1.0, 3.0]]);
+        assert_eq!(read.signals.position_rad, [[2.0, 4.0]]);
+        assert_eq!((read.side, read.signals.reference_rad), (Side::Joint, None));
+    }
+
+    #[test]
+    fn a_dropped_row_is_named_by_its_line() {
+        let rows: String = [0, 1, 2, 4, 5, 6].iter().map(|k| format!("0.{k},0,0\n")).collect();
+        let text = message(&format!("{HEADER}{rows}"), None);
+        assert!(text.contains("line 5") && text.contains("10.0"), "{text}");
+    }
+
+    #[test]
+    fn rounded_times_are_a_uniform_grid() {
+        let rows: String =
+            (0..1000).map(|k| format!("{:.4},0,0\n", f64::from(k) / 3000.0)).collect();
+        let read = parse(&format!("{HEADER}{rows}"), None).unwrap();
+        assert!(
+            (read.signals.sample_rate_hz - 3000.0).abs() < 0.5,
+            "{}",
+            read.signals.sample_rate_hz
+        );
+    }
+
+    #[test]
+    fn bad_tables_say_what_and_where() {
+        let cases = [
+            (format!("{HEADER}0,1,2\n0.1,NaN,2\n"), "line 3, column `joint_position_rad_1`: `NaN`"),
+            (format!("{HEADER}0,1,2\n0.1,1\n"), "line: 3"),
+            ("time_s,joint_position_deg_1\n".into(), "`joint_position_deg_1` is not known"),
+            ("joint_position_rad_9,time_s\n".into(), "`joint_position_rad_9` is not known"),
+            ("time_s,joint_position_rad_1\n".into(), "`joint_torque_nm_1` is missing"),
+            ("motor_position_rad_1,joint_torque_nm_1\n".into(), "mixes motor_ and joint_"),
+            (format!("{HEADER}0,1,2\n"), "fewer than two"),
+            (format!("{HEADER}0,1,2\n0,1,2\n"), "leaves the uniform grid"),
+        ];
+        for (text, expected) in cases {
+            let found = message(&text, None);
+            assert!(found.starts_with("x.csv: ") || found.contains(expected), "{found}");
+            assert!(found.contains(expected), "{found} should contain {expected}");
+        }
+        assert!(
+            message("joint_position_rad_1,joint_torque_nm_1\n1,2\n1,2\n", None)
+                .contains("--sample-rate")
+        );
+        assert!(message(&format!("{HEADER}0,1,2\n0.1,1,2\n"), Some(20.0)).contains("10.0"));
+    }
+}

@@ -1,0 +1,11 @@
+//! Files that other tools write and read: tables of measured signals.
+//!
+//! Contract: of the project it uses `didim-core` alone. Whatever the format, a [`Measurement`] comes out:
+//! signals on a uniform grid, with the side of the transmission they were measured on. Every error names
+//! the file and, where there is one, the line.
+
+mod csv;
+mod measurement;
+
+pub use csv::{CsvError, read_csv, write_csv};
+pub use measurement::{MAX_SAMPLES, Measurement, Side};

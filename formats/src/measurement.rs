@@ -1,0 +1,67 @@
+//! Measured signals of all axes, on one side of the transmission.
+
+use didim_core::identification::Signals;
+use didim_core::{JointSample, MAX_JOINTS};
+
+/// The longest record that is held in memory, from whatever file: 12 minutes at 5 kHz. With six
+/// axes and a reference it takes half a gigabyte, and some of it twice while it is filtered.
+pub const MAX_SAMPLES: usize = 3_600_000;
+
+/// Which side of the transmission a recording describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Motor angles and motor torques, as a drive reports them.
+    Motor,
+    /// Joint angles (or lengths) and joint torques (or forces).
+    Joint,
+}
+
+impl Side {
+    /// The prefix of this side's columns in a CSV file.
+    pub fn prefix(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Joint => "joint",
+        }
+    }
+}
+
+/// Signals on a uniform grid, and the side of the transmission they belong to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurement {
+    /// The side of the transmission.
+    pub side: Side,
+    /// The signals: one vector per axis, all of one length.
+    pub signals: Signals,
+}
+
+impl Measurement {
+    /// Motor-side signals of consecutive samples; a reference only when every sample has one.
+    pub fn from_samples(samples: &[JointSample], axes: usize, sample_rate_hz: f64) -> Self {
+        let column = |of: fn(&JointSample) -> &[f64; MAX_JOINTS]| -> Vec<Vec<f64>> {
+            (0..axes.min(MAX_JOINTS))
+                .map(|axis| samples.iter().map(|sample| of(sample)[axis]).collect())
+                .collect()
+        };
+        let has_reference = !samples.is_empty() && samples.iter().all(|s| s.has_reference);
+        Self {
+            side: Side::Motor,
+            signals: Signals {
+                sample_rate_hz,
+                position_rad: column(|s| &s.motor_position_rad),
+                torque_nm: column(|s| &s.motor_torque_nm),
+                reference_rad: has_reference.then(|| column(|s| &s.motor_reference_rad)),
+            },
+        }
+    }
+
+    /// Number of axes.
+    pub fn axes(&self) -> usize {
+        self.signals.position_rad.len()
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.signals.position_rad.first().map_or(0, Vec::len)
+    }
+}

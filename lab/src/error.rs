@@ -1,0 +1,104 @@
+//! What can be wrong with a study.
+
+use std::path::{Path, PathBuf};
+
+use didim::cell::CellError;
+
+/// Why a plan cannot be carried out. Every variant names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// A file cannot be read: check path and permissions.
+    #[error("{}: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not TOML, a key that is missing, unknown, or of the wrong type.
+    #[error("{}: {source}", file.display())]
+    Format {
+        /// The file.
+        file: PathBuf,
+        /// What the parser said, with line and key.
+        source: Box<toml::de::Error>,
+    },
+    /// A value that cannot be meant, or that does not fit the arm.
+    #[error("{}: `{key}`: {problem}", file.display())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// The key.
+        key: String,
+        /// What is wrong and what is allowed.
+        problem: String,
+    },
+    /// The cell that the plan names is wrong.
+    #[error("{}: `cell`: {source}", file.display())]
+    Cell {
+        /// The plan.
+        file: PathBuf,
+        /// What is wrong with the cell.
+        source: Box<CellError>,
+    },
+}
+
+impl PlanError {
+    pub(super) fn value(file: &Path, key: impl Into<String>, problem: impl ToString) -> Self {
+        Self::Value { file: file.to_path_buf(), key: key.into(), problem: problem.to_string() }
+    }
+}
+
+/// Why a study did not go on. What was run before is in its folder.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A file of the study cannot be read or written: check path, permissions and space.
+    #[error("{}: {source}; name a folder that can be written", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Another process writes to the same folder.
+    #[error("{}: another study writes to it; wait for its end, or choose another folder", file.display())]
+    Busy {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The folder holds the runs of something else.
+    #[error(
+        "{}: holds the runs of another study, {what} differs (there {there:?}, here {here:?}); choose \
+         another folder, or remove it",
+        file.display()
+    )]
+    OtherStudy {
+        /// The file.
+        file: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// What the file has.
+        there: String,
+        /// What was asked for.
+        here: String,
+    },
+    /// The file begins otherwise than the runs of a study do.
+    #[error("{}: its first line is not that of a study; choose another folder, or remove it", file.display())]
+    NotAStudy {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A line is not one of a study.
+    #[error("{}: line {line}: {problem}; remove that line, or the file", file.display())]
+    Line {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A record of the study could not be written as JSON.
+    #[error("a run could not be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}

@@ -1,0 +1,147 @@
+//! The runs on disk, a line of JSON each: what is there is not run again.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Grid, Run, StudyError};
+use didim::text::sha256;
+
+/// Version of the file's layout.
+const SCHEMA: u32 = 1;
+
+/// The first line: whose runs these are. Hashes are SHA-256.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Version of the layout.
+    pub schema: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Name of the study.
+    pub study: String,
+    /// Of the plan, but for its numbers of seeds: a study may be continued with more.
+    pub plan_sha256: String,
+    /// Of the cell's files.
+    pub cell_sha256: String,
+    /// Of the simulated arms and the controllers that are known.
+    pub scenario_sha256: String,
+}
+
+impl Header {
+    /// That of a grid.
+    pub fn of(grid: &Grid) -> Self {
+        Self {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            study: grid.plan.name.clone(),
+            plan_sha256: sha256(&[&grid.plan.identity()]),
+            cell_sha256: grid.cell_sha256.clone(),
+            scenario_sha256: grid.scenario_sha256.clone(),
+        }
+    }
+
+    /// What differs first, and how.
+    fn difference(&self, here: &Self) -> Option<(&'static str, String, String)> {
+        let (schema, own_schema) = (self.schema.to_string(), here.schema.to_string());
+        [
+            ("the layout", &schema, &own_schema),
+            ("the program's version", &self.version, &here.version),
+            ("the name", &self.study, &here.study),
+            ("the plan", &self.plan_sha256, &here.plan_sha256),
+            ("the cell", &self.cell_sha256, &here.cell_sha256),
+            ("what is simulated", &self.scenario_sha256, &here.scenario_sha256),
+        ]
+        .into_iter()
+        .find(|(_, there, here)| there != here)
+        .map(|(what, there, here)| (what, there.clone(), here.clone()))
+    }
+}
+
+/// `runs.jsonl` of a study's folder, open and locked.
+#[derive(Debug)]
+pub struct Store {
+    file: File,
+    path: PathBuf,
+}
+
+impl Store {
+    /// Opens the runs of a folder, which is made if it is not there, and gives those it has. A last
+    /// line that was not written to its end is taken off.
+    ///
+    /// # Errors
+    /// [`StudyError`]: the folder cannot be used, belongs to another study, or is damaged.
+    pub fn open(folder: &Path, header: &Header) -> Result<(Self, Vec<Run>), StudyError> {
+        let path = folder.join("runs.jsonl");
+        let failed = |source| StudyError::File { file: path.clone(), source };
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        let options = OpenOptions::new().read(true).append(true).create(true).to_owned();
+        let mut file = options.open(&path).map_err(failed)?;
+        file.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => StudyError::Busy { file: path.clone() },
+            TryLockError::Error(source) => failed(source),
+        })?;
+        let mut bytes = Vec::new();
+        file.seek(SeekFrom::Start(0)).map_err(failed)?;
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        // As bytes: what is torn may end within a character.
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let (lines, torn) = bytes.split_at(whole);
+        let mut store = Self { file, path };
+        if lines.is_empty() {
+            let first = line_of(header)?;
+            if !first.as_bytes().starts_with(torn) {
+                return Err(StudyError::NotAStudy { file: store.path });
+            }
+            store.cut(0)?;
+            store.append(header)?;
+            return Ok((store, Vec::new()));
+        }
+        let runs = read_lines(&store.path, lines, header)?;
+        // Not before it is known that the file is this study's.
+        store.cut(whole as u64)?;
+        Ok((store, runs))
+    }
+
+    /// Adds a run.
+    ///
+    /// # Errors
+    /// [`StudyError::File`].
+    pub fn add(&mut self, run: &Run) -> Result<(), StudyError> {
+        self.append(run)
+    }
+
+    /// Takes off what is after so many bytes.
+    fn cut(&mut self, length: u64) -> Result<(), StudyError> {
+        let cut = self.file.set_len(length);
+        cut.map_err(|source| StudyError::File { file: self.path.clone(), source })
+    }
+
+    fn append(&mut self, record: &impl Serialize) -> Result<(), StudyError> {
+        let written = self.file.write_all(line_of(record)?.as_bytes());
+        written.map_err(|source| StudyError::File { file: self.path.clone(), source })
+    }
+}
+
+fn line_of(record: &impl Serialize) -> Result<String, StudyError> {
+    Ok(serde_json::to_string(record)? + "\n")
+}
+
+/// The runs of whole lines, the header before them.
+fn read_lines(path: &Path, bytes: &[u8], header: &Header) -> Result<Vec<Run>, StudyError> {
+    let wrong = |line: usize, error: serde_json::Error| StudyError::Line {
+        file: path.to_path_buf(),
+        line,
+        problem: error.to_string(),
+    };
+    let mut lines = bytes.strip_suffix(b"\n").unwrap_or(bytes).split(|byte| *byte == b'\n');
+    let there: Header = serde_json::from_slice(lines.next().unwrap_or_default())
+        .map_err(|_| StudyError::NotAStudy { file: path.to_path_buf() })?;
+    if let Some((what, there, here)) = there.difference(header) {
+        return Err(StudyError::OtherStudy { file: path.to_path_buf(), what, there, here });
+    }
+    let run = |(line, text)| serde_json::from_slice(text).map_err(|error| wrong(line, error));
+    (2..).zip(lines).map(run).collect()
+}

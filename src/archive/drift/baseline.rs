@@ -1,0 +1,167 @@
+//! The baseline: a result that later ones are compared with, in `baseline.json` of the state folder.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, Timestamp};
+
+/// Version of the file's layout.
+pub const BASELINE_SCHEMA: u32 = 1;
+
+const NAME: &str = "baseline.json";
+/// The largest file that is read \[bytes\]: 1,000 parameters take a tenth of it.
+const MAX_FILE: u64 = 1 << 20;
+
+/// A result to compare with, whole: it may be older than any result that is kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Baseline {
+    /// [`BASELINE_SCHEMA`].
+    pub schema: u32,
+    /// When it was made the baseline.
+    pub set: Timestamp,
+    /// The result's line of the history.
+    pub result: HistoryLine,
+}
+
+/// Why a baseline cannot be had or made.
+#[derive(Debug, thiserror::Error)]
+pub enum BaselineError {
+    /// The file system refused. Check the rights on the folder, which is the service's user's.
+    #[error("cannot {action} {}: {cause}; do it as the user of the service", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
+    /// It cannot be read. Check the rights on it, or set the baseline anew.
+    #[error(
+        "cannot read {}: {cause}; check the rights on it, or set one with `didim baseline set`",
+        path.display()
+    )]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
+    /// The file is none of ours. Set the baseline anew.
+    #[error("{} is no baseline of this program: {problem}; set one with `didim baseline set`", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl Baseline {
+    /// Makes a result the baseline as of now.
+    pub fn of(result: HistoryLine) -> Self {
+        Self { schema: BASELINE_SCHEMA, set: Timestamp::now(), result }
+    }
+
+    /// That of a folder of results, if there is one.
+    ///
+    /// # Errors
+    /// [`BaselineError`].
+    pub fn read(folder: &Path) -> Result<Option<Self>, BaselineError> {
+        let path = folder.join(NAME);
+        let wrong = |problem: String| BaselineError::Format { path: path.clone(), problem };
+        match fs::metadata(&path) {
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Ok(data) if data.len() > MAX_FILE => return Err(wrong("it is too large".into())),
+            _ => {}
+        }
+        let content =
+            fs::read(&path).map_err(|cause| BaselineError::Read { path: path.clone(), cause })?;
+        let baseline: Self =
+            serde_json::from_slice(&content).map_err(|error| wrong(error.to_string()))?;
+        if baseline.schema != BASELINE_SCHEMA {
+            return Err(wrong(format!("its layout is version {}", baseline.schema)));
+        }
+        if baseline.result.schema != HISTORY_SCHEMA {
+            let problem = format!("the layout of its result is version {}", baseline.result.schema);
+            return Err(wrong(problem));
+        }
+        Ok(Some(baseline))
+    }
+
+    /// Makes it that of a folder: written and synced beside its place, then renamed.
+    ///
+    /// # Errors
+    /// [`BaselineError::Io`]; the one of before is untouched.
+    pub fn write(&self, folder: &Path) -> Result<(), BaselineError> {
+        let path = folder.join(NAME);
+        let at = |action, cause| BaselineError::Io { action, path: path.clone(), cause };
+        let mut json =
+            serde_json::to_vec_pretty(self).map_err(|error| at("write", error.into()))?;
+        json.push(b'\n');
+        let written = || -> io::Result<()> {
+            let mut file = tempfile::NamedTempFile::with_prefix_in(".baseline-", folder)?;
+            file.write_all(&json)?;
+            // As readable as the results are.
+            use std::os::unix::fs::PermissionsExt;
+            file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
+            file.as_file().sync_all()?;
+            file.persist(&path).map_err(|error| error.error)?;
+            File::open(folder)?.sync_all()
+        };
+        // The error's own text has the name of the temporary file, which helps nobody.
+        written().map_err(|cause| at("write", cause.kind().into()))
+    }
+
+    /// Removes that of a folder; false when there is none.
+    ///
+    /// # Errors
+    /// [`BaselineError::Io`].
+    pub fn remove(folder: &Path) -> Result<bool, BaselineError> {
+        let path = folder.join(NAME);
+        match fs::remove_file(&path) {
+            Ok(()) => Ok(true),
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(false),
+            Err(cause) => Err(BaselineError::Io { action: "remove", path, cause }),
+        }
+    }
+}
+
+/// Notices when the baseline of a folder is set or cleared by another process.
+#[derive(Debug)]
+pub struct BaselineWatch {
+    folder: PathBuf,
+    /// What tells one file from the next; nothing before the first look.
+    seen: Option<Option<(u64, i64, i64, u64)>>,
+}
+
+impl BaselineWatch {
+    /// Of a folder; the first look finds a change.
+    pub fn new(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), seen: None }
+    }
+
+    /// Lets the next look find a change.
+    pub fn forget(&mut self) {
+        self.seen = None;
+    }
+
+    /// The baseline, if it is another one, or none any more, since the last look.
+    ///
+    /// # Errors
+    /// [`BaselineError`], once per change.
+    pub fn look(&mut self) -> Option<Result<Option<Baseline>, BaselineError>> {
+        let now = fs::metadata(self.folder.join(NAME))
+            .ok()
+            .map(|data| (data.ino(), data.mtime(), data.mtime_nsec(), data.len()));
+        if self.seen == Some(now) {
+            return None;
+        }
+        self.seen = Some(now);
+        Some(Baseline::read(&self.folder))
+    }
+}

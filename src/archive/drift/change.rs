@@ -1,0 +1,58 @@
+//! The difference between a parameter and that of the baseline.
+
+use super::DriftOptions;
+use crate::archive::store::ParameterValue;
+
+/// How a parameter differs from its baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Change {
+    /// Its name.
+    pub parameter: String,
+    /// θ₀: the baseline's value, in SI units.
+    pub baseline: f64,
+    /// Δ = θ − θ₀.
+    pub difference: f64,
+    /// σ_Δ = √(σ² + σ₀²): two windows have no noise in common.
+    pub standard_deviation: f64,
+    /// Half of the band: the larger of both limits of [`DriftOptions`].
+    pub half_band: f64,
+}
+
+impl Change {
+    /// From the baseline's value to a later one.
+    pub fn new(then: &ParameterValue, now: &ParameterValue, options: &DriftOptions) -> Self {
+        let standard_deviation = now.standard_deviation.hypot(then.standard_deviation);
+        let (noise, matters) =
+            (options.standard_deviations * standard_deviation, options.relative * then.value.abs());
+        Self {
+            parameter: now.name.clone(),
+            baseline: then.value,
+            difference: now.value - then.value,
+            standard_deviation,
+            // Without a finite standard deviation nothing can be said: a maximum would pass over
+            // what is no number, and within an infinite band everything is well.
+            half_band: if noise.is_finite() { noise.max(matters) } else { f64::NAN },
+        }
+    }
+
+    /// Δ / σ_Δ.
+    pub fn deviations(&self) -> f64 {
+        self.difference / self.standard_deviation
+    }
+
+    /// θ/θ₀ − 1: positive where the parameter has grown, whatever its sign.
+    pub fn relative(&self) -> f64 {
+        // No negative zero.
+        self.difference / self.baseline + 0.0
+    }
+
+    /// Standard deviation of [`Self::relative`], to the first order.
+    pub fn relative_deviation(&self) -> f64 {
+        self.standard_deviation / self.baseline.abs()
+    }
+
+    /// |Δ| as a share of half of the band: more than 1 is outside.
+    pub fn band_share(&self) -> f64 {
+        self.difference.abs() / self.half_band
+    }
+}

@@ -1,0 +1,70 @@
+//! Which result becomes the baseline.
+
+use std::path::Path;
+
+use super::{Baseline, BaselineError};
+use crate::archive::store::{HistoryError, HistoryLine, read_history};
+
+/// Why a result does not become the baseline.
+#[derive(Debug, thiserror::Error)]
+pub enum ChooseError {
+    /// The history cannot be read.
+    #[error(transparent)]
+    History(#[from] HistoryError),
+    /// The baseline cannot be written.
+    #[error(transparent)]
+    Baseline(#[from] BaselineError),
+    /// None may be used. Wait for one that may, or look at the verdicts' reasons.
+    #[error("no result in the history is applicable; {known}")]
+    NoneApplicable {
+        /// What there is.
+        known: String,
+    },
+    /// That one may not be used. Choose another.
+    #[error(
+        "result {result} is not applicable, and what differs from it says nothing; choose another, \
+         `didim history` lists them"
+    )]
+    NotApplicable {
+        /// Its number.
+        result: u64,
+    },
+    /// There is no such result. Choose another.
+    #[error("result {result} is not in the history; {known}")]
+    Unknown {
+        /// The number that was asked for.
+        result: u64,
+        /// What there is.
+        known: String,
+    },
+}
+
+/// Makes a result of the folder's history its baseline: that of this number, or the last one that
+/// may be used.
+///
+/// # Errors
+/// [`ChooseError`]; the baseline of before stays.
+pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, ChooseError> {
+    let baseline = Baseline::of(choose(folder, result)?);
+    baseline.write(folder)?;
+    Ok(baseline)
+}
+
+fn choose(folder: &Path, number: Option<u64>) -> Result<HistoryLine, ChooseError> {
+    let (lines, _) = read_history(folder)?;
+    let known = match (lines.first(), lines.last()) {
+        (Some(first), Some(last)) => format!("it has results {} to {}", first.result, last.result),
+        _ => "it is empty".to_owned(),
+    };
+    // Numbers begin anew in an emptied folder: the last one of a number is meant.
+    let mut newest_first = lines.into_iter().rev();
+    let Some(result) = number else {
+        let applicable = newest_first.find(|line| line.applicable);
+        return applicable.ok_or(ChooseError::NoneApplicable { known });
+    };
+    match newest_first.find(|line| line.result == result) {
+        Some(line) if line.applicable => Ok(line),
+        Some(_) => Err(ChooseError::NotApplicable { result }),
+        None => Err(ChooseError::Unknown { result, known }),
+    }
+}

@@ -1,0 +1,113 @@
+//! The drift in the status.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Change, Trend};
+use crate::archive::store::Timestamp;
+
+/// How the parameters differ from the baseline.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriftStatus {
+    /// Number of the result that is the baseline.
+    pub baseline: u64,
+    /// When it was identified.
+    pub time: Timestamp,
+    /// Whether the last result was compared with it.
+    pub compared: bool,
+    /// Why it was not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why_not: Option<String>,
+    /// Whether the configuration is another than the baseline's, in what does not forbid comparing.
+    #[serde(default)]
+    pub reconfigured: bool,
+    /// The parameters of the last result, if it was compared.
+    #[serde(default)]
+    pub parameters: Vec<ParameterDrift>,
+    /// The alarms that are raised.
+    pub alarms: Vec<AlarmStatus>,
+}
+
+/// One parameter of the last result beside the baseline. What is no number is null.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterDrift {
+    /// Its name.
+    pub parameter: String,
+    /// θ/θ₀ − 1.
+    pub relative_change: Option<f64>,
+    /// Δ / σ_Δ.
+    pub deviation_sigma: Option<f64>,
+    /// |Δ| as a share of half of the band; more than 1 is outside.
+    pub band_share: Option<f64>,
+}
+
+/// An alarm that is raised. What is no number is null.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AlarmStatus {
+    /// The parameter.
+    pub parameter: String,
+    /// θ/θ₀ − 1.
+    pub relative_change: Option<f64>,
+    /// Δ / σ_Δ.
+    pub deviation_sigma: Option<f64>,
+    /// Slope of the trend as a share of θ₀ per day; nothing for results of fewer than three
+    /// days.
+    pub slope_per_day: Option<f64>,
+    /// Its standard deviation.
+    pub slope_sd: Option<f64>,
+    /// The first of the results that raised it.
+    pub since: Timestamp,
+    /// The same for people.
+    pub text: String,
+}
+
+/// Alarms that are reasons of their own; the others are counted.
+const REASONS: usize = 5;
+
+impl DriftStatus {
+    /// Why all is not well, a line per alarm as long as they are few.
+    pub fn reasons(&self) -> Vec<String> {
+        let alarms = self.alarms.iter().take(REASONS).map(|alarm| alarm.text.clone());
+        let more = self.alarms.len().saturating_sub(REASONS);
+        let more = match more {
+            0 => None,
+            1 => Some("1 more parameter has left its band".to_owned()),
+            _ => Some(format!("{more} more parameters have left their bands")),
+        };
+        alarms.chain(more).collect()
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+impl ParameterDrift {
+    pub(super) fn of(change: &Change) -> Self {
+        Self {
+            parameter: change.parameter.clone(),
+            relative_change: finite(change.relative()),
+            deviation_sigma: finite(change.deviations()),
+            band_share: finite(change.band_share()),
+        }
+    }
+}
+
+impl AlarmStatus {
+    pub(super) fn new(
+        change: &Change,
+        trend: Option<&Trend>,
+        since: Timestamp,
+        text: String,
+    ) -> Self {
+        let scale = change.baseline;
+        Self {
+            parameter: change.parameter.clone(),
+            relative_change: finite(change.relative()),
+            deviation_sigma: finite(change.deviations()),
+            slope_per_day: trend.and_then(|trend| finite(trend.slope / scale)),
+            slope_sd: trend.and_then(|trend| finite(trend.slope_deviation / scale.abs())),
+            since,
+            text,
+        }
+    }
+}

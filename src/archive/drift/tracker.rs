@@ -1,0 +1,151 @@
+//! Follows the history from a baseline on.
+
+use super::{
+    Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
+    ParameterDrift, Trend, comparable, days::Days, sentence,
+};
+use crate::archive::store::{HistoryLine, Timestamp};
+
+/// A baseline, and what the results after it say.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    baseline: Baseline,
+    options: DriftOptions,
+    /// One per parameter of the baseline.
+    alarms: Vec<Alarm>,
+    /// The baseline and those that were compared, the last `trend_results` days.
+    days: Days,
+    /// The last one that was compared.
+    last_compared: Option<Comparison>,
+    last: Option<Result<Comparison, NotComparable>>,
+}
+
+/// A result beside the baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// Its number.
+    pub result: u64,
+    /// The parameters, in the model's order.
+    pub changes: Vec<Change>,
+    /// Whether its configuration is another than the baseline's, in what does not forbid comparing.
+    pub reconfigured: bool,
+}
+
+impl Tracker {
+    /// With nothing compared yet.
+    pub fn new(baseline: Baseline, options: DriftOptions) -> Self {
+        let alarms = vec![Alarm::default(); baseline.result.parameters.len()];
+        let days = Days::new(&baseline.result, options.trend_results);
+        Self { baseline, options, alarms, days, last_compared: None, last: None }
+    }
+
+    /// The baseline.
+    pub fn baseline(&self) -> &Baseline {
+        &self.baseline
+    }
+
+    /// Whether a result came after the baseline: those before say nothing of what became of it.
+    pub fn follows(&self, line: &HistoryLine) -> bool {
+        let baseline = &self.baseline.result;
+        // Numbers begin anew in an emptied folder.
+        let later = line.result > baseline.result || line.time > baseline.time;
+        later && (line.result, line.time) != (baseline.result, baseline.time)
+    }
+
+    /// Takes the next line of the history and gives the alarms that changed.
+    pub fn handle_line(&mut self, line: &HistoryLine) -> Vec<(String, AlarmEvent)> {
+        if !self.follows(line) {
+            return Vec::new();
+        }
+        let compared = self.compare(line);
+        let events = match &compared {
+            Ok(comparison) => {
+                let judged = comparison.changes.iter().zip(&mut self.alarms);
+                let results = self.options.results;
+                judged
+                    .filter_map(|(change, alarm)| {
+                        let event = alarm.handle_change(change, line.time, results)?;
+                        Some((change.parameter.clone(), event))
+                    })
+                    .collect()
+            }
+            Err(_) => Vec::new(),
+        };
+        if let Ok(comparison) = &compared {
+            self.days.add(line);
+            self.last_compared = Some(comparison.clone());
+        }
+        self.last = Some(compared);
+        events
+    }
+
+    /// Compares one result with the baseline, whatever came before.
+    ///
+    /// # Errors
+    /// [`NotComparable`].
+    pub fn compare(&self, line: &HistoryLine) -> Result<Comparison, NotComparable> {
+        let baseline = &self.baseline.result;
+        comparable(baseline, line)?;
+        let both = baseline.parameters.iter();
+        let both = both.filter_map(|then| Some((then, line.parameter(&then.name)?)));
+        Ok(Comparison {
+            result: line.result,
+            changes: both.map(|(then, now)| Change::new(then, now, &self.options)).collect(),
+            reconfigured: line.configuration != baseline.configuration,
+        })
+    }
+
+    /// The line through the last days with results that were compared, the baseline among them: in SI
+    /// units over days since the baseline. Nothing for fewer than three days: how friction falls while
+    /// an arm warms up says nothing of how it changes from day to day.
+    pub fn trend(&self, parameter: &str) -> Option<Trend> {
+        self.days.trend(parameter)
+    }
+
+    /// The alarms that are raised: parameter and since when it is outside.
+    pub fn alarms(&self) -> impl Iterator<Item = (&str, Timestamp)> {
+        let named = self.baseline.result.parameters.iter().zip(&self.alarms);
+        named.filter_map(|(parameter, alarm)| Some((parameter.name.as_str(), alarm.since()?)))
+    }
+
+    /// The change of a parameter in the last result that was compared.
+    pub fn last_change(&self, parameter: &str) -> Option<Change> {
+        let changes = &self.last_compared.as_ref()?.changes;
+        changes.iter().find(|change| change.parameter == parameter).cloned()
+    }
+
+    /// A sentence for people on a parameter of the last result that was compared.
+    pub fn sentence(&self, parameter: &str) -> Option<String> {
+        let change = self.last_change(parameter)?;
+        let since = self.alarms().find(|(name, _)| *name == parameter).map(|(_, since)| since);
+        Some(sentence(&change, self.baseline.result.time, self.trend(parameter).as_ref(), since))
+    }
+
+    /// What the status tells.
+    pub fn status(&self) -> DriftStatus {
+        let baseline = &self.baseline.result;
+        let changes = match &self.last {
+            Some(Ok(comparison)) => comparison.changes.iter().map(ParameterDrift::of).collect(),
+            _ => Vec::new(),
+        };
+        let alarms = self.alarms().filter_map(|(name, since)| {
+            let change = self.last_change(name)?;
+            let text = self.sentence(name)?;
+            Some(AlarmStatus::new(&change, self.trend(name).as_ref(), since, text))
+        });
+        DriftStatus {
+            baseline: baseline.result,
+            time: baseline.time,
+            compared: matches!(self.last, Some(Ok(_))),
+            why_not: match &self.last {
+                None => Some("no result has come since the baseline was set".to_owned()),
+                Some(Err(why)) if why.is_lasting() => Some(format!("{why}; set a new baseline")),
+                Some(Err(why)) => Some(why.to_string()),
+                Some(Ok(_)) => None,
+            },
+            reconfigured: matches!(&self.last, Some(Ok(comparison)) if comparison.reconfigured),
+            parameters: changes,
+            alarms: alarms.collect(),
+        }
+    }
+}

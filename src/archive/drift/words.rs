@@ -1,0 +1,80 @@
+//! Drift in words.
+
+use super::{Change, Trend};
+use crate::archive::store::Timestamp;
+use crate::text::significant;
+
+/// A trend is followed into the future for so many times the past that it is of.
+pub const FORECAST_SPANS: f64 = 3.0;
+/// A slope of less than this many of its standard deviations is none.
+const REAL_SLOPE: f64 = 3.0;
+
+/// `fc3 has grown by 12.3 % ± 0.4 % since the baseline of 2026-11-22, +0.41 ± 0.02 %/day, left its
+/// band on 2026-12-20`. A parameter whose baseline could be zero is told in its unit.
+pub fn sentence(
+    change: &Change,
+    baseline: Timestamp,
+    trend: Option<&Trend>,
+    outside_since: Option<Timestamp>,
+) -> String {
+    let relative = change.baseline.abs() > 2.0 * change.standard_deviation;
+    let (scale, unit) = if relative { (100.0 / change.baseline, " %") } else { (1.0, "") };
+    let (by, deviation) = (change.difference * scale, change.standard_deviation * scale.abs());
+    let verb = match (relative, by >= 0.0) {
+        (true, true) => "has grown by",
+        (true, false) => "has shrunk by",
+        (false, true) => "has risen by",
+        (false, false) => "has fallen by",
+    };
+    let mut text = format!(
+        "{} {verb} {}{unit} ± {}{unit} since the baseline{}",
+        change.parameter,
+        to_the_digit_of(by.abs(), deviation),
+        significant(deviation, 1),
+        if baseline.is_set() { format!(" of {}", baseline.date()) } else { String::new() }
+    );
+    if let Some(trend) = trend {
+        let (slope, deviation) = (trend.slope * scale, trend.slope_deviation * scale.abs());
+        let sign = if slope < 0.0 { '−' } else { '+' };
+        let per = if relative { " %/day" } else { "/day" };
+        let slope = to_the_digit_of(slope.abs(), deviation);
+        text += &format!(", {sign}{slope} ± {}{per}", significant(deviation, 1));
+    }
+    if let Some(since) = outside_since {
+        text += ", left its band ";
+        text += &match since.is_set() {
+            true => format!("on {}", since.date()),
+            false => "while the clock was not set".to_owned(),
+        };
+    } else if let Some(day) = trend.and_then(|trend| forecast(change, baseline, trend)) {
+        text += &format!(", leaves its band on {} at this rate", day.date());
+    }
+    text
+}
+
+/// When the line of the trend leaves the band, if its slope is real and that is not further away
+/// than the trend allows to look. Times of the trend are days since the baseline.
+pub fn forecast(change: &Change, baseline: Timestamp, trend: &Trend) -> Option<Timestamp> {
+    if trend.slope.abs() < REAL_SLOPE * trend.slope_deviation || change.band_share() > 1.0 {
+        return None;
+    }
+    let edge = change.baseline + change.half_band * trend.slope.signum();
+    let leaves = trend.mean_time + (edge - trend.at_mean) / trend.slope;
+    let (first, last) = trend.span;
+    let reach = last + FORECAST_SPANS * (last - first);
+    (leaves.is_finite() && leaves > last && leaves <= reach).then(|| baseline.plus_days(leaves))?
+}
+
+/// A number to the decimal place of the first digit of its standard deviation.
+fn to_the_digit_of(value: f64, deviation: f64) -> String {
+    if !(deviation > 0.0 && deviation.is_finite() && value.is_finite()) {
+        return significant(value, 3);
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 to 12 decimal places"
+    )]
+    let decimals = (-deviation.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$}")
+}

@@ -1,0 +1,83 @@
+//! One line of the history.
+
+use didim_core::identification::Estimate;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::super::Timestamp;
+use crate::window::Note;
+
+/// Version of a line's layout: it changes when a key changes its meaning or goes away.
+pub const HISTORY_SCHEMA: u32 = 1;
+
+/// A parameter as the history and the status have it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterValue {
+    /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
+    pub name: String,
+    /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter. What is no number is null
+    /// in JSON.
+    #[serde(deserialize_with = "number")]
+    pub value: f64,
+    /// Standard deviation in the unit of the value, corrected for the colour of the residuals.
+    #[serde(deserialize_with = "number")]
+    pub standard_deviation: f64,
+}
+
+/// JSON has no NaN and no infinity: they are written as null.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+impl ParameterValue {
+    /// The parameters of an estimate, in the model's order.
+    pub fn of(estimate: &Estimate) -> Vec<Self> {
+        let one = |p: &didim_core::identification::ParameterEstimate| Self {
+            name: p.name.clone(),
+            value: p.value,
+            standard_deviation: p.standard_deviation,
+        };
+        estimate.parameters.iter().map(one).collect()
+    }
+}
+
+/// One result in the history. Keys of a later version are passed over.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HistoryLine {
+    /// [`HISTORY_SCHEMA`].
+    pub schema: u32,
+    /// When it was stored.
+    pub time: Timestamp,
+    /// Number of the result: that of its file.
+    pub result: u64,
+    /// Name of the robot.
+    pub robot: String,
+    /// Hash of the configuration.
+    pub configuration: String,
+    /// Hash of how the base parameters are made up: the same name stands for the same sum only
+    /// where this is the same. Empty where it is not known.
+    #[serde(default)]
+    pub regrouping: String,
+    /// Method.
+    pub method: String,
+    /// Whether the result may be used.
+    pub applicable: bool,
+    /// ‖y − Xθ‖ / ‖y‖; nothing when it is not a number.
+    pub relative_error: Option<f64>,
+    /// What was noted with its window.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<Note>,
+    /// The parameters, in the model's order.
+    pub parameters: Vec<ParameterValue>,
+}
+
+impl HistoryLine {
+    /// A parameter by its name.
+    pub fn parameter(&self, name: &str) -> Option<&ParameterValue> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// The payload that was noted \[kg\].
+    pub fn payload_kg(&self) -> Option<f64> {
+        self.note.as_ref()?.payload_kg
+    }
+}

@@ -1,0 +1,84 @@
+//! One result with everything needed to make it again.
+
+use didim_core::identification::Estimate;
+use serde::Serialize;
+
+use super::input_sha256;
+use crate::window::{Window, WindowEnd};
+
+/// The content of a result file. It holds no date and no run time: the same input gives the same
+/// bytes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResultRecord<'a> {
+    /// Version of this record's layout.
+    pub schema: u32,
+    /// Version of the program.
+    pub version: &'a str,
+    /// Name of the cell.
+    pub cell: &'a str,
+    /// Hash of the cell's and the robot's files as they were read.
+    pub configuration: &'a str,
+    /// Hash of the window's samples; see [`input_sha256`].
+    pub input_sha256: String,
+    /// What it was identified from.
+    pub window: WindowProvenance,
+    /// The result.
+    pub estimate: &'a Estimate,
+}
+
+/// Which samples an estimate comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WindowProvenance {
+    /// Number of the window since the stream began.
+    pub number: u64,
+    /// Sequence number of its first sample.
+    pub first_sequence: u64,
+    /// Sequence number of its last sample.
+    pub last_sequence: u64,
+    /// Sequence number of the first sample that counts.
+    pub first_counted: u64,
+    /// Samples that count.
+    pub counted: usize,
+    /// Sample rate \[Hz\].
+    pub sample_rate_hz: f64,
+    /// What ended the window.
+    pub end: WindowEnd,
+}
+
+impl WindowProvenance {
+    /// That of a window.
+    pub fn of(window: &Window) -> Self {
+        Self {
+            number: window.number,
+            first_sequence: window.first_sequence(),
+            last_sequence: window.last_sequence(),
+            first_counted: window
+                .samples
+                .get(window.counted.start)
+                .map_or(0, |sample| sample.sequence),
+            counted: window.counted.len(),
+            sample_rate_hz: window.sample_rate_hz,
+            end: window.end,
+        }
+    }
+}
+
+impl<'a> ResultRecord<'a> {
+    /// The record of an estimate.
+    pub fn new(
+        cell: &'a str,
+        configuration: &'a str,
+        window: &Window,
+        estimate: &'a Estimate,
+    ) -> Self {
+        Self {
+            schema: 1,
+            version: env!("CARGO_PKG_VERSION"),
+            cell,
+            configuration,
+            input_sha256: input_sha256(window),
+            window: WindowProvenance::of(window),
+            estimate,
+        }
+    }
+}

@@ -1,0 +1,256 @@
+use didim_core::JointSample;
+use didim_core::identification::{Estimate, SingularValues, Verdict};
+
+use super::*;
+use crate::window::{Window, WindowEnd};
+
+fn estimate(value: f64) -> Estimate {
+    Estimate {
+        schema: 1,
+        method: "idim-ls".into(),
+        robot: "pendulum".into(),
+        samples: 3,
+        rows: 3,
+        condition_number: value,
+        unweighted_condition_number: value,
+        singular_values: SingularValues { max: value, min: 1.0 },
+        relative_error: 0.1,
+        relative_error_per_joint: vec![0.1],
+        rms_error_per_joint_nm: vec![f64::NAN],
+        durbin_watson_per_joint: vec![2.0],
+        verdict: Verdict { applicable: true, ..Verdict::default() },
+        ..Estimate::default()
+    }
+}
+
+fn window() -> Window {
+    Window {
+        number: 4,
+        sample_rate_hz: 1000.0,
+        samples: (10..16).map(|sequence| JointSample::zero(sequence, 0)).collect(),
+        counted: 1..5,
+        end: WindowEnd::Rest,
+        note: None,
+    }
+}
+
+fn write(store: &mut Store, value: f64) -> Stored {
+    let (window, estimate) = (window(), estimate(value));
+    store.write(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None).unwrap()
+}
+
+const CONFIGURATIONS: [&str; 2] = [
+    "1111111111111111111111111111111111111111111111111111111111111111",
+    "2222222222222222222222222222222222222222222222222222222222222222",
+];
+
+fn texts() -> ConfigurationTexts {
+    let layout = vec![("bus.dbc".into(), "c".into())];
+    ConfigurationTexts { cell: "a".into(), robot: "b".into(), layout }
+}
+
+/// As a worker does with each result.
+fn write_with(store: &mut Store, configuration: &str) {
+    let (window, estimate) = (window(), estimate(1.0));
+    store.keep_configuration(configuration, &texts()).unwrap();
+    store.write(&ResultRecord::new("cell", configuration, &window, &estimate), None).unwrap();
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_result_says_where_it_comes_from_and_is_the_latest() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(&folder.path().join("a/b"), 10).unwrap();
+    let stored = write(&mut store, 7.0);
+    assert_eq!(names(&folder.path().join("a/b")), ["latest.json", "result-00000000.json"]);
+    let json: serde_json::Value = serde_json::from_slice(&stored.json).unwrap();
+    assert_eq!(json["window"]["first_sequence"], 10);
+    assert_eq!(json["window"]["last_sequence"], 15);
+    assert_eq!(json["window"]["first_counted"], 11);
+    assert_eq!(json["window"]["counted"], 4);
+    assert_eq!(json["window"]["end"], "rest");
+    assert_eq!(json["configuration"], "c0ffee");
+    assert_eq!(json["estimate"]["condition_number"], 7.0);
+    assert_eq!(json["estimate"]["rms_error_per_joint_nm"][0], serde_json::Value::Null);
+    assert_eq!(fs::read(&stored.path).unwrap(), stored.json);
+    assert_eq!(fs::read(folder.path().join("a/b/latest.json")).unwrap(), stored.json);
+}
+
+#[test]
+fn the_same_result_gives_the_same_bytes() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let first = write(&mut Store::open(one.path(), 3).unwrap(), 1.0 / 3.0);
+    let second = write(&mut Store::open(two.path(), 9).unwrap(), 1.0 / 3.0);
+    assert_eq!(first.json, second.json);
+    assert_eq!(first.path.file_name(), second.path.file_name());
+}
+
+#[test]
+fn the_oldest_give_way_and_numbers_go_on_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    for value in 0..5 {
+        write(&mut store, f64::from(value));
+    }
+    drop(store);
+    fs::write(folder.path().join("notes.txt"), "not ours").unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    write(&mut store, 5.0);
+    assert_eq!(
+        names(folder.path()),
+        [
+            "latest.json",
+            "notes.txt",
+            "result-00000003.json",
+            "result-00000004.json",
+            "result-00000005.json"
+        ]
+    );
+    let latest = fs::read_to_string(folder.path().join("latest.json")).unwrap();
+    assert!(latest.contains("\"condition_number\": 5.0"));
+}
+
+#[test]
+fn what_a_dying_process_left_is_removed_and_never_read() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join(TEMPORARY), "{\"half").unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+    write(&mut store, 1.0);
+    assert!(!names(folder.path()).contains(&TEMPORARY.to_owned()));
+}
+
+#[test]
+fn a_failed_write_leaves_the_old_result_and_the_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 3).unwrap();
+    let before = write(&mut store, 1.0);
+    // A folder where the temporary file should be: the write fails, for root as well.
+    fs::create_dir(folder.path().join(TEMPORARY)).unwrap();
+    let (window, next) = (window(), estimate(2.0));
+    let failed = store.write(&ResultRecord::new("cell", "c0ffee", &window, &next), None);
+    assert!(matches!(failed, Err(StoreError::Io { action: "create", .. })), "{failed:?}");
+    assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
+    fs::remove_dir(folder.path().join(TEMPORARY)).unwrap();
+    let after = write(&mut store, 2.0);
+    assert!(after.path.ends_with("result-00000001.json"));
+}
+
+#[test]
+fn names_that_are_not_ours_neither_count_nor_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let foreign = ["result-+5.json", "result-42.json", "result-18446744073709551615.json"];
+    for name in foreign {
+        fs::write(folder.path().join(name), "not ours").unwrap();
+    }
+    let mut store = Store::open(folder.path(), 1).unwrap();
+    for value in 0..3 {
+        let stored = write(&mut store, f64::from(value));
+        assert!(stored.path.ends_with(format!("result-0000000{value}.json")));
+    }
+    let mut expected = vec!["latest.json", "result-00000002.json"];
+    expected.extend(foreign);
+    expected.sort_unstable();
+    assert_eq!(names(folder.path()), expected);
+}
+
+#[test]
+fn a_result_is_stored_even_if_its_copy_and_the_oldest_are_in_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    // Folders where files should be: neither replaced nor removed, for root as well.
+    fs::create_dir(folder.path().join(LATEST)).unwrap();
+    fs::create_dir(folder.path().join("result-00000000.json")).unwrap();
+    let mut store = Store::open(folder.path(), 1).unwrap();
+    for index in 1..3 {
+        let stored = write(&mut store, 1.0);
+        assert!(stored.path.ends_with(format!("result-0000000{index}.json")), "{stored:?}");
+        assert_eq!(fs::read(&stored.path).unwrap(), stored.json);
+    }
+}
+
+#[test]
+fn a_folder_has_one_writer() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = Store::open(folder.path(), 3).unwrap();
+    let second = Store::open(folder.path(), 3).unwrap_err();
+    assert!(matches!(second, StoreError::InUse { .. }), "{second}");
+    assert!(second.to_string().contains("another process"), "{second}");
+    drop(first);
+    Store::open(folder.path(), 3).unwrap();
+}
+
+#[test]
+fn a_report_has_the_number_of_its_result_and_goes_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 2).unwrap();
+    // The report of the second is in the way of itself: the result is stored all the same.
+    fs::create_dir(folder.path().join("result-00000001.html")).unwrap();
+    let (window, estimate) = (window(), estimate(1.0));
+    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    for text in ["first", "second", "third"] {
+        store.write(&record, Some(text)).unwrap();
+    }
+    assert_eq!(
+        names(folder.path()),
+        [
+            "latest.json",
+            "result-00000001.html",
+            "result-00000001.json",
+            "result-00000002.html",
+            "result-00000002.json"
+        ]
+    );
+    let report = fs::read_to_string(folder.path().join("result-00000002.html")).unwrap();
+    assert_eq!(report, "third");
+}
+
+#[test]
+fn a_configuration_is_kept_once_and_goes_with_its_last_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = folder.path().join("configurations");
+    // What a dying process left.
+    fs::create_dir_all(kept.join(".writing.tmp/x")).unwrap();
+    let mut store = Store::open(folder.path(), 2).unwrap();
+    assert_eq!(names(&kept), Vec::<String>::new());
+    let [one, two] = CONFIGURATIONS;
+    fs::create_dir(kept.join("not-ours")).unwrap();
+    write_with(&mut store, one);
+    write_with(&mut store, one);
+    let file = |name: &str| fs::read_to_string(kept.join(one).join(name)).unwrap();
+    assert_eq!([file("cell.toml"), file("robot.toml"), file("bus.dbc")], ["a", "b", "c"]);
+    assert_eq!(names(&kept), [one, "not-ours"]);
+    write_with(&mut store, two);
+    assert_eq!(names(&kept), [one, two, "not-ours"], "a result of the first is still there");
+    write_with(&mut store, two);
+    assert_eq!(names(&kept), [two, "not-ours"]);
+}
+
+#[test]
+fn no_configuration_goes_when_a_result_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 2).unwrap();
+    let [one, two] = CONFIGURATIONS;
+    write_with(&mut store, one);
+    write_with(&mut store, one);
+    fs::write(folder.path().join("result-00000001.json"), "{").unwrap();
+    write_with(&mut store, two);
+    assert_eq!(names(&folder.path().join("configurations")), [one, two]);
+}
+
+#[test]
+fn a_name_that_is_no_hash_is_never_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path(), 2).unwrap();
+    for name in ["c0ffee", "../../etc", ""] {
+        store.keep_configuration(name, &texts()).unwrap();
+    }
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+}

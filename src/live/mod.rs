@@ -1,0 +1,7 @@
+//! What runs while the arm moves: the bus thread, shared memory, the worker, and the recorder.
+
+pub mod acquire;
+pub mod latency;
+pub mod recording;
+pub mod stream;
+pub mod worker;

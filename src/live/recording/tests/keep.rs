@@ -1,0 +1,292 @@
+//! What is kept of a ring.
+
+use super::*;
+use crate::live::recording::keeper::Request;
+use crate::live::recording::keeping::Keeping;
+use crate::window::WindowEnd;
+
+/// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
+/// frames, and a keeper for it.
+struct Recorded {
+    folder: tempfile::TempDir,
+    options: RecordingOptions,
+}
+
+impl Recorded {
+    fn of(run: core::ops::Range<u64>) -> Self {
+        Self::new(core::slice::from_ref(&run))
+    }
+
+    fn new(runs: &[core::ops::Range<u64>]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for run in runs {
+            let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
+            let options = RecorderOptions::new(&recording, folder.path(), "cell", "c0ffee");
+            let (recorder, mut tap) =
+                Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+            let shared = recorder.shared().clone();
+            for n in run.clone() {
+                let stamp_ns = (n - run.start) * 200_000;
+                tap.take(&[frame(n).at(stamp_ns)], 0);
+            }
+            let length = run.end - run.start;
+            eventually("all is recorded", || shared.snapshot().frames_recorded == length);
+            let status = end(recorder, tap);
+            assert_eq!(status.frames_unrecorded, 0);
+        }
+        let options =
+            RecordingOptions { before_s: 0.1, after_s: 0.05, ..RecordingOptions::default() };
+        Self { folder, options }
+    }
+
+    fn keep(&self, requests: impl FnOnce(&Keeper)) -> KeptStatus {
+        let folder = self.folder.path().to_owned();
+        let options = KeeperOptions { folder, recordings: self.options.clone() };
+        let (keeper, thread) = Keeper::start(&options).unwrap();
+        requests(&keeper);
+        thread.finish();
+        keeper.shared().snapshot()
+    }
+
+    fn kept(&self) -> Vec<PathBuf> {
+        files(&self.folder.path().join("kept"))
+    }
+
+    fn names(&self) -> Vec<String> {
+        let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
+        self.kept().iter().map(name).collect()
+    }
+}
+
+/// A window of a thousand samples from a stamp on.
+fn window(first_stamp_ns: u64) -> RecordedWindow {
+    RecordedWindow {
+        number: 7,
+        first_sequence: 1234,
+        first_stamp_ns,
+        last_stamp_ns: first_stamp_ns + 999 * 200_000,
+        samples: 1000,
+        end: WindowEnd::Command,
+        configuration: None,
+    }
+}
+
+#[test]
+fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
+    let recorded = Recorded::of(0..20_000);
+    let window = window(2_000_000_000);
+    let status = recorded.keep(|keeper| keeper.keep_result(12, &window));
+    assert_eq!((status.kept, status.failed, status.files), (1, 0, 1), "{status:?}");
+    assert_eq!(recorded.names(), ["result-00000012.mcap"]);
+    let kept = &recorded.kept()[0];
+    assert_eq!(status.bytes, kept.metadata().unwrap().len());
+    let configuration = Some("c0ffee".to_owned());
+    let expected = RecordedWindow { configuration, ..window };
+    assert_eq!(RecordedWindow::of_file(kept).unwrap(), Some(expected));
+    // 0.1 s before 2 s, 0.05 s after 2.1998 s, at 5 kHz.
+    assert!(read(kept, false).into_iter().eq(9_500..=11_249));
+}
+
+#[test]
+fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
+    let recorded = Recorded::of(0..20_000);
+    let configuration = Some("cafe".to_owned());
+    let window = RecordedWindow { configuration, ..window(2_000_000_000) };
+    recorded.keep(|keeper| keeper.keep_result(0, &window));
+    assert_eq!(RecordedWindow::of_file(&recorded.kept()[0]).unwrap(), Some(window));
+}
+
+#[test]
+fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
+    let recorded = Recorded::of(0..20_000);
+    // The ring ends at 3.9998 s.
+    let status = recorded.keep(|keeper| keeper.keep_fault("restarted", 4_900_000_000));
+    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
+    assert!(read(&recorded.kept()[0], false).into_iter().eq(0..20_000));
+    let status = recorded.keep(|keeper| keeper.keep_fault("restarted", 5_100_000_000));
+    assert_eq!((status.kept, status.failed), (0, 1), "more than that was not recorded at all");
+}
+
+#[test]
+fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
+    let recorded = Recorded::of(0..100);
+    let mut keeping = Keeping {
+        ring: recorded.folder.path().join("ring"),
+        kept: recorded.folder.path().join("kept"),
+        options: recorded.options.clone(),
+        shared: SharedKept::default(),
+        waiting: Vec::new(),
+        capture: None,
+    };
+    let (answer, answered) = std::sync::mpsc::sync_channel(1);
+    keeping.take(Request::Start { name: "one".into(), answer: answer.clone() });
+    assert_eq!(answered.recv().unwrap(), Ok(()));
+    assert_eq!(keeping.shared.snapshot().capture.as_deref(), Some("one"));
+    keeping.take(Request::Stop { answer: answer.clone() });
+    drop(answered);
+    keeping.take(Request::Start { name: "two".into(), answer });
+    assert!(keeping.capture.is_none());
+    assert_eq!(keeping.shared.snapshot().capture, None);
+}
+
+#[test]
+fn of_two_runs_the_later_one_that_has_it_counts() {
+    let recorded = Recorded::new(&[0..20_000, 100_000..105_000]);
+    let both = recorded.keep(|keeper| {
+        keeper.keep_result(0, &window(500_000_000));
+        keeper.keep_result(1, &window(3_000_000_000));
+    });
+    assert_eq!((both.kept, both.failed), (2, 0), "{both:?}");
+    let kept = recorded.kept();
+    assert!(read(&kept[0], false).into_iter().eq(102_000..=103_749), "in both: the later");
+    assert!(read(&kept[1], false).into_iter().eq(14_500..=16_249), "only in the earlier");
+}
+
+#[test]
+fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
+    let recorded = Recorded::of(0..5_000);
+    let status = recorded.keep(|keeper| keeper.keep_result(3, &window(900_000_000)));
+    assert_eq!((status.kept, status.failed, status.files), (0, 1, 0));
+    let why = status.last_failure.unwrap();
+    assert!(why.starts_with("result 3: the ring does not hold it"), "{why}");
+    assert_eq!(recorded.names(), [""; 0]);
+    // A ring that is not there at all.
+    fs::remove_dir_all(recorded.folder.path().join("ring")).unwrap();
+    let status = recorded.keep(|keeper| keeper.keep_result(3, &window(0)));
+    assert_eq!((status.kept, status.failed), (0, 1));
+}
+
+#[test]
+fn faults_are_numbered_named_and_not_more_often_than_asked() {
+    let mut recorded = Recorded::of(0..20_000);
+    recorded.options.fault_before_s = 1.0;
+    for (n, cause) in ["sample-gap", "queue-drops"].into_iter().enumerate() {
+        let status = recorded.keep(|keeper| {
+            keeper.keep_fault(cause, 3_000_000_000);
+            keeper.keep_fault("silence", 3_100_000_000);
+        });
+        assert_eq!((status.kept, status.failed, status.faults_passed_over), (1, 0, 1));
+        assert_eq!(status.files, n + 1);
+    }
+    assert_eq!(
+        recorded.names(),
+        ["fault-00000000-sample-gap.mcap", "fault-00000001-queue-drops.mcap"]
+    );
+    assert!(read(&recorded.kept()[0], false).into_iter().eq(10_000..=15_250));
+}
+
+#[test]
+fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
+    let mut recorded = Recorded::of(0..20_000);
+    recorded.options.fault_before_s = 1.0;
+    // The last frames of a process that is killed are not on disk; a fault much later is another matter.
+    let status = recorded.keep(|keeper| keeper.keep_fault("silence", 4_400_000_000));
+    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
+    assert!(read(&recorded.kept()[0], false).into_iter().eq(17_000..=19_999));
+    let status = recorded.keep(|keeper| keeper.keep_fault("silence", 5_100_000_000));
+    assert_eq!((status.kept, status.failed), (0, 1), "{status:?}");
+}
+
+#[test]
+fn number_and_size_of_what_is_kept_are_bounded() {
+    let mut recorded = Recorded::of(0..20_000);
+    recorded.options.keep = 3;
+    recorded.keep(|keeper| keeper.keep_fault("silence", 1_000_000_000));
+    for n in 0..5 {
+        let status = recorded.keep(|keeper| keeper.keep_result(n, &window(1_000_000_000)));
+        assert_eq!(status.failed, 0, "{status:?}");
+    }
+    let results = ["result-00000002.mcap", "result-00000003.mcap", "result-00000004.mcap"];
+    assert_eq!(recorded.names()[1..], results);
+    assert_eq!(
+        recorded.names()[0],
+        "fault-00000000-silence.mcap",
+        "kinds do not push each other out"
+    );
+
+    // By size: the oldest of whatever kind go, and what is larger than all may be is refused.
+    let kept = crate::live::recording::kept::KeptFolder::open(
+        &recorded.folder.path().join("kept"),
+        3,
+        size(&recorded.folder.path().join("kept")),
+    )
+    .unwrap();
+    assert!(!kept.make_room(u64::MAX).unwrap());
+    assert_eq!(recorded.names().len(), 4);
+    assert!(kept.make_room(1).unwrap());
+    assert_eq!(recorded.names(), results, "the oldest went");
+}
+
+#[test]
+fn a_capture_keeps_what_comes_between_start_and_stop() {
+    let recorded = Recorded::of(0..100);
+    let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
+    let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");
+    let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+    let feeding = Arc::new(AtomicBool::new(true));
+    let fed = Arc::clone(&feeding);
+    // In the time of its stamps.
+    let feeder = std::thread::spawn(move || {
+        let start = Instant::now();
+        let mut n = 0;
+        while fed.load(Ordering::Relaxed) {
+            while u128::from(n) * 200_000 < start.elapsed().as_nanos() {
+                tap.take(&[frame(n)], 0);
+                n += 1;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        tap
+    });
+    let status = recorded.keep(|keeper| {
+        assert_eq!(keeper.stop_capture(), Err(CaptureError::NotRunning));
+        assert_eq!(keeper.start_capture("../etc"), Err(CaptureError::Name));
+        std::thread::sleep(Duration::from_millis(1200));
+        keeper.start_capture("gripper").unwrap();
+        assert_eq!(keeper.start_capture("two"), Err(CaptureError::Running("gripper".into())));
+        assert_eq!(keeper.shared().snapshot().capture.as_deref(), Some("gripper"));
+        std::thread::sleep(Duration::from_millis(1500));
+        keeper.stop_capture().unwrap();
+        eventually("the capture is kept", || keeper.shared().snapshot().kept == 1);
+    });
+    feeding.store(false, Ordering::Relaxed);
+    end(recorder, feeder.join().unwrap());
+    assert_eq!((status.failed, status.capture), (0, None));
+    assert_eq!(recorded.names(), ["capture-00000000-gripper.mcap"]);
+    let found = read(&recorded.kept()[0], false);
+    // At least what was asked for, at most two seconds more.
+    assert!((7_500..=17_500).contains(&found.len()), "{}", found.len());
+    assert!(found.windows(2).all(|two| two[1] == two[0] + 1));
+    // It begins before the start, by what was not on disk yet.
+    assert!(found[0] <= 6_500, "{}", found[0]);
+}
+
+#[test]
+fn a_capture_that_grows_too_large_is_stopped_by_itself() {
+    let mut recorded = Recorded::of(0..100);
+    recorded.options.ring_mb = 1;
+    let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
+    let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");
+    let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+    tap.take(&[frame(0)], 0);
+    let part = recorded.folder.path().join("ring/segment-00000001.mcap.part");
+    eventually("the run is on disk", || {
+        McapScan::of(&part).is_ok_and(|scan| !scan.chunks.is_empty())
+    });
+    let status = recorded.keep(|keeper| {
+        keeper.start_capture("endless").unwrap();
+        let mut n = 1;
+        eventually("it is stopped", || {
+            for _ in 0..20 {
+                tap.take(&[frame(n)], 0);
+                n += 1;
+            }
+            keeper.shared().snapshot().capture.is_none()
+        });
+        eventually("it is kept", || keeper.shared().snapshot().kept == 1);
+        assert_eq!(keeper.stop_capture(), Err(CaptureError::NotRunning));
+    });
+    end(recorder, tap);
+    assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
+    assert!(!read(&recorded.kept()[0], false).is_empty());
+}

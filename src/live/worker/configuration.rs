@@ -1,0 +1,67 @@
+//! What a reload may change of a running worker.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::identify::{Identified, Identify, IdentifyError};
+use super::options::WindowPlan;
+use super::records::RecordOptions;
+use crate::window::Window;
+
+/// How windows are cut and identified, valid from one window to another.
+pub struct Configuration {
+    /// The windows; their sample rate is the stream's.
+    pub windows: WindowPlan,
+    /// What identifies one.
+    pub identify: Identify,
+    /// Hash of the configuration, for the results.
+    pub sha256: String,
+    /// What is kept beside the results.
+    pub records: RecordOptions,
+}
+
+/// What identifies a window and names the configuration that it did so with. A window has that of
+/// its beginning, also when it waits over a reload.
+#[derive(Clone)]
+pub(super) struct Identifier(Arc<Inner>);
+
+struct Inner {
+    /// One thread identifies; the lock is never waited for.
+    identify: Mutex<Identify>,
+    sha256: String,
+    records: RecordOptions,
+}
+
+impl Identifier {
+    pub(super) fn new(identify: Identify, sha256: String, records: RecordOptions) -> Self {
+        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256, records }))
+    }
+
+    pub(super) fn records(&self) -> &RecordOptions {
+        &self.0.records
+    }
+
+    pub(super) fn sha256(&self) -> &str {
+        &self.0.sha256
+    }
+
+    pub(super) fn identify(&self, window: &Window) -> Result<Identified, IdentifyError> {
+        let mut identify = self.0.identify.lock().unwrap_or_else(PoisonError::into_inner);
+        (*identify)(window)
+    }
+}
+
+impl core::fmt::Debug for Identifier {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_tuple("Identifier").field(&self.0.sha256).finish()
+    }
+}
+
+impl core::fmt::Debug for Configuration {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { windows, identify: _, sha256, records: _ } = self;
+        f.debug_struct("Configuration")
+            .field("windows", windows)
+            .field("sha256", sha256)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,265 @@
+//! The thread that identifies: windows in, results stored and published.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use didim_core::identification::Estimate;
+
+use super::configuration::Identifier;
+use super::records::Records;
+use super::run::{WorkerError, WorkerOptions};
+use super::state::{EstimateSummary, SharedEstimation};
+use super::window::{RejectedWindow, Rejection};
+use crate::archive::store::ResultRecord;
+use crate::live::recording::{Keeper, RecordedWindow};
+use crate::live::stream::{DocumentWriter, StreamNode, Topic};
+use crate::window::Window;
+
+/// Why a window could not be identified; its text reaches the status.
+pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
+
+/// What came of a window.
+#[derive(Clone, Debug)]
+pub struct Identified {
+    /// The result.
+    pub estimate: Estimate,
+    /// A report to store beside it (HTML).
+    pub report: Option<String>,
+}
+
+/// Identifies from one window.
+pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, IdentifyError> + Send>;
+
+/// How often a wait for the identification looks whether it is over.
+const POLL: Duration = Duration::from_millis(2);
+
+/// How long a stop waits for the thread.
+const ABANDON_AFTER: Duration = Duration::from_millis(300);
+
+/// How long a stop waits for a result that is being stored.
+const STORE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// How soon a late reader of the estimates gets the last one.
+const WELCOME_EVERY: Duration = Duration::from_millis(500);
+
+/// What to do with a window when the queue is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum WhenBusy {
+    /// Reject it: the bus does not wait.
+    Reject,
+    /// Wait: the log does.
+    Wait,
+}
+
+/// A window, and what is to identify it.
+struct Queued {
+    window: Window,
+    identifier: Identifier,
+}
+
+/// The sending side of the queue.
+#[derive(Debug)]
+pub(super) struct Identification {
+    queue: SyncSender<Queued>,
+    /// Windows that the queue holds.
+    places: usize,
+    shared: SharedEstimation,
+    thread: JoinHandle<Result<(), WorkerError>>,
+}
+
+impl Identification {
+    /// Opens the store and starts the thread.
+    pub(super) fn start(
+        options: &WorkerOptions,
+        shared: &SharedEstimation,
+        keeper: Option<Keeper>,
+    ) -> Result<Self, WorkerError> {
+        let records = options.folder.as_ref().map(|folder| Records::open(folder, options));
+        let records = records.transpose()?;
+        let places = options.queue.max(1);
+        let (queue, windows) = sync_channel(places);
+        let (options, job_shared) = (options.clone(), shared.clone());
+        let thread = std::thread::Builder::new()
+            .name("identify".into())
+            .spawn(move || {
+                // Ports stay on the thread that makes them.
+                let node = StreamNode::join(&options.stream)?;
+                let estimates = node.document_writer(Topic::Estimates)?;
+                let mut job = Job { options, records, estimates, shared: job_shared, keeper };
+                job.run(&windows);
+                Ok(())
+            })
+            .map_err(WorkerError::Thread)?;
+        Ok(Self { queue, places, shared: shared.clone(), thread })
+    }
+
+    /// Queues a window; false when `stop` was set while it waited for a place. It is pending still,
+    /// for [`Self::give_up`] to reject.
+    pub(super) fn submit(
+        &self,
+        window: Window,
+        identifier: Identifier,
+        when_busy: WhenBusy,
+        stop: &AtomicBool,
+    ) -> Result<bool, WorkerError> {
+        self.shared.pend(&window);
+        let mut queued = Queued { window, identifier };
+        loop {
+            queued = match self.queue.try_send(queued) {
+                Ok(()) => return Ok(true),
+                Err(TrySendError::Disconnected(_)) => return Err(WorkerError::IdentificationEnded),
+                Err(TrySendError::Full(queued)) => queued,
+            };
+            if when_busy == WhenBusy::Reject {
+                self.shared.settle(queued.window.number);
+                self.shared.reject(RejectedWindow::new(&queued.window, Rejection::Busy));
+                self.shared.return_note(queued.window.note);
+                return Ok(true);
+            }
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            self.shared.turn();
+            std::thread::sleep(POLL);
+        }
+    }
+
+    /// Whether a window would find a place now: one is identified, the others wait.
+    pub(super) fn has_room(&self) -> bool {
+        self.shared.pending() <= self.places
+    }
+
+    /// Whether the thread has ended, which it does by itself only when it failed.
+    pub(super) fn has_ended(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Lets every queued window be identified; at a `stop` gives up what is left and says false.
+    pub(super) fn finish(mut self, stop: &AtomicBool) -> Result<bool, WorkerError> {
+        // Without a sender the thread ends with the last window.
+        self.queue = sync_channel(1).0;
+        while !self.thread.is_finished() {
+            if stop.load(Ordering::Relaxed) {
+                self.give_up();
+                return Ok(false);
+            }
+            self.shared.turn();
+            std::thread::sleep(POLL);
+        }
+        self.thread.join().map_err(|_| WorkerError::IdentificationEnded)??;
+        Ok(true)
+    }
+
+    /// Rejects every window that waits or is being identified. One whose result is on its way to
+    /// the disk is waited for, so that what is stored is counted as identified; so is a thread that
+    /// is idle, so that its ports are gone when the process ends.
+    pub(super) fn give_up(self) {
+        self.shared.give_up();
+        drop(self.queue);
+        let since = Instant::now();
+        while !self.thread.is_finished() {
+            if self.shared.pending() == 0 && since.elapsed() > ABANDON_AFTER {
+                return;
+            }
+            if since.elapsed() > STORE_TIMEOUT {
+                tracing::warn!("a result is not stored within {STORE_TIMEOUT:?} and is abandoned");
+                return;
+            }
+            std::thread::sleep(POLL);
+        }
+    }
+}
+
+struct Job {
+    options: WorkerOptions,
+    records: Option<Records>,
+    estimates: DocumentWriter,
+    shared: SharedEstimation,
+    keeper: Option<Keeper>,
+}
+
+impl Job {
+    fn run(&mut self, windows: &Receiver<Queued>) {
+        self.look();
+        loop {
+            let Queued { window, identifier } = match windows.recv_timeout(WELCOME_EVERY) {
+                Ok(queued) => queued,
+                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Timeout) => {
+                    self.look();
+                    if let Err(cause) = self.estimates.welcome() {
+                        tracing::debug!("{cause}");
+                    }
+                    continue;
+                }
+            };
+            // At a stop, what still waits is rejected already.
+            if !self.shared.is_wanted(window.number) {
+                continue;
+            }
+            match self.one(&window, &identifier) {
+                Ok(()) => {}
+                // Given up while it was identified, and counted by whoever did so.
+                Err(Rejection::Stopped) => continue,
+                Err(rejection) => {
+                    self.shared.reject(RejectedWindow::new(&window, rejection));
+                    self.shared.return_note(window.note.clone());
+                }
+            }
+            self.shared.settle(window.number);
+        }
+    }
+
+    /// Whether the baseline was set or cleared meanwhile.
+    fn look(&mut self) {
+        if let Some(records) = &mut self.records
+            && records.look()
+        {
+            records.tell(&mut self.shared.update());
+        }
+    }
+
+    fn one(&mut self, window: &Window, identifier: &Identifier) -> Result<(), Rejection> {
+        let Identified { estimate, report } = identifier
+            .identify(window)
+            .map_err(|why| Rejection::Refused { why: why.to_string() })?;
+        if !self.shared.claim(window.number) {
+            return Err(Rejection::Stopped);
+        }
+        let record =
+            ResultRecord::new(&self.options.stream.cell, identifier.sha256(), window, &estimate);
+        let json = match &mut self.records {
+            Some(records) => records
+                .take(&record, report.as_deref(), window.note.clone(), identifier.records())
+                .map(|stored| {
+                    if let Some(keeper) = &self.keeper {
+                        let window = RecordedWindow::of(window, identifier.sha256());
+                        keeper.keep_result(stored.number, &window);
+                    }
+                    stored.json
+                }),
+            None => serde_json::to_vec(&record).map_err(Into::into),
+        };
+        let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;
+        // The result is safe on disk; who listens in may miss it.
+        if let Err(cause) = self.estimates.publish(&json) {
+            tracing::warn!("the estimate of window {} is not published: {cause}", window.number);
+        }
+        tracing::info!(
+            window = window.number,
+            samples = window.counted.len(),
+            relative_error = estimate.relative_error,
+            applicable = estimate.verdict.applicable,
+            "window identified"
+        );
+        let mut status = self.shared.update();
+        status.windows_identified += 1;
+        status.last_estimate = Some(EstimateSummary::new(window, &estimate));
+        if let Some(records) = &self.records {
+            records.tell(&mut status);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,27 @@
+//! From samples to results, off the bus thread: windows, their rejection, their identification.
+//!
+//! Two threads: one follows the stream and cuts windows, one identifies them, so that a long
+//! identification never makes the stream overflow. What is decided depends on sequence numbers
+//! only, never on when something arrived.
+
+mod command;
+mod configuration;
+mod identify;
+mod log_rate;
+mod options;
+mod records;
+mod run;
+mod silence;
+mod state;
+mod window;
+mod windower;
+
+pub use command::{Command, Commands, SubmitError};
+pub use configuration::Configuration;
+pub use identify::{Identified, Identify, IdentifyError};
+pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
+pub use records::RecordOptions;
+pub use run::{Worker, WorkerEnd, WorkerError, WorkerOptions};
+pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
+pub use window::{Loss, RejectedWindow, Rejection, WindowEvent};
+pub use windower::{CommandError, Windower};

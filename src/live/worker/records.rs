@@ -1,0 +1,185 @@
+//! What is kept of each result: its file, its line in the history, its configuration.
+
+use std::collections::VecDeque;
+use std::path::Path;
+
+use super::EstimationStatus;
+use super::run::WorkerOptions;
+use crate::archive::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
+use crate::archive::store::{
+    ConfigurationTexts, HISTORY_SCHEMA, HistoryLine, ParameterValue, RECENT_LINES, ResultRecord,
+    Store, StoreError, Stored, Timestamp,
+};
+use crate::window::Note;
+
+/// What is kept beside the results, so that they can be made again and compared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordOptions {
+    /// The files of the configuration as they were read.
+    pub texts: ConfigurationTexts,
+    /// Hash of how the base parameters are made up, for the history.
+    pub regrouping: String,
+    /// What counts as drift from the baseline.
+    pub drift: DriftOptions,
+}
+
+/// The folder of the results as the thread that identifies sees it.
+#[derive(Debug)]
+pub(super) struct Records {
+    store: Store,
+    /// What counts as drift: that of the last window.
+    drift: DriftOptions,
+    /// The last lines of the history, for a baseline that is set in their midst.
+    recent: VecDeque<HistoryLine>,
+    baseline: BaselineWatch,
+    /// Why the baseline that there is cannot be read.
+    unreadable: Option<String>,
+    tracker: Option<Tracker>,
+}
+
+impl Records {
+    pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
+        let (store, recent) = Store::open_with_history(folder, options.keep)?;
+        let drift = options.records.drift;
+        let baseline = BaselineWatch::new(folder);
+        Ok(Self { store, drift, recent, baseline, unreadable: None, tracker: None })
+    }
+
+    /// Looks whether the baseline was set or cleared by another process, and compares with the new
+    /// one what is at hand. True when it was. One that cannot be read is tried again at each look: it
+    /// may be readable again without being another file. It is logged once.
+    pub(super) fn look(&mut self) -> bool {
+        if self.unreadable.is_some() {
+            self.baseline.forget();
+        }
+        let baseline = match self.baseline.look() {
+            None => return false,
+            Some(Ok(baseline)) => {
+                self.unreadable = None;
+                baseline
+            }
+            Some(Err(error)) => {
+                let why = error.to_string();
+                if self.unreadable.as_ref() == Some(&why) {
+                    return false;
+                }
+                tracing::warn!("nothing is compared: {why}");
+                self.unreadable = Some(why);
+                None
+            }
+        };
+        let had = self.tracker.is_some();
+        self.tracker = baseline.map(|baseline| {
+            let mut tracker = Tracker::new(baseline, self.drift);
+            self.recent.iter().for_each(|line| drop(tracker.handle_line(line)));
+            tracker
+        });
+        match &self.tracker {
+            Some(tracker) => {
+                let baseline = &tracker.baseline().result;
+                tracing::info!("the baseline is result {} of {}", baseline.result, baseline.time);
+                for (parameter, _) in tracker.alarms() {
+                    raised(tracker, parameter);
+                }
+            }
+            None if had && self.unreadable.is_none() => {
+                tracing::info!("there is no baseline any more");
+            }
+            None => {}
+        }
+        true
+    }
+
+    /// Tells the status of the drift and of what hinders its judgement.
+    pub(super) fn tell(&self, status: &mut EstimationStatus) {
+        status.drift = self.drift();
+        status.baseline_unreadable.clone_from(&self.unreadable);
+    }
+
+    /// What the status tells of the drift; nothing without a baseline.
+    fn drift(&self) -> Option<DriftStatus> {
+        self.tracker.as_ref().map(Tracker::status)
+    }
+
+    fn follow(&mut self, line: HistoryLine, drift: DriftOptions) {
+        if drift != self.drift {
+            // The same baseline, judged otherwise from here on, with what is at hand.
+            self.drift = drift;
+            self.baseline.forget();
+        }
+        // Before the line: one that was set after it has to find it at hand.
+        self.look();
+        if let Some(tracker) = &mut self.tracker {
+            for (parameter, event) in tracker.handle_line(&line) {
+                match event {
+                    AlarmEvent::Raised => raised(tracker, &parameter),
+                    AlarmEvent::Cleared => {
+                        tracing::info!("drift: {parameter} is back in its band");
+                    }
+                }
+            }
+        }
+        self.recent.push_back(line);
+        if self.recent.len() > RECENT_LINES {
+            self.recent.pop_front();
+        }
+    }
+
+    /// Stores a result. Only that may fail: what belongs to the result and
+    /// could not be kept is logged, for the result is there.
+    pub(super) fn take(
+        &mut self,
+        record: &ResultRecord<'_>,
+        report: Option<&str>,
+        note: Option<Note>,
+        options: &RecordOptions,
+    ) -> Result<Stored, StoreError> {
+        // Before the result that refers to it.
+        let configured = self.store.keep_configuration(record.configuration, &options.texts);
+        let stored = self.store.write(record, report)?;
+        let line = line(stored.number, record, note, &options.regrouping);
+        if !line.time.is_set() {
+            tracing::warn!(
+                "the clock is not set: result {} will be no part of plots and trends",
+                line.result
+            );
+        }
+        for problem in [configured.err(), self.store.remember(&line).err()].into_iter().flatten() {
+            tracing::warn!("{} is stored, but: {problem}", stored.path.display());
+        }
+        self.follow(line, options.drift);
+        Ok(stored)
+    }
+}
+
+fn line(
+    result: u64,
+    record: &ResultRecord<'_>,
+    note: Option<Note>,
+    regrouping: &str,
+) -> HistoryLine {
+    let estimate = record.estimate;
+    HistoryLine {
+        schema: HISTORY_SCHEMA,
+        time: Timestamp::now(),
+        result,
+        robot: estimate.robot.clone(),
+        configuration: record.configuration.to_owned(),
+        regrouping: regrouping.to_owned(),
+        method: estimate.method.clone(),
+        applicable: estimate.verdict.applicable,
+        relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
+        note,
+        parameters: ParameterValue::of(estimate),
+    }
+}
+
+fn raised(tracker: &Tracker, parameter: &str) {
+    tracing::warn!(
+        "drift: {}",
+        tracker.sentence(parameter).unwrap_or_else(|| parameter.to_owned())
+    );
+}
+
+#[cfg(test)]
+mod tests;

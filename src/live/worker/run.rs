@@ -1,0 +1,330 @@
+//! The thread that follows the stream and cuts windows.
+
+use core::time::Duration;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::Instant;
+
+use didim_drivers::socket::monotonic_ns;
+
+use super::command::{Answer, Asked, Command, Commands, Request};
+use super::configuration::{Configuration, Identifier};
+use super::identify::{Identification, Identify, WhenBusy};
+use super::options::{WindowOptionError, WindowPlan};
+use super::records::RecordOptions;
+use super::silence::SilenceWatch;
+use super::state::{SharedEstimation, WindowState};
+use super::window::{Loss, Rejection, WindowEvent};
+use super::windower::{CommandError, Windower};
+use crate::archive::store::StoreError;
+use crate::live::recording::{Keeper, KeeperOptions, KeeperThread, RecordedWindow};
+use crate::live::stream::{
+    Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
+};
+
+/// The longest the thread sleeps; so it is how soon it sees a stop or a command.
+const NAP: Duration = Duration::from_millis(50);
+/// Commands that may wait.
+const COMMANDS: usize = 8;
+
+/// What the worker needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkerOptions {
+    /// The stream.
+    pub stream: StreamOptions,
+    /// The windows.
+    pub windows: WindowPlan,
+    /// Windows that may wait while one is identified. Memory: (queue + 2) windows.
+    pub queue: usize,
+    /// Folder of the results; nothing: they are published only.
+    pub folder: Option<PathBuf>,
+    /// Results kept in the folder.
+    pub keep: usize,
+    /// Hash of the configuration, for the results.
+    pub configuration: String,
+    /// The window of a recording that is replayed: it is identified, and no other.
+    pub recorded: Option<RecordedWindow>,
+    /// Where recordings are kept; nothing keeps none.
+    pub keeper: Option<KeeperOptions>,
+    /// What is kept beside the results.
+    pub records: RecordOptions,
+}
+
+/// Why the worker ended before its time.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// The windows cannot be meant.
+    #[error(transparent)]
+    Windows(#[from] WindowOptionError),
+    /// The stream failed.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// The results' folder failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The system gives no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+    /// The identification's thread panicked; its message is in the log. Report it.
+    #[error("the identification ended by itself: see the log before this")]
+    IdentificationEnded,
+}
+
+/// How the worker ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WorkerEnd {
+    /// It was told to.
+    Stopped,
+    /// The log was read to its end, and every window is dealt with.
+    StreamEnded,
+}
+
+/// The worker, joined to the stream and ready to run on the thread that made it.
+#[derive(Debug)]
+pub struct Worker {
+    reader: SampleReader,
+    windower: Windower,
+    /// Of the open window, or of the next one.
+    identifier: Identifier,
+    /// What is valid once no window is open.
+    next: Option<Box<Configuration>>,
+    identification: Identification,
+    shared: SharedEstimation,
+    requests: Receiver<Request>,
+    last: Option<StreamSample>,
+    keeper: Option<(Keeper, KeeperThread)>,
+    silence: SilenceWatch,
+}
+
+impl Worker {
+    /// Opens the store, joins the stream and starts the identification's thread.
+    ///
+    /// # Errors
+    /// [`WorkerError`].
+    pub fn start(
+        options: &WorkerOptions,
+        identify: Identify,
+        shared: &SharedEstimation,
+    ) -> Result<(Self, Commands), WorkerError> {
+        let keeper = options.keeper.as_ref().map(Keeper::start).transpose();
+        let keeper = keeper.map_err(WorkerError::Thread)?;
+        let handle = keeper.as_ref().map(|(keeper, _)| keeper.clone());
+        if let Some(keeper) = &handle {
+            shared.set_kept(keeper.shared().clone());
+        }
+        let identification = Identification::start(options, shared, handle.clone())?;
+        let (submit, requests) = sync_channel(COMMANDS);
+        let records = options.records.clone();
+        let identifier = Identifier::new(identify, options.configuration.clone(), records);
+        shared.update().configuration.clone_from(&options.configuration);
+        let worker = Self {
+            reader: StreamNode::join(&options.stream)?.sample_reader()?,
+            windower: match &options.recorded {
+                Some(window) => Windower::of_recorded(options.windows.clone(), window.clone()),
+                None => Windower::new(options.windows.clone()),
+            },
+            identifier,
+            next: None,
+            identification,
+            shared: shared.clone(),
+            requests,
+            last: None,
+            keeper,
+            silence: SilenceWatch::default(),
+        };
+        let folder = options.folder.clone();
+        Ok((worker, Commands::new(submit, shared.clone(), handle, folder)))
+    }
+
+    /// Follows the stream until it ends or `stop` is set.
+    ///
+    /// At the end of a stream every window is identified first. At a stop what is open or queued is
+    /// rejected: an identification may take longer than a service manager waits.
+    ///
+    /// # Errors
+    /// [`WorkerError`].
+    pub fn run(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
+        while !stop.load(Ordering::Relaxed) {
+            if self.identification.has_ended() {
+                self.identification.finish(stop)?;
+                return Err(WorkerError::IdentificationEnded);
+            }
+            self.shared.turn();
+            self.reader.wait(NAP)?;
+            self.answer(stop)?;
+            if self.silence.is_new(Instant::now()) {
+                self.keep_fault("silence");
+            }
+            while let Some(batch) = self.reader.receive()? {
+                self.shared.record_taken(&batch, monotonic_ns());
+                let kind = batch.kind();
+                self.take(&batch, stop)?;
+                drop(batch);
+                if kind == BatchKind::End {
+                    self.reader.acknowledge()?;
+                    return self.end(stop);
+                }
+                if kind == BatchKind::Replay {
+                    self.reader.acknowledge()?;
+                }
+                if stop.load(Ordering::Relaxed) {
+                    break;
+                }
+            }
+        }
+        // After the last batch, every window opened is counted as identified or rejected.
+        let event = self.windower.stop();
+        self.handle(event, WhenBusy::Reject, stop)?;
+        self.shared.update().window = WindowState::Idle;
+        self.identification.give_up();
+        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
+        Ok(WorkerEnd::Stopped)
+    }
+
+    /// Nothing follows: what is open is closed, and what is queued is identified.
+    fn end(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
+        let event = self.windower.finish();
+        self.handle(event, WhenBusy::Wait, stop)?;
+        self.shared.update().window = WindowState::Idle;
+        let all = self.identification.finish(stop);
+        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
+        let all = all?;
+        Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
+    }
+
+    fn answer(&mut self, stop: &AtomicBool) -> Result<(), WorkerError> {
+        while let Ok((asked, answer)) = self.requests.try_recv() {
+            let outcome = match asked {
+                Asked::Command(Command::Begin) => self.windower.handle_begin(),
+                Asked::Command(Command::End) => self.windower.handle_end(),
+                Asked::Command(Command::Identify) => self.identify_now(stop)?,
+                Asked::Configure(configuration) => {
+                    self.shared.update().configuration_waits = true;
+                    self.next = Some(configuration);
+                    self.change_between_windows();
+                    Ok(())
+                }
+            };
+            // Whoever asked may have gone.
+            let _ = answer.try_send(outcome);
+        }
+        Ok(())
+    }
+
+    /// Takes the next configuration, if there is one and no window is open.
+    fn change_between_windows(&mut self) {
+        if self.windower.open_samples().is_some() {
+            return;
+        }
+        let Some(next) = self.next.take() else { return };
+        let Configuration { windows, identify, sha256, records } = *next;
+        tracing::info!(configuration = sha256, "another configuration is valid from here on");
+        let mut status = self.shared.update();
+        status.configuration.clone_from(&sha256);
+        status.configuration_waits = false;
+        drop(status);
+        self.windower.change_plan(windows);
+        self.identifier = Identifier::new(identify, sha256, records);
+    }
+
+    /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
+    /// that would not be identified.
+    fn identify_now(&mut self, stop: &AtomicBool) -> Result<Answer, WorkerError> {
+        if !self.identification.has_room() {
+            return Ok(Err(CommandError::Busy));
+        }
+        let closed = match self.windower.handle_identify() {
+            Ok(closed) => closed,
+            Err(refused) => return Ok(Err(refused)),
+        };
+        self.handle(Some(closed), WhenBusy::Reject, stop)?;
+        self.shared.update().window = WindowState::Idle;
+        Ok(Ok(()))
+    }
+
+    fn take(&mut self, batch: &Batch, stop: &AtomicBool) -> Result<(), WorkerError> {
+        let when_busy = match batch.kind() {
+            BatchKind::Live => WhenBusy::Reject,
+            BatchKind::Replay | BatchKind::End => WhenBusy::Wait,
+        };
+        if batch.restarted {
+            let event = self.windower.handle_loss(Loss::Restarted);
+            self.handle(event, when_busy, stop)?;
+            // Not before: the fault is where the last sample was.
+            self.last = None;
+        }
+        if batch.lost_batches > 0 {
+            let loss = Loss::StreamOverflow { batches: batch.lost_batches };
+            let event = self.windower.handle_loss(loss);
+            self.handle(event, when_busy, stop)?;
+        }
+        if batch.kind() == BatchKind::Live && !batch.samples().is_empty() {
+            self.silence.handle_samples(Instant::now());
+        }
+        let mut missing = 0;
+        for sample in batch.samples() {
+            if self.next.is_some() {
+                self.change_between_windows();
+            }
+            if let Some(last) = self.last {
+                missing += sample.sequence.saturating_sub(last.sequence.saturating_add(1));
+                if sample.queue_drops > last.queue_drops {
+                    let frames = sample.queue_drops - last.queue_drops;
+                    let event = self.windower.handle_loss(Loss::QueueDrops { frames });
+                    // Of a window that it costs it is kept as any other loss.
+                    if event.is_none() {
+                        self.keep_fault("queue-drops");
+                    }
+                    self.handle(event, when_busy, stop)?;
+                }
+            }
+            self.last = Some(*sample);
+            let event = self.windower.handle_sample(&sample.joint_sample());
+            self.handle(event, when_busy, stop)?;
+        }
+        let mut status = self.shared.update();
+        status.batches += 1;
+        status.samples += batch.samples().len() as u64;
+        status.samples_missing += missing;
+        status.batches_lost += batch.lost_batches;
+        status.restarts += u64::from(batch.restarted);
+        status.windows_opened = self.windower.opened();
+        status.window = match self.windower.open_samples() {
+            Some(samples) => WindowState::Open { samples },
+            None => WindowState::Idle,
+        };
+        Ok(())
+    }
+
+    /// Keeps what was on the bus around the last sample.
+    fn keep_fault(&self, cause: &'static str) {
+        if let (Some((keeper, _)), Some(last)) = (&self.keeper, &self.last) {
+            keeper.keep_fault(cause, last.joint_sample().stamp_ns);
+        }
+    }
+
+    fn handle(
+        &mut self,
+        event: Option<WindowEvent>,
+        when_busy: WhenBusy,
+        stop: &AtomicBool,
+    ) -> Result<(), WorkerError> {
+        match event {
+            None => Ok(()),
+            Some(WindowEvent::Closed(mut window)) => {
+                window.note = self.shared.update().note.take();
+                let identifier = self.identifier.clone();
+                // A stop is seen by whoever called.
+                self.identification.submit(window, identifier, when_busy, stop).map(drop)
+            }
+            Some(WindowEvent::Rejected(rejected)) => {
+                if matches!(rejected.rejection, Rejection::Loss(_)) {
+                    self.keep_fault(rejected.rejection.cause());
+                }
+                self.shared.reject(rejected);
+                Ok(())
+            }
+        }
+    }
+}

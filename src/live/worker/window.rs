@@ -1,0 +1,147 @@
+//! What comes of a stretch of samples: a window, or the reason why there is none.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::window::Window;
+
+/// Something between two samples was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "loss", rename_all = "kebab-case")]
+pub enum Loss {
+    /// Bus cycles without a complete sample.
+    SampleGap {
+        /// The last sequence number before the gap.
+        after: u64,
+        /// Samples missing.
+        missing: u64,
+    },
+    /// A sequence number that is not later than the one before.
+    OutOfOrder {
+        /// The one before.
+        after: u64,
+        /// The one that came.
+        sequence: u64,
+    },
+    /// Frames dropped before anyone read them; which ones is not known.
+    QueueDrops {
+        /// How many.
+        frames: u64,
+    },
+    /// Batches that gave way in the buffer because this worker was too slow.
+    StreamOverflow {
+        /// How many.
+        batches: u64,
+    },
+    /// The acquisition was restarted.
+    Restarted,
+}
+
+/// Why a window is not identified.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "reason", rename_all = "kebab-case")]
+pub enum Rejection {
+    /// Something in it was lost.
+    Loss(Loss),
+    /// Too little in it counts.
+    TooShort {
+        /// Samples that count.
+        counted: usize,
+        /// Samples that must count.
+        minimum: usize,
+    },
+    /// The identification is still busy with the windows before.
+    Busy,
+    /// The service was stopped before it was identified.
+    Stopped,
+    /// The identification refused it.
+    Refused {
+        /// In words.
+        why: String,
+    },
+    /// The result could not be stored.
+    NotStored {
+        /// In words.
+        why: String,
+    },
+}
+
+impl Rejection {
+    /// The name under which it is counted.
+    pub fn cause(&self) -> &'static str {
+        match self {
+            Self::Loss(Loss::SampleGap { .. }) => "sample-gap",
+            Self::Loss(Loss::OutOfOrder { .. }) => "out-of-order",
+            Self::Loss(Loss::QueueDrops { .. }) => "queue-drops",
+            Self::Loss(Loss::StreamOverflow { .. }) => "stream-overflow",
+            Self::Loss(Loss::Restarted) => "restarted",
+            Self::TooShort { .. } => "too-short",
+            Self::Busy => "busy",
+            Self::Stopped => "stopped",
+            Self::Refused { .. } => "refused",
+            Self::NotStored { .. } => "not-stored",
+        }
+    }
+}
+
+impl fmt::Display for Rejection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Loss(Loss::SampleGap { after, missing }) => {
+                write!(f, "{missing} samples are missing after sample {after}")
+            }
+            Self::Loss(Loss::OutOfOrder { after, sequence }) => {
+                write!(f, "sample {sequence} came after sample {after}")
+            }
+            Self::Loss(Loss::QueueDrops { frames }) => {
+                write!(f, "{frames} frames were dropped unread")
+            }
+            Self::Loss(Loss::StreamOverflow { batches }) => {
+                write!(f, "{batches} batches were overwritten before the worker read them")
+            }
+            Self::Loss(Loss::Restarted) => write!(f, "the acquisition was restarted"),
+            Self::TooShort { counted, minimum } => {
+                write!(f, "{counted} samples count, {minimum} are needed")
+            }
+            Self::Busy => write!(f, "the identification is busy with earlier windows"),
+            Self::Stopped => write!(f, "the service was stopped before it was identified"),
+            Self::Refused { why } => write!(f, "refused: {why}"),
+            Self::NotStored { why } => write!(f, "the result could not be stored: {why}"),
+        }
+    }
+}
+
+/// A window that is not identified.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RejectedWindow {
+    /// [`Window::number`].
+    pub number: u64,
+    /// Sequence number of its first sample.
+    pub first_sequence: u64,
+    /// Sequence number of its last sample.
+    pub last_sequence: u64,
+    /// The reason.
+    pub rejection: Rejection,
+}
+
+impl RejectedWindow {
+    /// A whole window, rejected.
+    pub(super) fn new(window: &Window, rejection: Rejection) -> Self {
+        Self {
+            number: window.number,
+            first_sequence: window.first_sequence(),
+            last_sequence: window.last_sequence(),
+            rejection,
+        }
+    }
+}
+
+/// What came of a sample.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WindowEvent {
+    /// A window to identify from.
+    Closed(Window),
+    /// A window that is not.
+    Rejected(RejectedWindow),
+}

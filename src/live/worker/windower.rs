@@ -1,0 +1,320 @@
+//! Samples to windows: a pure state machine over the uniform grid of sequence numbers.
+//!
+//! It knows no clock and no stamp: a replayed log gives the same windows, whatever the pace.
+
+use core::ops::Range;
+use std::collections::VecDeque;
+
+use didim_core::JointSample;
+
+use crate::live::recording::RecordedWindow;
+
+use super::options::{PlannedTrigger, WindowPlan};
+use super::window::{Loss, RejectedWindow, Rejection, WindowEvent};
+use crate::window::{Window, WindowEnd};
+
+/// Feed it each sample once, in order. At most one event follows from each call.
+#[derive(Debug)]
+pub struct Windower {
+    plan: WindowPlan,
+    /// The samples before the next one: what a new window takes as its margin.
+    recent: VecDeque<JointSample>,
+    recent_limit: usize,
+    open: Option<OpenWindow>,
+    /// Begin, waiting for the next sample.
+    begin: bool,
+    last_sequence: Option<u64>,
+    opened: u64,
+    /// The one window of a recording, in place of whatever the plan would open.
+    recorded: Option<RecordedWindow>,
+}
+
+#[derive(Debug)]
+struct OpenWindow {
+    number: u64,
+    samples: Vec<JointSample>,
+    /// Samples at rest since the last one in motion.
+    quiet: usize,
+    /// Length at which a command closes it.
+    close_at: Option<usize>,
+}
+
+/// A command does not fit the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CommandError {
+    /// The cell's windows are opened by motion or by interval, not by command.
+    #[error("the cell file does not open windows by command")]
+    NotByCommand,
+    /// `begin` when one is open.
+    #[error("a window is open already")]
+    AlreadyOpen,
+    /// `end` or `identify` when none is open.
+    #[error("no window is open")]
+    NotOpen,
+    /// `identify` when too little counts; the window stays open.
+    #[error("too little of the open window counts: {counted} samples, {minimum} are needed")]
+    TooShort {
+        /// Samples that count.
+        counted: usize,
+        /// Samples that must count.
+        minimum: usize,
+    },
+    /// `identify` when earlier windows wait; the window stays open.
+    #[error("the identification is busy with earlier windows")]
+    Busy,
+}
+
+impl Windower {
+    /// With nothing seen yet.
+    pub fn new(plan: WindowPlan) -> Self {
+        let recent_limit = recent_limit(&plan);
+        Self {
+            recent: VecDeque::with_capacity(recent_limit + 1),
+            recent_limit,
+            plan,
+            open: None,
+            begin: false,
+            last_sequence: None,
+            opened: 0,
+            recorded: None,
+        }
+    }
+
+    /// Cuts windows otherwise from now on; to be called while none is open. What was seen stays, as
+    /// the margin of the next.
+    pub(super) fn change_plan(&mut self, plan: WindowPlan) {
+        // `begin` is a command, and the new plan may know none.
+        self.begin &= plan.trigger == PlannedTrigger::Command;
+        self.recent_limit = recent_limit(&plan);
+        let surplus = self.recent.len().saturating_sub(self.recent_limit);
+        self.recent.drain(..surplus);
+        self.plan = plan;
+    }
+
+    /// For the recording of one window: that window and no other is made, whatever the trigger. The
+    /// margins are the plan's.
+    pub fn of_recorded(plan: WindowPlan, window: RecordedWindow) -> Self {
+        Self { recorded: Some(window), ..Self::new(plan) }
+    }
+
+    /// Takes the next sample.
+    pub fn handle_sample(&mut self, sample: &JointSample) -> Option<WindowEvent> {
+        if let Some(window) = &self.recorded {
+            return recorded::handle_sample(self, &window.clone(), sample);
+        }
+        let rejected = match self.last_sequence {
+            Some(after) if sample.sequence <= after => {
+                self.handle_loss(Loss::OutOfOrder { after, sequence: sample.sequence })
+            }
+            Some(after) if sample.sequence > after + 1 => {
+                let missing = sample.sequence - after - 1;
+                self.handle_loss(Loss::SampleGap { after, missing })
+            }
+            _ => None,
+        };
+        let moving = self.is_moving(sample);
+        if self.open.is_none() && self.opens(moving) {
+            self.open = Some(OpenWindow {
+                number: self.opened,
+                samples: self.recent.iter().copied().collect(),
+                quiet: 0,
+                close_at: None,
+            });
+            self.opened += 1;
+        }
+        let closed = self.append(sample, moving);
+        self.remember(sample);
+        // A window takes more than one sample, so one that has just been opened after a loss is
+        // not closed by the same sample.
+        rejected.or(closed)
+    }
+
+    /// Something was lost before the next sample: an open window is worth nothing, and what was
+    /// seen before cannot be the margin of what follows.
+    pub fn handle_loss(&mut self, loss: Loss) -> Option<WindowEvent> {
+        self.recent.clear();
+        self.last_sequence = None;
+        let open = self.open.take()?;
+        Some(rejected(open.number, &open.samples, Rejection::Loss(loss)))
+    }
+
+    /// Opens a window at the next sample.
+    ///
+    /// # Errors
+    /// [`CommandError`] when windows are not opened by command, or one is open.
+    pub fn handle_begin(&mut self) -> Result<(), CommandError> {
+        if self.plan.trigger != PlannedTrigger::Command {
+            return Err(CommandError::NotByCommand);
+        }
+        if self.open.is_some() || self.begin {
+            return Err(CommandError::AlreadyOpen);
+        }
+        self.begin = true;
+        Ok(())
+    }
+
+    /// Closes the window once it has its margin.
+    ///
+    /// # Errors
+    /// [`CommandError`] when windows are not opened by command, or none is open.
+    pub fn handle_end(&mut self) -> Result<(), CommandError> {
+        if self.plan.trigger != PlannedTrigger::Command {
+            return Err(CommandError::NotByCommand);
+        }
+        if core::mem::take(&mut self.begin) {
+            return Ok(());
+        }
+        match &mut self.open {
+            Some(open) if open.close_at.is_none() => {
+                open.close_at = Some(open.samples.len() + self.plan.margin_after);
+                Ok(())
+            }
+            _ => Err(CommandError::NotOpen),
+        }
+    }
+
+    /// Closes the open window here, its last samples being its margin.
+    ///
+    /// # Errors
+    /// [`CommandError`] when none is open, or too little of it counts: then it stays open.
+    pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
+        let open = self.open.take().ok_or(CommandError::NotOpen)?;
+        let counted = self.counted(&open).len();
+        if counted < self.plan.min {
+            self.open = Some(open);
+            return Err(CommandError::TooShort { counted, minimum: self.plan.min });
+        }
+        Ok(self.close(open, WindowEnd::Command))
+    }
+
+    /// The stream has ended: what is open is closed.
+    pub fn finish(&mut self) -> Option<WindowEvent> {
+        let open = self.open.take()?;
+        if let Some(window) = &self.recorded {
+            return Some(recorded::incomplete(&open, window));
+        }
+        Some(self.close(open, WindowEnd::EndOfStream))
+    }
+
+    /// The service is stopped: what is open is given up.
+    pub fn stop(&mut self) -> Option<WindowEvent> {
+        let open = self.open.take()?;
+        Some(rejected(open.number, &open.samples, Rejection::Stopped))
+    }
+
+    /// Samples of the open window.
+    pub fn open_samples(&self) -> Option<usize> {
+        self.open.as_ref().map(|open| open.samples.len())
+    }
+
+    /// Windows opened since the stream began.
+    pub fn opened(&self) -> u64 {
+        self.opened
+    }
+
+    /// Whether any motor moved further than the threshold allows over one lag: |q(k) − q(k − lag)|
+    /// \> v·lag·T.
+    fn is_moving(&self, sample: &JointSample) -> bool {
+        let PlannedTrigger::Motion { travel_rad, lag, .. } = self.plan.trigger else {
+            return false;
+        };
+        let Some(before) = self.recent.len().checked_sub(lag).and_then(|at| self.recent.get(at))
+        else {
+            return false;
+        };
+        let travels = sample.motor_position_rad.iter().zip(&before.motor_position_rad);
+        travels.map(|(now, then)| (now - then).abs()).any(|travel| travel > travel_rad)
+    }
+
+    fn opens(&mut self, moving: bool) -> bool {
+        match self.plan.trigger {
+            PlannedTrigger::Motion { .. } => moving,
+            PlannedTrigger::Interval { .. } => true,
+            PlannedTrigger::Command => core::mem::take(&mut self.begin),
+        }
+    }
+
+    fn append(&mut self, sample: &JointSample, moving: bool) -> Option<WindowEvent> {
+        let mut open = self.open.take()?;
+        open.samples.push(*sample);
+        open.quiet = if moving { 0 } else { open.quiet + 1 };
+        let length = open.samples.len();
+        let ended = match self.plan.trigger {
+            PlannedTrigger::Motion { idle, .. } if open.quiet >= idle => Some(WindowEnd::Rest),
+            PlannedTrigger::Interval { length: counted }
+                if length >= self.plan.margin_before + counted + self.plan.margin_after =>
+            {
+                Some(WindowEnd::Interval)
+            }
+            PlannedTrigger::Command if open.close_at.is_some_and(|at| length >= at) => {
+                Some(WindowEnd::Command)
+            }
+            _ if length >= self.plan.max => Some(WindowEnd::Length),
+            _ => None,
+        };
+        let Some(end) = ended else {
+            self.open = Some(open);
+            return None;
+        };
+        if end == WindowEnd::Rest {
+            // Of the rest only the margin is wanted.
+            open.samples.truncate(length - open.quiet + self.plan.margin_after);
+        }
+        Some(self.close(open, end))
+    }
+
+    /// What counts of a window that is closed here.
+    fn counted(&self, open: &OpenWindow) -> Range<usize> {
+        let before = self.plan.margin_before;
+        let end = open.samples.len().saturating_sub(self.plan.margin_after);
+        before..end.max(before)
+    }
+
+    fn close(&self, open: OpenWindow, end: WindowEnd) -> WindowEvent {
+        let counted = self.counted(&open);
+        if counted.len() < self.plan.min {
+            let rejection = Rejection::TooShort { counted: counted.len(), minimum: self.plan.min };
+            return rejected(open.number, &open.samples, rejection);
+        }
+        WindowEvent::Closed(Window {
+            number: open.number,
+            sample_rate_hz: self.plan.sample_rate_hz,
+            samples: open.samples,
+            counted,
+            end,
+            note: None,
+        })
+    }
+
+    fn remember(&mut self, sample: &JointSample) {
+        self.last_sequence = Some(sample.sequence);
+        self.recent.push_back(*sample);
+        if self.recent.len() > self.recent_limit {
+            self.recent.pop_front();
+        }
+    }
+}
+
+/// Samples that a new window may take from before it.
+fn recent_limit(plan: &WindowPlan) -> usize {
+    // A motion is noticed up to one lag after it began.
+    let lag = match plan.trigger {
+        PlannedTrigger::Motion { lag, .. } => lag,
+        PlannedTrigger::Interval { .. } | PlannedTrigger::Command => 0,
+    };
+    plan.margin_before + lag
+}
+
+fn rejected(number: u64, samples: &[JointSample], rejection: Rejection) -> WindowEvent {
+    WindowEvent::Rejected(RejectedWindow {
+        number,
+        first_sequence: samples.first().map_or(0, |sample| sample.sequence),
+        last_sequence: samples.last().map_or(0, |sample| sample.sequence),
+        rejection,
+    })
+}
+
+mod recorded;
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,0 @@
-//! The `didim` command.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    didim::cli::main()
-}

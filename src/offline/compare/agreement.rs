@@ -1,0 +1,111 @@
+//! Whether two results say the same.
+
+use didim_core::identification::{Estimate, ParameterEstimate};
+use serde::Serialize;
+
+use super::{MethodResult, Trial};
+
+/// Half of a confidence interval, in standard deviations, as in the paper.
+pub const SIGMAS: f64 = 3.0;
+
+/// How many estimates of one result lie in the confidence intervals of another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Whose estimates.
+    pub estimates: Trial,
+    /// Whose intervals: its estimates, 3 σ to either side.
+    pub intervals: Trial,
+    /// Estimates that both results have.
+    pub compared: usize,
+    /// Those of them within the intervals.
+    pub inside: usize,
+    /// The names of the others.
+    pub outside: Vec<String>,
+}
+
+impl Agreement {
+    /// Of every ordered pair of results.
+    pub(super) fn of_pairs(results: &[MethodResult]) -> Vec<Self> {
+        let found: Vec<(Trial, &Estimate)> = results
+            .iter()
+            .filter_map(|result| Some((result.trial, result.estimate.as_ref()?)))
+            .collect();
+        let pairs = found.iter().flat_map(|one| found.iter().map(move |other| (one, other)));
+        pairs
+            .filter(|((one, _), (other, _))| one != other)
+            .map(|((estimates, of), (intervals, other))| {
+                Self::of(*estimates, of, *intervals, other)
+            })
+            .collect()
+    }
+
+    fn of(estimates: Trial, of: &Estimate, intervals: Trial, other: &Estimate) -> Self {
+        let both = of.parameters.iter().filter_map(|parameter| {
+            let interval = other.parameters.iter().find(|p| p.name == parameter.name)?;
+            Some((parameter, interval))
+        });
+        let (mut compared, mut outside) = (0, Vec::new());
+        for (parameter, interval) in both {
+            compared += 1;
+            if !lies_in(parameter.value, interval) {
+                outside.push(parameter.name.clone());
+            }
+        }
+        Self { estimates, intervals, compared, inside: compared - outside.len(), outside }
+    }
+}
+
+/// Whether a value lies within 3 σ of an estimate; what is no number does not.
+pub(crate) fn lies_in(value: f64, interval: &ParameterEstimate) -> bool {
+    (value - interval.value).abs() <= SIGMAS * interval.standard_deviation
+}
+
+#[cfg(test)]
+mod tests {
+    use didim_core::identification::Method;
+
+    use super::*;
+    use crate::offline::compare::Framework;
+
+    fn result(method: Method, parameters: &[(&str, f64, f64)]) -> MethodResult {
+        let parameter = |&(name, value, standard_deviation): &(&str, f64, f64)| ParameterEstimate {
+            name: name.to_owned(),
+            value,
+            standard_deviation,
+            classical_standard_deviation: standard_deviation,
+            relative_standard_deviation: standard_deviation / value,
+        };
+        let parameters = parameters.iter().map(parameter).collect();
+        let trial = Trial { method, framework: Framework::Decimated };
+        let estimate = Some(Estimate { parameters, ..Estimate::default() });
+        MethodResult {
+            trial,
+            estimate,
+            failure: None,
+            failure_kind: None,
+            elapsed_ms: 0.0,
+            fit: None,
+        }
+    }
+
+    #[test]
+    fn each_is_held_against_the_intervals_of_the_other() {
+        let certain =
+            result(Method::Clie, &[("a", 1.4, 0.1), ("b", f64::NAN, 0.1), ("c", 1.0, 1.0)]);
+        let uncertain = result(Method::IdimLs, &[("a", 1.0, 0.2), ("b", 1.0, 0.2)]);
+        let pairs = Agreement::of_pairs(&[uncertain, certain]);
+        let said: Vec<(Method, usize, usize, &[String])> = pairs
+            .iter()
+            .map(|pair| (pair.estimates.method, pair.compared, pair.inside, &pair.outside[..]))
+            .collect();
+        let names = |of: &[&str]| of.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        // 0.4 is four of the small standard deviations and two of the large ones.
+        assert_eq!(
+            said,
+            [
+                (Method::IdimLs, 2, 0, &names(&["a", "b"])[..]),
+                (Method::Clie, 2, 1, &names(&["b"])[..])
+            ]
+        );
+    }
+}

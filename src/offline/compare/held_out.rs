@@ -1,0 +1,59 @@
+//! How well each method predicts samples that it has not seen.
+
+use didim_core::identification::{Method, PredictionError};
+use serde::Serialize;
+
+use super::Subject;
+use super::trial::{Framework, cell_of};
+use crate::offline::identify::cross_validate_recording;
+
+/// The errors of one method's predictions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// The method, behind the decimation filter.
+    pub method: Method,
+    /// Consecutive blocks, each predicted with what was found without it.
+    pub blocks: usize,
+    /// The errors of these predictions.
+    pub held_out: Option<TorqueErrors>,
+    /// The errors of predictions of the same samples, with what was found with them.
+    pub in_sample: Option<TorqueErrors>,
+    /// Why there are none.
+    pub failure: Option<String>,
+}
+
+/// ‖y − Xθ‖ / ‖y‖ along the measured motion, all blocks together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TorqueErrors {
+    /// Over all joints.
+    pub relative_error: f64,
+    /// Of every joint.
+    pub relative_error_per_joint: Vec<f64>,
+}
+
+impl From<PredictionError> for TorqueErrors {
+    fn from(of: PredictionError) -> Self {
+        let PredictionError { relative_error, relative_error_per_joint } = of;
+        Self { relative_error, relative_error_per_joint }
+    }
+}
+
+impl HeldOut {
+    pub(super) fn of(subject: Subject<'_>, method: Method, blocks: usize) -> Self {
+        let cell = cell_of(subject.cell, Framework::Decimated);
+        let (recording, counted) = (subject.recording, subject.counted.clone());
+        match cross_validate_recording(&cell, method, recording, counted, blocks) {
+            Ok(found) => Self {
+                method,
+                blocks,
+                held_out: Some(found.held_out.into()),
+                in_sample: Some(found.in_sample.into()),
+                failure: None,
+            },
+            Err(error) => {
+                let failure = Some(error.to_string());
+                Self { method, blocks, held_out: None, in_sample: None, failure }
+            }
+        }
+    }
+}

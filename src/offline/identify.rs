@@ -1,0 +1,168 @@
+//! From a recording or a window to an identification, as the cell wants it.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use didim_core::identification::{
+    CrossValidation, Experiment, ExperimentError, Failure, Identification, IdentificationError,
+    Method, Reduction, clie, cloe, cross_validate, didim, essential_parameters, idim_iv, idim_ls,
+};
+
+use crate::archive::store::WindowProvenance;
+use crate::cell::Cell;
+use crate::window::Window;
+use didim_formats::{Measurement, Side};
+
+/// Why nothing was identified; the inner errors carry the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum IdentifyError {
+    /// The data are no experiment of this robot.
+    #[error("the data do not make an experiment of this robot: {0}")]
+    Experiment(#[from] ExperimentError),
+    /// The cell does not say what the method needs.
+    #[error(
+        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
+         describe its [controller], or choose idim-ls"
+    )]
+    NoController {
+        /// The method.
+        method: Method,
+    },
+    /// The cell asks for robust weights of a method that has none.
+    #[error("`identification.robust`: {0}")]
+    NotRobust(IdentificationError),
+    /// The method refused or failed.
+    #[error("{0}")]
+    Identification(#[from] IdentificationError),
+}
+
+impl IdentifyError {
+    /// What kind of failure of the method it is, if it is one.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::Identification(error) => error.failure(),
+            _ => None,
+        }
+    }
+}
+
+/// Identifies from one window of the live or replayed stream.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
+    let axes = cell.layout.axes();
+    let recording = Measurement::from_samples(&window.samples, axes, window.sample_rate_hz);
+    identify_recording(cell, cell.method, &recording, window.counted.clone())
+}
+
+/// Identifies from a recording, of which the samples in `counted` count and the others are margin
+/// for the edges of the filters. The torque is valid when the cell's layout says so.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_recording(
+    cell: &Cell,
+    method: Method,
+    recording: &Measurement,
+    counted: Range<usize>,
+) -> Result<Identification, IdentifyError> {
+    let experiment = experiment(cell, recording, counted)?;
+    Ok(identifier(cell, method)?(&experiment)?)
+}
+
+/// Identifies without each of `blocks` consecutive parts of the samples that count, in turn, and
+/// predicts it.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn cross_validate_recording(
+    cell: &Cell,
+    method: Method,
+    recording: &Measurement,
+    counted: Range<usize>,
+    blocks: usize,
+) -> Result<CrossValidation, IdentifyError> {
+    let experiment = experiment(cell, recording, counted)?;
+    let (identify, options) = (identifier(cell, method)?, &cell.options);
+    Ok(cross_validate(&cell.robot, &cell.base, &experiment, options, blocks, identify)?)
+}
+
+/// The experiment that a recording is to this cell.
+fn experiment(
+    cell: &Cell,
+    recording: &Measurement,
+    counted: Range<usize>,
+) -> Result<Experiment, ExperimentError> {
+    match recording.side {
+        Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission())?,
+        Side::Joint => Experiment::joint_side(&recording.signals)?,
+    }
+    .with_torque_timing(cell.layout.torque_timing())?
+    .with_counted(counted)
+}
+
+/// A method with the cell's robot and options.
+type Identifier<'a> = Box<dyn Fn(&Experiment) -> Result<Identification, IdentificationError> + 'a>;
+
+fn identifier(cell: &Cell, method: Method) -> Result<Identifier<'_>, IdentifyError> {
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
+    let (robot, base) = (&cell.robot, &cell.base);
+    let missing = || IdentifyError::NoController { method };
+    Ok(match method {
+        Method::IdimLs => Box::new(|of| idim_ls(robot, base, of, &cell.options)),
+        Method::IdimIv | Method::Didim => {
+            let options = cell.didim.as_ref().ok_or_else(missing)?;
+            let identify = if method == Method::Didim { didim } else { idim_iv };
+            Box::new(move |of| identify(robot, base, of, options))
+        }
+        Method::Clie | Method::Cloe => {
+            let options = cell.output_error.as_ref().ok_or_else(missing)?;
+            let identify = if method == Method::Clie { clie } else { cloe };
+            Box::new(move |of| identify(robot, base, of, options))
+        }
+    })
+}
+
+/// Finds the essential parameters in a recording, with the filters of the cell.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn reduce_recording(
+    cell: &Cell,
+    recording: &Measurement,
+    counted: Range<usize>,
+) -> Result<Reduction, IdentifyError> {
+    let experiment = experiment(cell, recording, counted)?;
+    let (robot, base) = (&cell.robot, &cell.base);
+    Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE)?)
+}
+
+/// The usual level of an F-test: one parameter in twenty that is zero stays.
+const SIGNIFICANCE: f64 = 0.05;
+
+/// An identification and the window that it comes from.
+#[derive(Clone, Debug)]
+pub struct LastWindow {
+    /// The window.
+    pub window: WindowProvenance,
+    /// What was identified from it.
+    pub identification: Identification,
+}
+
+/// The last identification of a worker, for whoever wants to draw it.
+#[derive(Clone, Debug, Default)]
+pub struct LastIdentification(Arc<Mutex<Option<LastWindow>>>);
+
+impl LastIdentification {
+    /// Takes it out, if it is that of this window: one that was identified and not stored does not
+    /// count.
+    pub fn take(&self, window: u64) -> Option<LastWindow> {
+        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
+        last.filter(|last| last.window.number == window)
+    }
+
+    pub(crate) fn set(&self, last: LastWindow) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(last);
+    }
+}

@@ -1,0 +1,215 @@
+//! Candump logs and MCAP recordings of the bus: the same frames, layout and assembly as live.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use didim_core::JointSample;
+use didim_drivers::assemble::Losses;
+use didim_drivers::frame::{Frame, FrameId};
+use didim_drivers::layout::CyclesBy;
+use didim_drivers::source::{Received, SourceError};
+
+use crate::cell::Cell;
+use crate::live::recording::open_log;
+use didim_formats::{MAX_SAMPLES, Measurement};
+
+/// Frames taken from the log at a time.
+const BATCH: usize = 4096;
+/// Identifiers that an error lists.
+const LISTED: usize = 16;
+
+/// Why a log is no recording. Every variant names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The log cannot be opened or read, or a line is malformed; the inner error names it.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// No complete sample came of the frames: the layout or the interface is another one.
+    #[error(
+        "{}: no complete sample in {} frames; is this log from the bus that the cell's layout describes? The layout has the identifiers {}, the log {}. Not used, by cause: {}",
+        file.display(), losses.frames_received, list(expected), list(found), causes(losses)
+    )]
+    NoSample {
+        /// The log.
+        file: PathBuf,
+        /// Identifiers of the layout.
+        expected: Vec<FrameId>,
+        /// The first identifiers of the log.
+        found: Vec<FrameId>,
+        /// What was counted.
+        losses: Box<Losses>,
+    },
+    /// Bus cycles without a complete sample inside the record: cut the log there.
+    #[error(
+        "{}: {missing} bus cycles are missing after sample {after} ({:.3} s after the first); cut the log there. Not used, by cause: {}",
+        file.display(), time_s, causes(losses)
+    )]
+    Gap {
+        /// The log.
+        file: PathBuf,
+        /// The last sample before the gap, counted from the first.
+        after: u64,
+        /// Cycles missing.
+        missing: u64,
+        /// Time of that sample after the first \[s\].
+        time_s: f64,
+        /// What was counted.
+        losses: Box<Losses>,
+    },
+    /// The log's own times tell another sample rate than the layout: correct the one that is wrong.
+    /// Velocities and accelerations would be off by as much, and fit well.
+    #[error(
+        "{}: by its time stamps {found_hz:.1} samples/s, by the layout {expected_hz:.1} (rate_hz); correct the one that is wrong, or let the frames count with cycles_by = \"frames\" if it is the stamps",
+        file.display()
+    )]
+    Rate {
+        /// The log.
+        file: PathBuf,
+        /// What the stamps tell \[Hz\].
+        found_hz: f64,
+        /// What the layout tells \[Hz\].
+        expected_hz: f64,
+    },
+    /// More samples than are held in memory: cut the log.
+    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the log", file.display())]
+    TooLong {
+        /// The log.
+        file: PathBuf,
+    },
+}
+
+/// Reads a whole candump log or MCAP recording as one record without gaps, motor side.
+///
+/// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
+/// record begins with the second one.
+///
+/// # Errors
+/// See [`LogError`].
+pub fn read_log(path: &Path, cell: &Cell) -> Result<Measurement, LogError> {
+    let mut samples = read_samples(path, cell)?;
+    if cell.layout.has_reference() {
+        drop_before_reference(path, &mut samples);
+    }
+    Ok(Measurement::from_samples(&samples, cell.layout.axes(), cell.sample_rate_hz()))
+}
+
+/// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none.
+/// Without this, one sample would cost the whole record its reference. More than one is no matter of
+/// the log's beginning: then nothing is left out, and the record is without a reference.
+fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
+    if let [first, second, ..] = samples.as_slice()
+        && !first.has_reference
+        && second.has_reference
+    {
+        samples.remove(0);
+        tracing::warn!("{}: 1 sample before the first reference is left out", path.display());
+    }
+    let without = samples.iter().filter(|sample| !sample.has_reference).count();
+    if without > 0 {
+        let (file, all) = (path.display(), samples.len());
+        tracing::warn!(
+            "{file}: {without} of {all} samples have no reference, so the record has none"
+        );
+    }
+}
+
+fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> {
+    let mut source = open_log(path)?;
+    let mut assembler = cell.assembler();
+    let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
+    let mut samples: Vec<JointSample> = Vec::new();
+    let file = || path.to_path_buf();
+    let mut found: Vec<FrameId> = Vec::new();
+    loop {
+        batch.clear();
+        let received = source.receive(&mut batch, Duration::ZERO)?;
+        for frame in &batch {
+            if found.len() < LISTED && !frame.is_error() && !found.contains(&frame.id) {
+                found.push(frame.id);
+            }
+            assembler.handle_frame(frame);
+            samples.extend(assembler.poll_sample());
+        }
+        if samples.len() > MAX_SAMPLES {
+            return Err(LogError::TooLong { file: file() });
+        }
+        if received == Received::End {
+            break;
+        }
+    }
+    assembler.handle_timeout(u64::MAX);
+    samples.extend(assembler.poll_sample());
+    let losses = || Box::new(*assembler.losses());
+    let Some(first) = samples.first().map(|s| s.sequence) else {
+        let expected = cell.layout.messages().iter().map(|message| message.format.id).collect();
+        return Err(LogError::NoSample { file: file(), expected, found, losses: losses() });
+    };
+    let gap = samples.windows(2).find(|pair| pair[1].sequence != pair[0].sequence + 1);
+    if let Some([before, after]) = gap {
+        let position = before.sequence.saturating_sub(first);
+        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        let time_s = position as f64 / cell.sample_rate_hz();
+        return Err(LogError::Gap {
+            file: file(),
+            after: position,
+            missing: after.sequence.saturating_sub(before.sequence).saturating_sub(1),
+            time_s,
+            losses: losses(),
+        });
+    }
+    check_rate(path, cell, &samples, assembler.losses())?;
+    Ok(samples)
+}
+
+/// Clocks of drives and computers differ by a ten-thousandth at most, and so do stamps over some
+/// seconds.
+const RATE_TOLERANCE: f64 = 5e-4;
+
+/// Shorter logs do not tell their rate well \[s\].
+const RATE_NEEDS_S: f64 = 2.0;
+
+/// Whether the stamps tell the layout's rate, where stamps count.
+fn check_rate(
+    path: &Path,
+    cell: &Cell,
+    samples: &[JointSample],
+    losses: &Losses,
+) -> Result<(), LogError> {
+    let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
+    let seconds = 1e-9 * last.stamp_ns.saturating_sub(first.stamp_ns) as f64;
+    let expected_hz = cell.sample_rate_hz();
+    let found_hz = last.sequence.saturating_sub(first.sequence) as f64 / seconds;
+    let off = (found_hz / expected_hz - 1.0).abs() > RATE_TOLERANCE && seconds > RATE_NEEDS_S;
+    if cell.layout.cycles_by() == CyclesBy::Stamps && (off || losses.cycles.wrong_period > 0) {
+        let file = path.to_path_buf();
+        return Err(LogError::Rate { file, found_hz, expected_hz });
+    }
+    Ok(())
+}
+
+/// The first identifiers, as candump writes them.
+fn list(ids: &[FrameId]) -> String {
+    let names: Vec<String> = ids.iter().take(LISTED).map(ToString::to_string).collect();
+    match names.len() {
+        0 => "none".to_owned(),
+        listed if listed < ids.len() => format!("{} …", names.join(" ")),
+        _ => names.join(" "),
+    }
+}
+
+/// Every cause with a count, as `name 12, name 3`.
+fn causes(losses: &Losses) -> String {
+    let Ok(serde_json::Value::Object(all)) = serde_json::to_value(losses) else {
+        return String::new();
+    };
+    let mut found = Vec::new();
+    for group in ["frames", "cycles"] {
+        let counts = all.get(group).and_then(serde_json::Value::as_object);
+        for (name, count) in counts.into_iter().flatten() {
+            if count.as_u64().unwrap_or(0) > 0 {
+                found.push(format!("{} {count}", name.replace('_', "-")));
+            }
+        }
+    }
+    if found.is_empty() { "none".to_owned() } else { found.join(", ") }
+}

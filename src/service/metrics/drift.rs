@@ -1,0 +1,32 @@
+//! How the last estimate differs from the baseline, as families of metrics.
+
+use super::exposition::{Kind, Text};
+use super::families::{MAX_LABELS, truth};
+use crate::archive::drift::DriftStatus;
+
+use Kind::Gauge;
+
+pub(super) fn drift(text: &mut Text, status: &DriftStatus) {
+    let help =
+        "Whether the last result was compared with the baseline; `didim status` tells why not.";
+    text.family("didim_drift_compared", Gauge, help).value(truth(status.compared));
+    // No number is NaN, as Prometheus has it.
+    let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let shown = || status.parameters.iter().take(MAX_LABELS);
+    let help = "Relative change of a parameter since the baseline.";
+    let mut family = text.family("didim_drift_relative_change_ratio", Gauge, help);
+    for parameter in shown() {
+        family.labelled(&[("parameter", &parameter.parameter)], number(parameter.relative_change));
+    }
+    let help =
+        "Change of a parameter as a share of its band around the baseline: more than 1 is outside.";
+    let mut family = text.family("didim_drift_band_share_ratio", Gauge, help);
+    for parameter in shown() {
+        family.labelled(&[("parameter", &parameter.parameter)], number(parameter.band_share));
+    }
+    let help = "Alarms of parameters that have left their bands; always 1.";
+    let mut family = text.family("didim_drift_alarm", Gauge, help);
+    for alarm in status.alarms.iter().take(MAX_LABELS) {
+        family.labelled(&[("parameter", &alarm.parameter)], 1.0);
+    }
+}

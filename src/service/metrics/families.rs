@@ -1,0 +1,298 @@
+//! A status as families of metrics.
+
+use std::collections::BTreeMap;
+
+use super::exposition::{Kind, Text};
+use super::{drift, recording};
+use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::live::latency::LatencySummary;
+use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
+use crate::service::status::Snapshot;
+
+use Kind::{Counter, Gauge, Summary};
+
+/// The most values of one label that are told: causes, parameters.
+pub const MAX_LABELS: usize = 128;
+
+/// The metrics of a service, or of one that does not answer.
+pub fn exposition(snapshot: Option<&Snapshot>) -> String {
+    let mut text = Text::default();
+    let up = truth(snapshot.is_some());
+    text.family("didim_up", Gauge, "Whether the service answers at its status socket.").value(up);
+    let version = env!("CARGO_PKG_VERSION");
+    text.family("didim_build_info", Gauge, "The program that tells the metrics; always 1.")
+        .labelled(&[("version", version)], 1.0);
+    if let Some(snapshot) = snapshot {
+        service(&mut text, snapshot);
+        snapshot.acquisition.iter().for_each(|status| acquisition(&mut text, status));
+        snapshot.estimation.iter().for_each(|status| estimation(&mut text, status));
+    }
+    text.finish()
+}
+
+fn service(text: &mut Text, snapshot: &Snapshot) {
+    text.family("didim_service_info", Gauge, "The service and its cell; always 1.")
+        .labelled(&[("version", &snapshot.version), ("cell", &snapshot.cell)], 1.0);
+    let gauges = [
+        ("didim_uptime_seconds", "Time since the service began.", snapshot.uptime_s),
+        ("didim_healthy", "Whether all is well: 1, or 0 for a reason.", truth(snapshot.health.ok)),
+        (
+            "didim_health_reasons",
+            "Reasons why not all is well; `didim status` tells them.",
+            count(snapshot.health.reasons.len() as u64),
+        ),
+        (
+            "didim_nominal_samples_per_second",
+            "Rate of the bus cycle that the cell states.",
+            snapshot.stream.sample_rate_hz,
+        ),
+        (
+            "didim_buffer_seconds",
+            "How long the worker may be away before samples are lost.",
+            snapshot.stream.buffer_s,
+        ),
+        (
+            "didim_shared_memory_bytes",
+            "Shared memory that the cell takes.",
+            count(snapshot.stream.shared_memory_bytes),
+        ),
+    ];
+    write(text, Gauge, &gauges);
+}
+
+fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
+    let mut state = text.family("didim_bus_state", Gauge, "How the bus is: 1 at its state.");
+    for (name, is) in [
+        ("waiting", BusState::Waiting),
+        ("ok", BusState::Ok),
+        ("silent", BusState::Silent),
+        ("down", BusState::Down),
+        ("ended", BusState::Ended),
+    ] {
+        state.labelled(&[("state", name)], truth(status.bus == is));
+    }
+    let counters = [
+        ("didim_frames_total", "Frames received, error frames included.", status.frames),
+        ("didim_samples_total", "Samples assembled.", status.samples),
+        ("didim_batches_total", "Batches of samples sent to the worker.", status.batches),
+        (
+            "didim_frames_dropped_total",
+            "Frames dropped unread, by the kernel or an in-process bus.",
+            status.queue_drops,
+        ),
+        ("didim_error_frames_total", "Error frames of the controller.", status.error_frames),
+        ("didim_interface_down_total", "Times an interface was found down.", status.link_down),
+        ("didim_interface_reopened_total", "Times an interface was opened again.", status.reopened),
+        ("didim_source_failures_total", "Times the bus could not be read.", status.source_failures),
+        (
+            "didim_frames_passed_over_total",
+            "Frames of another interface or of an unknown kind.",
+            status.frames_passed_over,
+        ),
+        (
+            "didim_frames_stamped_late_total",
+            "Frames without a stamp of the kernel.",
+            status.frames_stamped_late,
+        ),
+        (
+            "didim_samples_without_reference_total",
+            "Samples without the reference that the layout has.",
+            status.samples_without_reference,
+        ),
+        ("didim_clock_steps_total", "Times the computer's clock was set.", status.clock_steps),
+    ];
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+    let unused = "Frames not used, by cause.";
+    by_label(text, ("didim_frames_unused_total", "cause"), unused, &status.frames_unused);
+    let lost = "Bus cycles without a sample, by cause.";
+    by_label(text, ("didim_cycles_lost_total", "cause"), lost, &status.cycles_lost);
+    let buffers = [
+        (
+            "didim_receive_buffer_bytes",
+            "Receive buffer that the kernel granted.",
+            status.receive_buffer_bytes,
+        ),
+        (
+            "didim_receive_buffer_asked_bytes",
+            "Receive buffer that the cell asks for.",
+            status.receive_buffer_asked_bytes,
+        ),
+    ];
+    for (name, help, bytes) in buffers {
+        if let Some(bytes) = bytes {
+            text.family(name, Gauge, help).value(count(bytes));
+        }
+    }
+    if let Some(grants) = &status.real_time {
+        let wishes =
+            [("priority", &grants.priority), ("cpu", &grants.cpu), ("memory", &grants.memory)];
+        let asked = wishes.into_iter().filter(|(_, grant)| **grant != Grant::NotAsked);
+        let asked: Vec<_> = asked.collect();
+        if !asked.is_empty() {
+            let help = "What the acquisition asked for: 1 where it was granted.";
+            let mut family = text.family("didim_real_time_granted", Gauge, help);
+            for (wish, grant) in asked {
+                family.labelled(&[("wish", wish)], truth(*grant == Grant::Granted));
+            }
+        }
+    }
+    latency(
+        text,
+        ("didim_frame_to_buffer_seconds", "didim_frame_to_buffer_max_seconds"),
+        "From the frame that completed a sample until it was in the buffer.",
+        status.frame_to_buffer.map(|latency| latency.times),
+    );
+    status.recording.iter().for_each(|status| recording::recording(text, status));
+}
+
+fn estimation(text: &mut Text, status: &EstimationStatus) {
+    let counters = [
+        ("didim_worker_samples_total", "Samples that the worker received.", status.samples),
+        (
+            "didim_worker_samples_missing_total",
+            "Samples that the sequence numbers show to be missing.",
+            status.samples_missing,
+        ),
+        (
+            "didim_worker_batches_lost_total",
+            "Batches that gave way because the worker was too slow.",
+            status.batches_lost,
+        ),
+        (
+            "didim_acquisition_restarts_total",
+            "Times the acquisition was restarted under a running worker.",
+            status.restarts,
+        ),
+        ("didim_windows_opened_total", "Windows opened.", status.windows_opened),
+        (
+            "didim_windows_identified_total",
+            "Windows identified, whatever the verdict.",
+            status.windows_identified,
+        ),
+    ];
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+    let rejected = "Windows rejected, by cause.";
+    by_label(text, ("didim_windows_rejected_total", "cause"), rejected, &status.windows_rejected);
+    let samples = match status.window {
+        WindowState::Idle => None,
+        WindowState::Open { samples } => Some(samples as u64),
+    };
+    let gauges = [
+        ("didim_window_open", "Whether a window is open.", truth(samples.is_some())),
+        ("didim_window_samples", "Samples in the open window.", count(samples.unwrap_or(0))),
+        (
+            "didim_windows_pending",
+            "Windows waiting for the identification or in it.",
+            count(status.windows_pending),
+        ),
+    ];
+    write(text, Gauge, &gauges);
+    let names = ("didim_buffer_to_worker_seconds", "didim_buffer_to_worker_max_seconds");
+    let help = "How long samples lay in the buffer until the worker took them.";
+    latency(text, names, help, status.buffer_to_worker);
+    let names = ("didim_batch_to_worker_seconds", "didim_batch_to_worker_max_seconds");
+    latency(
+        text,
+        names,
+        "From the sending of a batch until the worker took it.",
+        status.batch_to_worker,
+    );
+    status.last_estimate.iter().for_each(|last| estimate(text, last));
+    status.kept_recordings.iter().for_each(|kept| recording::kept(text, kept));
+    status.drift.iter().for_each(|status| drift::drift(text, status));
+}
+
+fn estimate(text: &mut Text, last: &EstimateSummary) {
+    let gauges = [
+        (
+            "didim_estimate_window",
+            "Number of the window of the last estimate.",
+            Some(count(last.window)),
+        ),
+        (
+            "didim_estimate_applicable",
+            "Whether the last estimate may be used.",
+            Some(truth(last.applicable)),
+        ),
+        (
+            "didim_estimate_relative_error_ratio",
+            "Relative error of the last estimate's torques.",
+            last.relative_error,
+        ),
+        (
+            "didim_estimate_condition_number",
+            "Condition number of the last estimate's regressor.",
+            last.condition_number,
+        ),
+    ];
+    for (name, help, value) in gauges {
+        if let Some(value) = value {
+            text.family(name, Gauge, help).value(value);
+        }
+    }
+    if last.parameters.is_empty() {
+        return;
+    }
+    let method = last.method.as_str();
+    let shown = || last.parameters.iter().take(MAX_LABELS);
+    // Of every unit that parameters have, so the unit is no part of the name.
+    let mut family = text.family(
+        "didim_estimate_parameter",
+        Gauge,
+        "Parameters of the last estimate, in SI units.",
+    );
+    for value in shown() {
+        family.labelled(&[("parameter", &value.name), ("method", method)], value.value);
+    }
+    let help = "Standard deviations of the last estimate's parameters, in SI units.";
+    let mut family = text.family("didim_estimate_parameter_standard_deviation", Gauge, help);
+    for value in shown() {
+        let labels = [("parameter", value.name.as_str()), ("method", method)];
+        family.labelled(&labels, value.standard_deviation);
+    }
+}
+
+fn latency(
+    text: &mut Text,
+    (name, max_name): (&'static str, &'static str),
+    help: &str,
+    times: Option<LatencySummary>,
+) {
+    let Some(times) = times else { return };
+    let seconds = |ns: u64| count(ns) * 1e-9;
+    let mut family = text.family(name, Summary, help);
+    for (quantile, ns) in [("0.5", times.p50_ns), ("0.99", times.p99_ns), ("0.999", times.p999_ns)]
+    {
+        family.labelled(&[("quantile", quantile)], seconds(ns));
+    }
+    family.sample("_count", &[], count(times.count));
+    text.family(max_name, Gauge, &format!("The longest: {help}")).value(seconds(times.max_ns));
+}
+
+fn by_label(
+    text: &mut Text,
+    (name, label): (&'static str, &str),
+    help: &str,
+    counts: &BTreeMap<String, u64>,
+) {
+    // A family without samples says that the cause has not occurred.
+    let mut family = text.family(name, Counter, help);
+    for (cause, value) in counts.iter().take(MAX_LABELS) {
+        family.labelled(&[(label, cause)], count(*value));
+    }
+}
+
+pub(super) fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
+    for (name, help, value) in values {
+        text.family(name, kind, help).value(*value);
+    }
+}
+
+pub(super) fn truth(is: bool) -> f64 {
+    f64::from(u8::from(is))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "Prometheus counts in f64")]
+pub(super) fn count(value: u64) -> f64 {
+    value as f64
+}

@@ -1,0 +1,57 @@
+//! What is recorded and kept, as families of metrics.
+
+use super::exposition::{Kind, Text};
+use super::families::{count, truth, write};
+use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+
+use Kind::{Counter, Gauge};
+
+pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
+    let gauges = [
+        (
+            "didim_recording",
+            "Whether frames are being written: 0 before the first frame, after a failure, at the end.",
+            truth(status.state == RecordingState::Recording),
+        ),
+        ("didim_recording_ring_bytes", "Size of the ring on disk.", count(status.ring_bytes)),
+        (
+            "didim_recording_ring_limit_bytes",
+            "The most that the ring may take.",
+            count(status.ring_limit_bytes),
+        ),
+    ];
+    write(text, Gauge, &gauges);
+    if let Some(oldest_s) = status.oldest_s {
+        let help = "How far the ring goes back.";
+        text.family("didim_recording_oldest_seconds", Gauge, help).value(oldest_s);
+    }
+    let counters = [
+        ("didim_recording_frames_total", "Frames written.", status.frames_recorded),
+        (
+            "didim_recording_frames_unrecorded_total",
+            "Frames not written: the disk was too slow, or failed.",
+            status.frames_unrecorded,
+        ),
+        ("didim_recording_failures_total", "Times that writing failed.", status.write_errors),
+    ];
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+}
+
+pub(super) fn kept(text: &mut Text, status: &KeptStatus) {
+    let gauges = [
+        ("didim_kept_recordings", "Recordings that are kept.", count(status.files as u64)),
+        (
+            "didim_kept_recordings_bytes",
+            "Size of the recordings that are kept.",
+            count(status.bytes),
+        ),
+        (
+            "didim_capture_running",
+            "Whether a capture by command is running.",
+            truth(status.capture.is_some()),
+        ),
+    ];
+    write(text, Gauge, &gauges);
+    let help = "Recordings that could not be kept.";
+    text.family("didim_kept_recordings_failures_total", Counter, help).value(count(status.failed));
+}

@@ -1,0 +1,316 @@
+//! From a validated cell to the running pipeline: the parts, and where their files are.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use didim_drivers::source::{
+    InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
+};
+
+use crate::archive::store::WindowProvenance;
+use crate::cell::{BusAddress, Cell};
+use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
+use crate::live::recording::{KeeperOptions, RecorderOptions, RecordingOptions, open_log};
+use crate::live::stream::{
+    FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions,
+};
+use crate::live::worker::{
+    Configuration, Identified, RecordOptions, WindowOptionError, WorkerOptions,
+};
+use crate::offline::identify::{LastIdentification, LastWindow, identify_window};
+use crate::report::html::{Origin, Report, SampleRange};
+use crate::service::supervision::{AcquisitionPart, EstimationPart};
+use crate::window::Window;
+
+/// Windows that may wait while one is identified.
+const WINDOWS_WAITING: usize = 4;
+/// A live bus is called silent after this many of its periods, or half a second if that is longer.
+const SILENT_PERIODS: f64 = 100.0;
+/// The longest folder for temporary files that leaves room for the stream's own paths.
+const MAX_TEMPORARY: usize = 20;
+/// Name of the status socket in the runtime folder.
+const STATUS_SOCKET: &str = "status.sock";
+/// Name of the status socket of an acquisition that has a process of its own.
+const ACQUISITION_SOCKET: &str = "acquisition.sock";
+/// Name of the socket that takes commands.
+const COMMAND_SOCKET: &str = "command.sock";
+
+/// Why a pipeline cannot be put together.
+#[derive(Debug, thiserror::Error)]
+pub enum PipelineError {
+    /// The stream's options do not fit: the cell's name, the runtime folder or the buffer.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// The windows do not fit the sample rate.
+    #[error(transparent)]
+    Windows(#[from] WindowOptionError),
+    /// The bus cannot be opened.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// Buses that do not go together.
+    #[error("bus.source: {0}")]
+    Sources(&'static str),
+    /// A folder cannot be made: check its parent's permissions, or name another one.
+    #[error("{}: {source}", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// Where a pipeline keeps its files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// Folder of sockets and of the stream's own files.
+    pub runtime: PathBuf,
+    /// Folder of the results; they are only published when there is none.
+    pub state: Option<PathBuf>,
+    /// Beginning of the names in shared memory.
+    pub prefix: String,
+}
+
+impl Places {
+    /// Those of the cell's service.
+    pub fn of_service(cell: &Cell) -> Self {
+        Self {
+            runtime: cell.service.runtime_directory.clone(),
+            state: Some(cell.service.state_directory.clone()),
+            prefix: SERVICE_PREFIX.to_owned(),
+        }
+    }
+
+    /// Those of a service whose sockets are in `runtime`.
+    pub fn with_sockets_in(runtime: &Path) -> Self {
+        Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
+    }
+
+    /// Makes the folders.
+    ///
+    /// # Errors
+    /// [`PipelineError::Folder`].
+    pub fn make(&self) -> Result<(), PipelineError> {
+        for folder in [Some(&self.runtime), self.state.as_ref()].into_iter().flatten() {
+            std::fs::create_dir_all(folder)
+                .map_err(|source| PipelineError::Folder { folder: folder.clone(), source })?;
+        }
+        Ok(())
+    }
+
+    /// The socket that tells the status.
+    pub fn status_socket(&self) -> PathBuf {
+        self.runtime.join(STATUS_SOCKET)
+    }
+
+    /// The socket that tells the status of an acquisition in a process of its own.
+    pub fn acquisition_socket(&self) -> PathBuf {
+        self.runtime.join(ACQUISITION_SOCKET)
+    }
+
+    /// The socket that takes commands.
+    pub fn command_socket(&self) -> PathBuf {
+        self.runtime.join(COMMAND_SOCKET)
+    }
+
+    fn stream_root(&self) -> PathBuf {
+        self.runtime.join(FOLDER)
+    }
+
+    pub(crate) fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
+        StreamOptions::new(
+            &cell.name,
+            (&self.stream_root(), &self.prefix),
+            cell.robot.joints(),
+            cell.sample_rate_hz(),
+            cell.service.buffer_s,
+        )
+    }
+}
+
+/// Places for one run that nobody else shares; everything but the results is removed at its end.
+#[derive(Debug)]
+pub struct OneRun {
+    /// The places.
+    pub places: Places,
+    // Dropped in this order: first what lies in shared memory, then the folder.
+    _network: PrivateNetwork,
+    _folder: tempfile::TempDir,
+}
+
+impl OneRun {
+    /// Makes a folder for the run; results go to `state`, if it is given.
+    ///
+    /// # Errors
+    /// [`PipelineError::Folder`].
+    pub fn new(state: Option<PathBuf>) -> Result<Self, PipelineError> {
+        let usual = std::env::temp_dir();
+        let base = if usual.as_os_str().len() > MAX_TEMPORARY { "/tmp".into() } else { usual };
+        let folder = tempfile::Builder::new()
+            .prefix("didim-")
+            .tempdir_in(&base)
+            .map_err(|source| PipelineError::Folder { folder: base, source })?;
+        // Not one that begins with the service's own.
+        let prefix = format!("didim-run-{}_", std::process::id());
+        let places = Places { runtime: folder.path().to_path_buf(), state, prefix };
+        places.make()?;
+        let network = PrivateNetwork::new(&places.stream_root(), &places.prefix);
+        Ok(Self { places, _network: network, _folder: folder })
+    }
+}
+
+/// The part that reads the bus.
+///
+/// # Errors
+/// [`PipelineError::Stream`].
+pub fn acquisition(
+    cell: &Cell,
+    places: &Places,
+    source: Box<dyn Source>,
+    pace: Pace,
+) -> Result<Box<AcquisitionPart>, PipelineError> {
+    let period = cell.layout.period_ns() * 1e-9;
+    // A log is recorded already.
+    let recorder =
+        recordings(cell, places).filter(|_| pace == Pace::Live).map(|(options, folder)| {
+            RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
+        });
+    Ok(Box::new(AcquisitionPart {
+        source,
+        assembler: cell.assembler(),
+        options: AcquireOptions {
+            stream: places.stream(cell)?,
+            pace,
+            real_time: cell.service.real_time,
+            silence_after: Duration::from_secs_f64((SILENT_PERIODS * period).max(0.5)),
+        },
+        recorder,
+    }))
+}
+
+/// What is recorded, and the folder for it.
+fn recordings<'a>(cell: &'a Cell, places: &Places) -> Option<(&'a RecordingOptions, PathBuf)> {
+    let options = cell.service.recordings.as_ref()?;
+    Some((options, options.folder(places.state.as_deref()?)))
+}
+
+/// Where `didim run` keeps recordings: what a log brings is recorded already.
+pub fn keeper(cell: &Cell, places: &Places) -> Option<KeeperOptions> {
+    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
+    let (options, folder) =
+        recordings(cell, places).filter(|_| !cell.sources.iter().any(is_log))?;
+    Some(KeeperOptions { folder, recordings: options.clone() })
+}
+
+/// How the cell cuts windows and identifies them. What it identified last is left in `last`.
+///
+/// # Errors
+/// [`PipelineError::Windows`].
+pub fn configuration(
+    cell: &Cell,
+    places: &Places,
+    last: &LastIdentification,
+) -> Result<Configuration, PipelineError> {
+    let (cell_of_worker, last) = (cell.clone(), last.clone());
+    let has_folder = places.state.is_some();
+    let identify = move |window: &Window| {
+        let cell = &cell_of_worker;
+        let identification = identify_window(cell, window)?;
+        let provenance = WindowProvenance::of(window);
+        let report = has_folder.then(|| {
+            let samples = SampleRange::Window(provenance.clone());
+            let origin = Origin { input: None, samples, note: window.note.clone() };
+            Report { cell, identification: &identification, origin: &origin }.to_html()
+        });
+        let estimate = identification.estimate.clone();
+        last.set(LastWindow { window: provenance, identification });
+        Ok(Identified { estimate, report })
+    };
+    Ok(Configuration {
+        windows: cell.window.plan(cell.sample_rate_hz())?,
+        identify: Box::new(identify),
+        sha256: cell.configuration_sha256.clone(),
+        records: RecordOptions {
+            texts: cell.configuration.clone(),
+            regrouping: cell.regrouping_sha256(),
+            drift: cell.service.drift,
+        },
+    })
+}
+
+/// The part that identifies. What it identified last is left in `last`.
+///
+/// # Errors
+/// [`PipelineError::Stream`] and [`PipelineError::Windows`].
+pub fn estimation(
+    cell: &Cell,
+    places: &Places,
+    last: &LastIdentification,
+) -> Result<EstimationPart, PipelineError> {
+    let Configuration { windows, identify, sha256, records } = configuration(cell, places, last)?;
+    Ok(EstimationPart {
+        identify,
+        options: WorkerOptions {
+            stream: places.stream(cell)?,
+            windows,
+            queue: WINDOWS_WAITING,
+            folder: places.state.clone(),
+            keep: cell.service.keep_results,
+            configuration: sha256,
+            recorded: None,
+            keeper: None,
+            records,
+        },
+    })
+}
+
+/// The opened buses of a cell.
+pub struct OpenedSource {
+    /// Where frames come from.
+    pub source: Box<dyn Source>,
+    /// A living bus does not wait for its reader; a log does.
+    pub pace: Pace,
+    /// The receive buffer of its sockets.
+    pub receive_buffer: Option<ReceiveBuffer>,
+}
+
+/// Opens the buses of a cell.
+///
+/// # Errors
+/// [`PipelineError::Source`] and [`PipelineError::Sources`].
+pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
+    let mut interfaces: Vec<InterfaceName> = Vec::new();
+    for address in &cell.sources {
+        match address {
+            BusAddress::Can(name) => interfaces.push(*name),
+            BusAddress::Log(file) if cell.sources.len() == 1 => {
+                return Ok(OpenedSource {
+                    source: open_log(file)?,
+                    pace: Pace::Replay,
+                    receive_buffer: None,
+                });
+            }
+            BusAddress::Log(_) => {
+                return Err(PipelineError::Sources("a log goes with no other bus"));
+            }
+            BusAddress::InProcess => {
+                return Err(PipelineError::Sources(
+                    "inproc: is the bus of `didim demo`; name can:INTERFACE or log:FILE",
+                ));
+            }
+        }
+    }
+    let options = SocketCanOptions {
+        fd: cell.layout.messages().iter().any(|message| message.format.fd),
+        ids: Some(cell.layout.messages().iter().map(|message| message.format.id).collect()),
+        receive_buffer_bytes: cell.receive_buffer_bytes,
+    };
+    let source = SocketCanSource::open(&interfaces, &options).map_err(SourceError::from)?;
+    let granted = source.links().map(|link| u64::from(link.receive_buffer_bytes)).min();
+    let receive_buffer = granted.map(|granted_bytes| ReceiveBuffer {
+        asked_bytes: u64::from(cell.receive_buffer_bytes),
+        granted_bytes,
+    });
+    Ok(OpenedSource { source: Box::new(source), pace: Pace::Live, receive_buffer })
+}

@@ -1,0 +1,80 @@
+//! The requests that begin and end a capture of the bus.
+
+use core::fmt;
+use core::str::FromStr;
+
+use super::request::RequestError;
+use crate::live::recording::CaptureError;
+use crate::live::worker::Commands;
+
+/// The name of a capture that nobody named.
+const DEFAULT_NAME: &str = "bus";
+
+/// What may be asked of captures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CaptureRequest {
+    /// `capture start NAME`
+    Start(String),
+    /// `capture stop`
+    Stop,
+}
+
+impl FromStr for CaptureRequest {
+    type Err = RequestError;
+
+    fn from_str(line: &str) -> Result<Self, Self::Err> {
+        match line.split(' ').collect::<Vec<_>>()[..] {
+            ["capture", "start"] => Ok(Self::Start(DEFAULT_NAME.to_owned())),
+            ["capture", "start", name] => Ok(Self::Start(name.to_owned())),
+            ["capture", "stop"] => Ok(Self::Stop),
+            _ => Err(RequestError::Unknown),
+        }
+    }
+}
+
+impl fmt::Display for CaptureRequest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start(name) => write!(f, "capture start {name}"),
+            Self::Stop => f.write_str("capture stop"),
+        }
+    }
+}
+
+impl CaptureRequest {
+    /// Has it done, and waits for the answer, for a second at most.
+    ///
+    /// # Errors
+    /// [`CaptureError`].
+    pub fn submit(&self, commands: &Commands) -> Result<String, CaptureError> {
+        let nothing = "the cell file has no [service.recordings], or its bus is a log";
+        let keeper =
+            commands.keeper().ok_or_else(|| CaptureError::NothingRecorded(nothing.to_owned()))?;
+        match self {
+            Self::Start(name) => {
+                keeper.start_capture(name)?;
+                Ok(format!("the capture `{name}` has begun"))
+            }
+            Self::Stop => {
+                keeper.stop_capture()?;
+                Ok("the capture has ended; it is kept in a few seconds".to_owned())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_and_nothing_else() {
+        for request in [CaptureRequest::Start("a_1".into()), CaptureRequest::Stop] {
+            assert_eq!(request.to_string().parse(), Ok(request));
+        }
+        assert_eq!("capture start".parse(), Ok(CaptureRequest::Start("bus".into())));
+        for line in ["capture", "capture begin", "capture start a b", "capture stop now", ""] {
+            assert_eq!(line.parse::<CaptureRequest>(), Err(RequestError::Unknown), "{line}");
+        }
+    }
+}

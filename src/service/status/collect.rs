@@ -1,0 +1,116 @@
+//! Makes snapshots of what the threads count.
+
+use core::time::Duration;
+use std::time::Instant;
+
+use super::snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
+use crate::live::acquire::{AcquisitionStatus, ReceiveBuffer, SharedAcquisition};
+use crate::live::stream::StreamOptions;
+use crate::live::worker::SharedEstimation;
+
+/// An estimation on its own tells when no sample came for so long.
+const WITHOUT_SAMPLES: Duration = Duration::from_secs(2);
+
+/// Collects the counts of this process's threads, and makes rates of them.
+#[derive(Debug)]
+pub struct Collector {
+    cell: String,
+    stream: StreamStatus,
+    started: Instant,
+    acquisition: Option<SharedAcquisition>,
+    estimation: Option<SharedEstimation>,
+    receive_buffer: Option<ReceiveBuffer>,
+    /// What is of the process.
+    pub process: ProcessStatus,
+    /// Samples of a worker without a bus in this process, and when they were last more than before.
+    last_sample: (u64, Instant),
+    /// When frames and samples were last counted, and how many there were.
+    before: Option<(Instant, u64, u64)>,
+}
+
+impl Collector {
+    /// For the threads that this process runs. `receive_buffer` is that of its sockets.
+    pub fn new(
+        options: &StreamOptions,
+        acquisition: Option<SharedAcquisition>,
+        estimation: Option<SharedEstimation>,
+        receive_buffer: Option<ReceiveBuffer>,
+        now: Instant,
+    ) -> Self {
+        Self {
+            cell: options.cell.clone(),
+            stream: StreamStatus {
+                sample_rate_hz: options.sample_rate_hz,
+                buffer_s: options.buffer_s,
+                shared_memory_bytes: options.shared_memory_bytes(),
+            },
+            started: now,
+            acquisition,
+            estimation,
+            receive_buffer,
+            process: ProcessStatus::default(),
+            last_sample: (0, now),
+            before: None,
+        }
+    }
+
+    /// The snapshot of this instant; its rates are those since the one before.
+    pub fn snapshot(&mut self, now: Instant) -> Snapshot {
+        let acquisition = self.acquisition.as_ref().map(|shared| {
+            let mut status = AcquisitionStatus::new(&shared.counts(), shared.grants());
+            status.recording = shared.recording();
+            status.frame_to_buffer = shared.frame_to_buffer();
+            status.receive_buffer_bytes = self.receive_buffer.map(|is| is.granted_bytes);
+            status.receive_buffer_asked_bytes = self.receive_buffer.map(|is| is.asked_bytes);
+            if let Some((then, frames, samples)) = self.before {
+                let elapsed_s = (now - then).as_secs_f64();
+                status.frames_per_second = rate(status.frames, frames, elapsed_s);
+                status.samples_per_second = rate(status.samples, samples, elapsed_s);
+            }
+            self.before = Some((now, status.frames, status.samples));
+            status
+        });
+        let estimation = self.estimation.as_ref().map(SharedEstimation::snapshot);
+        let mut health = Health::of(acquisition.as_ref(), estimation.as_ref());
+        if let (None, Some(estimation)) = (&acquisition, &estimation)
+            && let Some(silent) = self.without_samples(estimation.samples, now)
+        {
+            health.add(format!(
+                "no sample has come for {} s: the bus is silent, or the acquisition does not run",
+                silent.as_secs()
+            ));
+        }
+        // What somebody has just done comes first.
+        for reason in self.process.reasons().into_iter().rev() {
+            health.ok = false;
+            health.reasons.insert(0, reason);
+        }
+        Snapshot {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            cell: self.cell.clone(),
+            uptime_s: (now - self.started).as_secs_f64(),
+            health,
+            process: self.process.clone(),
+            stream: self.stream.clone(),
+            acquisition,
+            estimation,
+        }
+    }
+}
+
+impl Collector {
+    /// For how long another process has sent nothing, if that is long.
+    fn without_samples(&mut self, samples: u64, now: Instant) -> Option<Duration> {
+        if samples != self.last_sample.0 {
+            self.last_sample = (samples, now);
+        }
+        let silent = now.saturating_duration_since(self.last_sample.1);
+        (silent >= WITHOUT_SAMPLES).then_some(silent)
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a rate for people")]
+fn rate(now: u64, before: u64, elapsed_s: f64) -> f64 {
+    if elapsed_s > 0.0 { now.saturating_sub(before) as f64 / elapsed_s } else { 0.0 }
+}

@@ -1,0 +1,344 @@
+//! The status for people.
+
+use std::collections::BTreeMap;
+
+use super::snapshot::Snapshot;
+use crate::archive::drift::DriftStatus;
+use crate::live::acquire::{AcquisitionStatus, BusState, FrameLatency, FrameTime, Grant};
+use crate::live::latency::LatencySummary;
+use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use crate::live::worker::{EstimationStatus, WindowState};
+
+/// Whether the terminal is sent colour codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    /// Plain text.
+    Never,
+    /// Good in green, bad in red (ECMA-48).
+    Always,
+}
+
+/// What a line of the status is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A value that is neither good nor bad.
+    Plain,
+    /// As it should be.
+    Good,
+    /// Not as it should be.
+    Bad,
+    /// A count of what should not be, which the name says.
+    Count,
+    /// Such a count with its cause.
+    Cause,
+}
+
+/// A line of the status.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// What it is about.
+    pub name: &'static str,
+    /// What is the case, in words.
+    pub value: String,
+    /// How it is shown.
+    pub kind: Kind,
+}
+
+/// The snapshot as aligned lines of a name and a value.
+pub fn render(snapshot: &Snapshot, colour: Colour) -> String {
+    aligned(&rows(snapshot), colour)
+}
+
+/// The lines before they are aligned.
+pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
+    let mut rows = Rows(Vec::new());
+    rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
+    rows.plain("up for", duration(snapshot.uptime_s));
+    if snapshot.health.ok {
+        rows.judged("health", "ok", true);
+    }
+    for reason in &snapshot.health.reasons {
+        rows.judged("health", reason, false);
+    }
+    rows.plain(
+        "buffer",
+        format!(
+            "{} s at {} Hz, {:.1} MB of shared memory",
+            snapshot.stream.buffer_s,
+            snapshot.stream.sample_rate_hz,
+            megabytes(snapshot.stream.shared_memory_bytes)
+        ),
+    );
+    if let Some(acquisition) = &snapshot.acquisition {
+        acquisition_rows(&mut rows, acquisition);
+    }
+    if let Some(estimation) = &snapshot.estimation {
+        estimation_rows(&mut rows, estimation);
+    }
+    rows.0
+}
+
+fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
+    let bus = match status.bus {
+        BusState::Waiting => "no frame yet",
+        BusState::Ok => "ok",
+        BusState::Silent => "silent",
+        BusState::Down => "down",
+        BusState::Ended => "ended",
+    };
+    rows.judged("bus", bus, matches!(status.bus, BusState::Ok | BusState::Ended));
+    rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
+    rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
+    if let Some(FrameLatency { from, times }) = status.frame_to_buffer {
+        let since = match from {
+            FrameTime::Stamp => "from its stamp",
+            FrameTime::Read => "from when it was read",
+        };
+        rows.plain("frame to buffer", format!("{}, {since}", quantiles(times)));
+    }
+    rows.counted("frames dropped unread", status.queue_drops);
+    rows.counted("error frames", status.error_frames);
+    rows.counted("times down", status.link_down);
+    rows.counted("times opened again", status.reopened);
+    rows.counted("source failures", status.source_failures);
+    rows.counted("frames passed over", status.frames_passed_over);
+    rows.counted("frames stamped late", status.frames_stamped_late);
+    rows.counted("samples without reference", status.samples_without_reference);
+    rows.counted("clock steps", status.clock_steps);
+    rows.counted("stamps held back", status.stamps_held_back);
+    rows.counted("stamps in the future", status.stamps_in_future);
+    rows.causes("frames unused", &status.frames_unused);
+    rows.causes("cycles lost", &status.cycles_lost);
+    if let Some(recording) = &status.recording {
+        recording_rows(rows, recording);
+    }
+    if let Some(bytes) = status.receive_buffer_bytes {
+        rows.plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));
+    }
+    if let Some(grants) = &status.real_time {
+        for (name, grant) in [
+            ("real-time priority", &grants.priority),
+            ("processor", &grants.cpu),
+            ("locked memory", &grants.memory),
+        ] {
+            match grant {
+                Grant::NotAsked => {}
+                Grant::Granted => rows.judged(name, "granted", true),
+                Grant::Refused { why } => rows.judged(name, why, false),
+            }
+        }
+    }
+}
+
+fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
+    rows.latency("buffer to worker", status.buffer_to_worker);
+    rows.latency("batch to worker", status.batch_to_worker);
+    rows.counted("samples missing", status.samples_missing);
+    rows.counted("batches lost", status.batches_lost);
+    rows.counted("acquisition restarts", status.restarts);
+    match status.window {
+        WindowState::Idle => rows.plain("window", "none open".to_owned()),
+        WindowState::Open { samples } => {
+            rows.plain("window", format!("open, {samples} samples"));
+        }
+    }
+    rows.plain(
+        "windows",
+        format!(
+            "{} opened, {} identified, {} pending",
+            status.windows_opened, status.windows_identified, status.windows_pending
+        ),
+    );
+    if let Some(kept) = &status.kept_recordings {
+        kept_rows(rows, kept);
+    }
+    if let Some(note) = &status.note {
+        rows.plain("noted for the next", note.line());
+    }
+    rows.causes("windows rejected", &status.windows_rejected);
+    if let Some(rejected) = &status.last_rejection {
+        rows.plain("last rejection", format!("window {}: {}", rejected.number, rejected.rejection));
+    }
+    if let Some(estimate) = &status.last_estimate {
+        let error = estimate
+            .relative_error
+            .map_or_else(|| "unknown".to_owned(), |error| format!("{:.2} %", 100.0 * error));
+        rows.plain(
+            "last estimate",
+            format!(
+                "window {}, {}, {} parameters, relative error {error}",
+                estimate.window,
+                estimate.method,
+                estimate.parameters.len()
+            ),
+        );
+        if estimate.applicable {
+            rows.judged("verdict", "applicable", true);
+        }
+        for reason in &estimate.reasons {
+            rows.judged("verdict", reason, false);
+        }
+    }
+    if let Some(drift) = &status.drift {
+        drift_rows(rows, drift);
+    }
+}
+
+fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
+    let back = status.oldest_s.map(|seconds| format!(", {} back", duration(seconds)));
+    let size = format!(
+        "{:.0} of {:.0} MB{}",
+        megabytes(status.ring_bytes),
+        megabytes(status.ring_limit_bytes),
+        back.unwrap_or_default()
+    );
+    match status.state {
+        RecordingState::Waiting => rows.plain("recording", "no frame yet".to_owned()),
+        RecordingState::Recording => rows.plain("recording", size),
+        RecordingState::Ended => rows.plain("recording", format!("ended, {size}")),
+        RecordingState::Failed => {
+            let why = status.why.as_deref().unwrap_or("failed");
+            rows.judged("recording", why, false);
+        }
+    }
+    rows.counted("frames unrecorded", status.frames_unrecorded);
+    rows.counted("recording failures", status.write_errors);
+}
+
+fn kept_rows(rows: &mut Rows, status: &KeptStatus) {
+    let (files, size) = (status.files, megabytes(status.bytes));
+    rows.plain("recordings kept", format!("{files}, {size:.1} MB"));
+    if let Some(name) = &status.capture {
+        rows.plain("capture", name.clone());
+    }
+    rows.counted("recordings not kept", status.failed);
+    if let Some(why) = &status.last_failure {
+        rows.plain("last not kept", why.clone());
+    }
+}
+
+fn drift_rows(rows: &mut Rows, drift: &DriftStatus) {
+    let DriftStatus { baseline, time, reconfigured, .. } = drift;
+    rows.plain("baseline", format!("result {baseline} of {time}"));
+    match &drift.why_not {
+        Some(why) => rows.plain("drift", format!("not compared: {why}")),
+        None if drift.alarms.is_empty() => {
+            rows.judged("drift", "every parameter in its band", true)
+        }
+        None => {}
+    }
+    if *reconfigured {
+        rows.plain("drift", "the configuration has changed since the baseline".to_owned());
+    }
+    for reason in drift.reasons() {
+        rows.judged("drift", &reason, false);
+    }
+}
+
+struct Rows(Vec<Row>);
+
+impl Rows {
+    fn plain(&mut self, name: &'static str, value: String) {
+        self.add(name, &value, Kind::Plain);
+    }
+
+    fn add(&mut self, name: &'static str, value: &str, kind: Kind) {
+        self.0.push(Row { name, value: clean(value), kind });
+    }
+
+    /// A count that is only worth a line when it is not zero.
+    fn counted(&mut self, name: &'static str, count: u64) {
+        if count > 0 {
+            self.add(name, &count.to_string(), Kind::Count);
+        }
+    }
+
+    fn latency(&mut self, name: &'static str, latency: Option<LatencySummary>) {
+        if let Some(times) = latency {
+            self.plain(name, quantiles(times));
+        }
+    }
+
+    fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
+        for (cause, count) in causes {
+            self.add(name, &format!("{count} {}", cause.replace('_', " ")), Kind::Cause);
+        }
+    }
+
+    fn judged(&mut self, name: &'static str, value: &str, good: bool) {
+        self.add(name, value, if good { Kind::Good } else { Kind::Bad });
+    }
+}
+
+fn aligned(rows: &[Row], colour: Colour) -> String {
+    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    let mut before = "";
+    let mut text = String::new();
+    for Row { name, value, kind } in rows {
+        // A name is written once for its lines.
+        let shown = if *name == before { "" } else { name };
+        let value = match (colour, kind) {
+            (Colour::Always, Kind::Good) => format!("\x1b[32m{value}\x1b[0m"),
+            (Colour::Always, Kind::Bad) => format!("\x1b[31m{value}\x1b[0m"),
+            _ => value.clone(),
+        };
+        text.push_str(&format!("{shown:width$}  {value}\n"));
+        before = name;
+    }
+    text
+}
+
+/// Without control characters: the text comes from another process.
+pub fn clean(text: &str) -> String {
+    text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "one decimal for people")]
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
+}
+
+/// The quantiles of a latency in a line.
+pub fn quantiles(times: LatencySummary) -> String {
+    let LatencySummary { count: _, p50_ns, p99_ns, p999_ns, max_ns } = times;
+    let [p50, p99, p999, max] = [p50_ns, p99_ns, p999_ns, max_ns].map(time);
+    format!("p50 {p50}, p99 {p99}, p99.9 {p999}, max {max}")
+}
+
+/// A short time with three digits.
+#[expect(clippy::cast_precision_loss, reason = "three digits for people")]
+fn time(ns: u64) -> String {
+    let (value, unit) = match ns as f64 {
+        ns if ns < 1e6 => (ns / 1e3, "µs"),
+        ns if ns < 1e9 => (ns / 1e6, "ms"),
+        ns => (ns / 1e9, "s"),
+    };
+    let decimals = if value < 10.0 {
+        2
+    } else if value < 100.0 {
+        1
+    } else {
+        0
+    };
+    format!("{value:.decimals$} {unit}")
+}
+
+/// A time in its two largest units.
+pub fn duration(seconds: f64) -> String {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast saturates, and the seconds of an uptime are not negative"
+    )]
+    let seconds = seconds as u64;
+    let (days, hours, minutes) = (seconds / 86_400, seconds / 3600 % 24, seconds / 60 % 60);
+    match (days, hours, minutes) {
+        (0, 0, 0) => format!("{seconds} s"),
+        (0, 0, _) => format!("{minutes} min {} s", seconds % 60),
+        (0, _, _) => format!("{hours} h {minutes} min"),
+        _ => format!("{days} d {hours} h {minutes} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests;

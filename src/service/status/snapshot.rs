@@ -1,0 +1,152 @@
+//! The status as one JSON object.
+
+use serde::{Deserialize, Serialize};
+
+use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::live::recording::RecordingState;
+use crate::live::worker::EstimationStatus;
+
+/// Version of the object's layout: it changes when a key changes its meaning or goes away.
+pub const SCHEMA: u32 = 2;
+
+/// Everything the service tells about itself. Fields of a later version are passed over, so that
+/// an old client can read a new service.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Name of the cell.
+    pub cell: String,
+    /// Time since the service began \[s\].
+    pub uptime_s: f64,
+    /// Whether all is well.
+    pub health: Health,
+    /// The process that tells this; where there are two, the one that estimates.
+    #[serde(default)]
+    pub process: ProcessStatus,
+    /// The stream between the two.
+    pub stream: StreamStatus,
+    /// The bus thread; nothing where another process runs it.
+    pub acquisition: Option<AcquisitionStatus>,
+    /// The worker; nothing where another process runs it.
+    pub estimation: Option<EstimationStatus>,
+}
+
+/// Whether all is well, and if not, why not.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// True when there is no reason.
+    pub ok: bool,
+    /// The reasons, for people.
+    pub reasons: Vec<String>,
+}
+
+/// What is of a process and not of its threads.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ProcessStatus {
+    /// Why the configuration, read again, was not taken over; nothing when it was, or was not read
+    /// again.
+    pub reload_refused: Option<String>,
+}
+
+impl ProcessStatus {
+    /// Why all is not well with it.
+    pub fn reasons(&self) -> Vec<String> {
+        let refused = self.reload_refused.iter();
+        refused
+            .map(|why| format!("reload refused, the configuration before goes on: {why}"))
+            .collect()
+    }
+}
+
+/// The stream's dimensions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StreamStatus {
+    /// Nominal sample rate \[Hz\].
+    pub sample_rate_hz: f64,
+    /// How long a worker may be away before samples are lost \[s\].
+    pub buffer_s: f64,
+    /// Shared memory that the cell takes \[bytes\].
+    pub shared_memory_bytes: u64,
+}
+
+impl Health {
+    /// Judges what is told. What happened long ago and is over is counted, but is no reason.
+    pub fn of(
+        acquisition: Option<&AcquisitionStatus>,
+        estimation: Option<&EstimationStatus>,
+    ) -> Self {
+        let mut reasons = Vec::new();
+        if let Some(acquisition) = acquisition {
+            match acquisition.bus {
+                BusState::Waiting => reasons.push("no frame has come yet".to_owned()),
+                BusState::Silent => reasons.push("the bus is silent".to_owned()),
+                BusState::Down => reasons.push("the bus is down".to_owned()),
+                BusState::Ok if acquisition.samples == 0 => {
+                    reasons.push("frames come, but no sample is complete".to_owned());
+                }
+                BusState::Ok | BusState::Ended => {}
+            }
+            let grants =
+                acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu, &is.memory]);
+            for grant in grants {
+                if let Grant::Refused { why } = grant {
+                    reasons.push(format!("not granted: {why}"));
+                }
+            }
+            if let Some(recording) = &acquisition.recording
+                && recording.state == RecordingState::Failed
+            {
+                let why = recording.why.as_deref().unwrap_or("see the log");
+                reasons.push(format!("the bus is not recorded: {why}"));
+            }
+            let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
+            if let (Some(granted), Some(asked)) = buffer
+                && granted < asked
+            {
+                reasons.push(format!(
+                    "the receive buffer has {granted} bytes instead of {asked}: raise \
+                     net.core.rmem_max, or give the service CAP_NET_ADMIN"
+                ));
+            }
+        }
+        if let Some(estimation) = estimation {
+            if let Some(rejected) = &estimation.last_rejection {
+                let later = estimation.last_estimate.as_ref();
+                if later.is_none_or(|estimate| estimate.window < rejected.number) {
+                    reasons.push(format!(
+                        "the last window, {}, was rejected: {}",
+                        rejected.number, rejected.rejection
+                    ));
+                }
+            }
+            if let Some(estimate) = &estimation.last_estimate
+                && !estimate.applicable
+            {
+                reasons.push(format!(
+                    "the last estimate is not applicable: {}",
+                    estimate.reasons.join("; ")
+                ));
+            }
+            if let Some(why) = &estimation.baseline_unreadable {
+                reasons.push(format!(
+                    "no parameter is watched for drift: {why}, or have none with `didim baseline \
+                     clear`"
+                ));
+            }
+            if let Some(drift) = &estimation.drift {
+                reasons.extend(drift.reasons());
+            }
+        }
+        Self { ok: reasons.is_empty(), reasons }
+    }
+
+    /// Adds a reason why all is not well.
+    pub fn add(&mut self, reason: String) {
+        self.ok = false;
+        self.reasons.push(reason);
+    }
+}

@@ -1,0 +1,117 @@
+//! The state of the service in a line, for `systemctl status`.
+
+use std::time::Instant;
+
+use crate::live::acquire::{AcquisitionStatus, BusState};
+use crate::live::worker::{EstimationStatus, WindowState};
+use crate::service::status::Snapshot;
+
+/// Remembers when the last estimate came: the snapshot holds no times.
+#[derive(Debug, Default)]
+pub(super) struct StatusLine {
+    identified: u64,
+    at: Option<Instant>,
+}
+
+impl StatusLine {
+    /// What is so at `now`: facts first, then the reasons why all is not well.
+    pub(super) fn of(&mut self, snapshot: &Snapshot, now: Instant) -> String {
+        let mut parts = Vec::new();
+        if let Some(acquisition) = &snapshot.acquisition {
+            parts.push(bus(acquisition));
+        }
+        if let Some(estimation) = &snapshot.estimation {
+            parts.push(window(estimation, snapshot.stream.sample_rate_hz));
+            parts.push(self.estimate(estimation, now));
+        }
+        let facts = parts.join(", ");
+        let reasons = &snapshot.health.reasons;
+        if reasons.is_empty() { facts } else { format!("{facts}; {}", reasons.join("; ")) }
+    }
+
+    fn estimate(&mut self, estimation: &EstimationStatus, now: Instant) -> String {
+        if estimation.windows_identified != self.identified {
+            self.identified = estimation.windows_identified;
+            self.at = Some(now);
+        }
+        match (&estimation.last_estimate, self.at) {
+            (Some(estimate), Some(at)) => {
+                let verdict = if estimate.applicable { "applicable" } else { "not applicable" };
+                format!("last estimate {verdict}, {} s ago", (now - at).as_secs())
+            }
+            _ => "no estimate yet".to_owned(),
+        }
+    }
+}
+
+fn bus(acquisition: &AcquisitionStatus) -> String {
+    match acquisition.bus {
+        BusState::Waiting => "waiting for the bus".to_owned(),
+        BusState::Silent => "the bus is silent".to_owned(),
+        BusState::Down => "the bus is down".to_owned(),
+        BusState::Ended => "the log is at its end".to_owned(),
+        BusState::Ok => format!("{:.0} samples/s", acquisition.samples_per_second),
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a time for people")]
+fn window(estimation: &EstimationStatus, sample_rate_hz: f64) -> String {
+    match estimation.window {
+        WindowState::Idle => "no window open".to_owned(),
+        WindowState::Open { samples } => {
+            format!("window open {:.1} s", samples as f64 / sample_rate_hz)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::time::Duration;
+
+    use super::*;
+    use crate::live::worker::EstimateSummary;
+    use crate::service::status::{Health, ProcessStatus, SCHEMA, StreamStatus};
+
+    #[test]
+    fn the_line_says_what_flows_what_is_open_and_what_came_of_it() {
+        let mut snapshot = Snapshot {
+            schema: SCHEMA,
+            version: String::new(),
+            cell: String::new(),
+            uptime_s: 0.0,
+            health: Health { ok: true, reasons: Vec::new() },
+            process: ProcessStatus::default(),
+            stream: StreamStatus { sample_rate_hz: 5000.0, ..StreamStatus::default() },
+            acquisition: Some(AcquisitionStatus::default()),
+            estimation: Some(EstimationStatus::default()),
+        };
+        let (mut line, start) = (StatusLine::default(), Instant::now());
+        assert_eq!(
+            line.of(&snapshot, start),
+            "waiting for the bus, no window open, no estimate yet"
+        );
+        snapshot.acquisition = Some(AcquisitionStatus {
+            bus: BusState::Ok,
+            samples_per_second: 4999.7,
+            ..AcquisitionStatus::default()
+        });
+        let estimate: EstimateSummary = serde_json::from_value(serde_json::json!({
+            "window": 0, "first_sequence": 0, "last_sequence": 1, "method": "idim-ls",
+            "parameters": [], "relative_error": null, "condition_number": null,
+            "applicable": true, "reasons": []
+        }))
+        .unwrap();
+        snapshot.estimation = Some(EstimationStatus {
+            window: WindowState::Open { samples: 16_000 },
+            windows_identified: 1,
+            last_estimate: Some(estimate),
+            ..EstimationStatus::default()
+        });
+        line.of(&snapshot, start);
+        let later = start + Duration::from_secs(12);
+        let facts = "5000 samples/s, window open 3.2 s, last estimate applicable, 12 s ago";
+        assert_eq!(line.of(&snapshot, later), facts);
+        snapshot.health.add("the receive buffer is small".to_owned());
+        assert_eq!(line.of(&snapshot, later), format!("{facts}; the receive buffer is small"));
+    }
+}

@@ -1,0 +1,81 @@
+//! When the service is ready, and whether its threads turn.
+
+use core::time::Duration;
+
+use super::Parts;
+use crate::live::acquire::{BusState, SharedAcquisition};
+use crate::live::worker::SharedEstimation;
+
+/// Ready after this long although frames come and no sample does: the layout may be wrong, which the
+/// health tells, and a service that never gets ready would be ended before anybody could ask it.
+const READY_AT_LATEST: Duration = Duration::from_secs(10);
+/// A process without a bus is ready after this long without samples: the one with the bus may be
+/// started later.
+const WITHOUT_SAMPLES: Duration = Duration::from_millis(500);
+
+/// What the threads of this process count, as far as it tells whether they are well.
+#[derive(Clone, Debug)]
+pub(super) struct Progress {
+    acquisition: Option<SharedAcquisition>,
+    estimation: Option<SharedEstimation>,
+    /// A bus without a frame for this long is silent.
+    silence_after: Duration,
+    /// Turns of the threads when they were last looked at.
+    turns: (u64, u64),
+}
+
+impl Progress {
+    pub(super) fn new(
+        parts: &Parts,
+        acquisition: Option<SharedAcquisition>,
+        estimation: Option<SharedEstimation>,
+    ) -> Self {
+        let silence_after = match parts {
+            Parts::Both(part, _) | Parts::Acquisition(part) => part.options.silence_after,
+            Parts::Estimation(_) => WITHOUT_SAMPLES,
+        };
+        Self { acquisition, estimation, silence_after, turns: (0, 0) }
+    }
+
+    /// Whether samples flow or the bus is known to be silent, `waited` after the threads began.
+    pub(super) fn is_ready(&self, waited: Duration) -> bool {
+        if waited >= READY_AT_LATEST {
+            return true;
+        }
+        if let Some(acquisition) = &self.acquisition {
+            let counts = acquisition.counts();
+            return match counts.bus {
+                BusState::Waiting => waited >= self.silence_after,
+                BusState::Ok => counts.losses.samples > 0,
+                BusState::Silent | BusState::Down | BusState::Ended => true,
+            };
+        }
+        let samples = self.estimation.as_ref().map_or(0, |shared| shared.samples());
+        samples > 0 || waited >= self.silence_after
+    }
+
+    /// Whether every thread has turned since this was last true: bus and worker turn on a silent bus
+    /// and during an identification too.
+    pub(super) fn has_turned(&mut self) -> bool {
+        let turns = (
+            self.acquisition.as_ref().map_or(0, |shared| shared.counts().turns),
+            self.estimation.as_ref().map_or(0, SharedEstimation::turns),
+        );
+        let acquired = self.acquisition.is_none() || turns.0 != self.turns.0;
+        let estimated = self.estimation.is_none() || turns.1 != self.turns.1;
+        if acquired && estimated {
+            self.turns = turns;
+        }
+        acquired && estimated
+    }
+
+    /// The bus thread has ended well, and turns no more.
+    pub(super) fn acquisition_ended(&mut self) {
+        self.acquisition = None;
+    }
+
+    /// Likewise the worker.
+    pub(super) fn estimation_ended(&mut self) {
+        self.estimation = None;
+    }
+}

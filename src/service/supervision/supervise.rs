@@ -1,0 +1,188 @@
+//! The supervision: starts the parts, tells about them, stops them.
+
+use core::convert::Infallible;
+use core::future::pending;
+use core::time::Duration;
+use std::io;
+
+use tokio::sync::watch;
+use tokio::time::{Interval, MissedTickBehavior, interval};
+
+use super::manager::Manager;
+use super::reload::{Event, Reload, Reloader};
+use super::running::Running;
+use super::signals::{Signals, Told};
+use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
+use crate::live::stream::{StreamNode, Topic};
+use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
+
+/// How often the status is taken.
+const STATUS_PERIOD: Duration = Duration::from_secs(1);
+/// How often a start looks whether it is over.
+const READY_POLL: Duration = Duration::from_millis(20);
+
+/// Runs the parts until a signal comes, a log ends, or one of them fails. See [`run_with_reload`].
+///
+/// # Errors
+/// [`ServiceError`].
+pub fn run(options: &ServiceOptions, parts: Parts) -> Result<ServiceReport, ServiceError> {
+    run_with_reload(options, parts, None)
+}
+
+/// As [`run`], and reads the configuration again on SIGHUP and by command.
+///
+/// Says `READY=1` to the service manager when samples flow or the bus is known to be silent, a
+/// status line every second, `WATCHDOG=1` at half of the manager's time and only while the threads
+/// really turn, `RELOADING=1`, and `STOPPING=1`.
+///
+/// # Errors
+/// [`ServiceError`].
+pub fn run_with_reload(
+    options: &ServiceOptions,
+    parts: Parts,
+    reload: Option<Reload>,
+) -> Result<ServiceReport, ServiceError> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|cause| ServiceError::System { action: "start the runtime", cause })?;
+    let report = runtime.block_on(supervise(options, parts, reload));
+    // A command that waits for its answer must not hold up the end.
+    runtime.shutdown_background();
+    report
+}
+
+async fn supervise(
+    options: &ServiceOptions,
+    parts: Parts,
+    reload: Option<Reload>,
+) -> Result<ServiceReport, ServiceError> {
+    if options.control.is_some() && matches!(parts, Parts::Acquisition(_)) {
+        return Err(ServiceError::NothingToControl);
+    }
+    let mut signals = Signals::register(reload.is_some())?;
+    let mut manager = Manager::from_environment();
+    // First the sockets: they tell a second service of the same cell from the first.
+    let status_socket = listen(options.status.as_ref())?;
+    let control_socket = listen(options.control.as_ref())?;
+    let node = StreamNode::join(parts.stream())?;
+    let mut running = Running::new(options, &parts, node.document_writer(Topic::Status)?);
+    let started = tokio::select! {
+        started = running.start(parts, &manager) => started.map(|()| None),
+        () = signals.end() => Ok(Some(ServiceEnd::Signal)),
+    };
+    let end = match started {
+        Ok(None) => {
+            let (sender, asked) = ReloadSender::channel();
+            let sender = reload.is_some().then_some(sender);
+            let windows = running.commands();
+            let reloader = Reloader::new(reload, windows.clone(), asked);
+            let dispatcher = Dispatcher { windows, reload: sender };
+            let (latest, documents) = watch::channel(running.tick().1);
+            let status = async {
+                match &status_socket {
+                    Some(socket) => serve_status(socket, documents).await,
+                    None => pending().await,
+                }
+            };
+            let control = async {
+                match &control_socket {
+                    Some(socket) => serve_commands(socket, dispatcher).await,
+                    None => pending().await,
+                }
+            };
+            let threads =
+                async { attend(&mut running, &mut manager, reloader, signals, latest).await };
+            tokio::select! {
+                failed = status => Err(server_failed(failed)),
+                failed = control => Err(server_failed(failed)),
+                end = threads => end,
+            }
+        }
+        Ok(Some(end)) => Ok(end),
+        Err(error) => Err(error),
+    };
+    if end.is_ok() {
+        manager.stopping();
+    }
+    running.stop().await;
+    let (snapshot, _) = running.tick();
+    Ok(ServiceReport { end: end?, snapshot })
+}
+
+/// Does what is to be done while the parts run; says how they ended.
+async fn attend(
+    running: &mut Running,
+    manager: &mut Manager,
+    mut reloader: Reloader,
+    mut signals: Signals,
+    latest: watch::Sender<std::sync::Arc<[u8]>>,
+) -> Result<ServiceEnd, ServiceError> {
+    let mut period = every(STATUS_PERIOD);
+    let mut ready_poll = every(READY_POLL);
+    let mut feeding = manager.feeding_period().map(every);
+    loop {
+        tokio::select! {
+            told = signals.next() => match told {
+                Told::End => return Ok(ServiceEnd::Signal),
+                Told::Reload => {
+                    if reloader.begin(None) {
+                        manager.reloading();
+                    }
+                }
+            },
+            event = reloader.next() => match event {
+                Event::Asked(answer) => {
+                    if reloader.begin(Some(answer)) {
+                        manager.reloading();
+                    }
+                }
+                Event::Finished(outcome) => {
+                    running.reloaded(&outcome);
+                    latest.send_replace(running.tick().1);
+                    manager.reloaded(&running.line());
+                    if reloader.finish(&outcome) && reloader.begin(None) {
+                        manager.reloading();
+                    }
+                }
+            },
+            report = running.report() => if let Some(end) = running.handle(report)? {
+                return Ok(end);
+            },
+            _ = ready_poll.tick(), if !manager.is_ready() => if running.is_ready() {
+                latest.send_replace(running.tick().1);
+                manager.ready(&running.line());
+            },
+            _ = period.tick() => {
+                latest.send_replace(running.tick().1);
+                manager.status(&running.line());
+            }
+            () = due(&mut feeding) => if running.has_turned() {
+                manager.feed();
+            },
+        }
+    }
+}
+
+fn every(period: Duration) -> Interval {
+    let mut interval = interval(period);
+    interval.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    interval
+}
+
+async fn due(interval: &mut Option<Interval>) {
+    match interval {
+        Some(interval) => drop(interval.tick().await),
+        None => pending().await,
+    }
+}
+
+fn listen(options: Option<&SocketOptions>) -> Result<Option<Socket>, ServiceError> {
+    let listen = |at: &SocketOptions| Socket::listen(&at.path, at.mode, at.group.as_deref());
+    Ok(options.map(listen).transpose()?)
+}
+
+fn server_failed(failed: io::Result<Infallible>) -> ServiceError {
+    let Err(cause) = failed;
+    ServiceError::System { action: "serve a socket", cause }
+}

@@ -1,0 +1,97 @@
+//! The threads of the service and what they report.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use didim_drivers::source::Source;
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::{AcquisitionPart, EstimationPart, ServiceError};
+use crate::live::acquire::{AcquireEnd, Acquisition, SharedAcquisition};
+use crate::live::recording::{FrameTap, Recorder, RecorderOptions};
+use crate::live::worker::{Commands, SharedEstimation, Worker, WorkerEnd};
+
+/// What a thread reports: at most two reports each, so an unbounded channel is bounded.
+pub(super) enum Report {
+    /// The bus thread has its ports.
+    AcquisitionReady,
+    /// The worker has its ports, and takes commands.
+    EstimationReady(Commands),
+    /// The bus thread has ended.
+    AcquisitionEnded(Result<AcquireEnd, ServiceError>),
+    /// The worker has ended.
+    EstimationEnded(Result<WorkerEnd, ServiceError>),
+}
+
+pub(super) fn start_acquisition(
+    part: Box<AcquisitionPart>,
+    shared: &SharedAcquisition,
+    stop: &Arc<AtomicBool>,
+    reports: &UnboundedSender<Report>,
+) -> Result<(), ServiceError> {
+    let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
+    spawn("bus", move || {
+        let ended = guarded("bus", || {
+            let AcquisitionPart { source, assembler, options, recorder } = *part;
+            let (recorder, tap) = start_recorder(recorder, &*source, &shared)?.unzip();
+            let acquisition = Acquisition::start(&options, source, assembler, &shared)?;
+            let acquisition = acquisition.with_tap(tap);
+            // The receiver outlives the threads but for the last moments of the process.
+            let _ = reports.send(Report::AcquisitionReady);
+            let end = acquisition.run(&stop);
+            // The tap is gone: what was recorded is closed.
+            recorder.into_iter().for_each(Recorder::finish);
+            Ok(end?)
+        });
+        let _ = reports.send(Report::AcquisitionEnded(ended));
+    })
+}
+
+fn start_recorder(
+    options: Option<RecorderOptions>,
+    source: &dyn Source,
+    shared: &SharedAcquisition,
+) -> Result<Option<(Recorder, FrameTap)>, ServiceError> {
+    let Some(options) = options else { return Ok(None) };
+    let started = Recorder::start(options, source.interfaces(), source.stamp_clock());
+    let (recorder, tap) =
+        started.map_err(|cause| ServiceError::System { action: "start a thread", cause })?;
+    shared.set_recording(recorder.shared().clone());
+    Ok(Some((recorder, tap)))
+}
+
+pub(super) fn start_estimation(
+    part: EstimationPart,
+    shared: &SharedEstimation,
+    stop: &Arc<AtomicBool>,
+    reports: &UnboundedSender<Report>,
+) -> Result<(), ServiceError> {
+    let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
+    spawn("worker", move || {
+        let ended = guarded("worker", || {
+            let EstimationPart { identify, options } = part;
+            let (worker, commands) = Worker::start(&options, identify, &shared)?;
+            let _ = reports.send(Report::EstimationReady(commands));
+            Ok(worker.run(&stop)?)
+        });
+        let _ = reports.send(Report::EstimationEnded(ended));
+    })
+}
+
+fn spawn(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<(), ServiceError> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(body)
+        .map(drop)
+        .map_err(|cause| ServiceError::System { action: "start a thread", cause })
+}
+
+/// A panic is an end like another: whoever supervises must hear of it. What the closure shares with
+/// others are counts, which are no worse for a missing one.
+fn guarded<T>(
+    thread: &'static str,
+    body: impl FnOnce() -> Result<T, ServiceError>,
+) -> Result<T, ServiceError> {
+    catch_unwind(AssertUnwindSafe(body)).unwrap_or(Err(ServiceError::Panicked { thread }))
+}

@@ -1,0 +1,23 @@
+//! SHA-256 as text.
+
+use sha2::{Digest, Sha256};
+
+/// The digest in 64 hexadecimal digits.
+pub fn hexadecimal(digest: Sha256) -> String {
+    digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of several texts, each preceded by its length so that no two lists give one digest.
+pub fn sha256(texts: &[&str]) -> String {
+    let mut digest = Sha256::new();
+    for text in texts {
+        digest.update((text.len() as u64).to_le_bytes());
+        digest.update(text.as_bytes());
+    }
+    hexadecimal(digest)
+}
+
+/// Whether it is the text of one, and so safe as the name of a file.
+pub fn is_digest(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|c| c.is_ascii_digit() || (b'a'..=b'f').contains(&c))
+}

@@ -1,0 +1,92 @@
+//! Numbers with the digits that they deserve, and aligned tables of them.
+
+/// Renders rows under a header: the first column to the left, the others to the right, two spaces
+/// between columns. Widths count characters, so Greek letters align.
+pub fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
+    let mut widths: Vec<usize> = header.iter().map(|h| h.chars().count()).collect();
+    for row in rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let line = |cells: &mut dyn Iterator<Item = &str>| {
+        let mut text = String::new();
+        for (column, (cell, width)) in cells.zip(&widths).enumerate() {
+            let padding = " ".repeat(width.saturating_sub(cell.chars().count()));
+            if column == 0 {
+                text += cell;
+                text += &padding;
+            } else {
+                text += "  ";
+                text += &padding;
+                text += cell;
+            }
+        }
+        text.truncate(text.trim_end().len());
+        text.push('\n');
+        text
+    };
+    let mut text = line(&mut header.iter().copied());
+    for row in rows {
+        text += &line(&mut row.iter().map(String::as_str));
+    }
+    text
+}
+
+/// A number with `digits` significant digits, in plain notation where that is readable.
+pub fn significant(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return value.to_string();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64 is within ±324")]
+    let exponent = value.abs().log10().floor() as i32;
+    if !(-5..=6).contains(&exponent) {
+        return format!("{value:.*e}", digits.saturating_sub(1));
+    }
+    let decimals = i32::try_from(digits).unwrap_or(0) - 1 - exponent;
+    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+}
+
+/// A number with as many digits as its standard deviation justifies, down to a tenth of it, and with
+/// `most` at most.
+pub fn to_uncertainty(value: f64, standard_deviation: f64, most: usize) -> String {
+    let ratio = (value / standard_deviation).abs();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to 2..=7 digits"
+    )]
+    let digits =
+        if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
+    significant(value, digits.min(most))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_align_by_characters() {
+        let rows = vec![vec!["ψ".into(), "1.5".into()], vec!["zz1r".into(), "-12".into()]];
+        assert_eq!(aligned(&["name", "σ"], &rows), "name    σ\nψ     1.5\nzz1r  -12\n");
+    }
+
+    #[test]
+    fn significant_digits() {
+        let cases = [
+            (1.28043, "1.280"),
+            (0.012_345, "0.01235"),
+            (-0.000_123_45, "-0.0001234"),
+            (12_345.6, "12346"),
+            (1e-9, "1.000e-9"),
+            (0.0, "0"),
+            (f64::NAN, "NaN"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value, 4), text);
+        }
+    }
+}
