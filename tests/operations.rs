@@ -60,7 +60,8 @@ fn reasons() {
             reasons.extend(literals_after(source, words));
         }
     }
-    reasons.extend(literals_after(include_str!("../src/archive/drift/status.rs"), "then(|| format!("));
+    reasons
+        .extend(literals_after(include_str!("../src/archive/drift/status.rs"), "then(|| format!("));
     // What begins with a value is of a process, and has its own words.
     reasons.retain(|reason| !reason.is_empty());
     let (more, reasons): (Vec<_>, Vec<_>) =

@@ -14,7 +14,7 @@ use super::output::{check_place, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
 use didim::offline::compare::{
-    Comparison, Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials,
+    Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, tasks, trials,
 };
 use didim::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use didim::report::html::{ComparisonReport, InputFile, Origin, SampleRange, SimulatedInput};
@@ -87,13 +87,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (recording, counted, scenario) = experiment(arguments, &cell)?;
 
     let bars = Bars::new(&tasks(&trials, arguments.folds));
-    let subject = Subject {
+    let input = ComparisonInput {
         cell: &cell,
         recording: &recording,
         counted: &counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
-    let comparison = compare(subject, &trials, arguments.folds, &|progress| bars.show(progress));
+    let comparison = compare(input, &trials, arguments.folds, &|progress| bars.show(progress));
     bars.clear();
 
     let outcomes = limits.as_ref().map(|limits| limits.check(&comparison)).unwrap_or_default();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use didim_core::identification::ConvergenceStep;
 
-use super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP};
+use super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP};
 use crate::text::{aligned, significant};
 
 /// Characters of the longest bar.

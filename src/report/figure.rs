@@ -1,20 +1,14 @@
 //! A figure of measured against predicted torque, as one self-contained SVG file.
 
-use crate::text::escape;
 use std::fmt::Write as _;
 
 use didim_core::identification::ConvergenceStep;
 
+use super::panel::{BOTTOM, CURVES, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::{TorquePanel, convergence, value_range};
+use crate::text::escape;
 
 const COLUMNS: usize = 2;
-pub(super) const PANEL_WIDTH: f64 = 400.0;
-pub(super) const PANEL_HEIGHT: f64 = 190.0;
-/// Room around the curves of one panel: left for tick labels, top for the title.
-pub(super) const LEFT: f64 = 52.0;
-pub(super) const TOP: f64 = 30.0;
-pub(super) const RIGHT: f64 = 12.0;
-pub(super) const BOTTOM: f64 = 28.0;
 const HEADER: f64 = 58.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
@@ -22,13 +16,6 @@ const HEADER: f64 = 58.0;
 const COLOURS: &str = "\
 svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#b3261e;--residual:#3d7a4f}\
 @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#ff8a73;--residual:#7fc796}}";
-
-/// How panels are drawn, in the colours of whoever shows them.
-pub(super) const CURVES: &str = "\
-.paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
-.tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
-.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}.downweighted{stroke:var(--ink);stroke-width:1.5}\
-circle{fill:var(--paper)}circle.filled{fill:var(--predicted)}";
 
 /// Draws one panel per joint, measured torque, prediction and residual over time; and one of the
 /// steps of an iteration, if there are any.
@@ -163,40 +150,9 @@ fn draw_curve(svg: &mut String, class: &str, points: impl Iterator<Item = (f64, 
     let _ = write!(svg, r#"<path class="{class}" d="{path}"/>"#);
 }
 
-/// Round numbers within `low..=high`, about `wanted` of them: steps of 1, 2 or 5 times a power of
-/// ten.
-pub(super) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
-    let span = high - low;
-    if !(span.is_finite() && span > 0.0) {
-        return Vec::new();
-    }
-    let rough = span / f64::from(wanted.max(1));
-    let power = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|m| m * power)
-        .find(|s| *s >= rough * 0.999)
-        .unwrap_or(10.0 * power);
-    let mut found = Vec::new();
-    let mut k = (low / step).ceil();
-    while k * step <= high + 1e-9 * span && found.len() < 50 {
-        // Through the step's own decimals, so that 0.30000000000000004 prints as 0.3.
-        found.push((k * step * 1e9).round() / 1e9 + 0.0);
-        k += 1.0;
-    }
-    found
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_round_and_inside() {
-        assert_eq!(ticks(-3.2, 9.9, 4), [0.0, 5.0]);
-        assert_eq!(ticks(0.0, 0.7, 6), [0.0, 0.2, 0.4, 0.6]);
-        assert!(ticks(1.0, 1.0, 4).is_empty() && ticks(0.0, f64::NAN, 4).is_empty());
-    }
 
     #[test]
     fn the_figure_has_a_panel_per_joint_and_escapes_its_heading() {

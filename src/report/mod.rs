@@ -6,6 +6,7 @@ pub mod estimate;
 pub mod figure;
 pub mod history;
 pub mod html;
+mod panel;
 pub mod reduction;
 pub mod terminal;
 

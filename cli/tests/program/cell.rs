@@ -8,13 +8,15 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use didim::cell::Cell;
+use didim::live::stream::Pace;
+use didim::live::worker;
 use didim::offline::identify::LastIdentification;
 use didim::service::pipeline::{Places, acquisition, estimation, keeper};
 use didim::service::reload::reload_of;
-use didim::service::supervision::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload};
 use didim::service::status::{ClientError, Request, Snapshot, fetch_status, send_request};
-use didim::live::stream::Pace;
-use didim::live::worker;
+use didim::service::supervision::{
+    Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload,
+};
 use didim_drivers::source::{InterfaceName, WhenFull, in_process_bus};
 use didim_sim::{InProcessSink, VirtualDevice, play};
 

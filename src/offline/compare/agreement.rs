@@ -3,7 +3,8 @@
 use didim_core::identification::{Estimate, ParameterEstimate};
 use serde::Serialize;
 
-use super::{MethodResult, Trial};
+use super::result::MethodResult;
+use super::trial::Trial;
 
 /// Half of a confidence interval, in standard deviations, as in the paper.
 pub const SIGMAS: f64 = 3.0;

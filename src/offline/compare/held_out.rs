@@ -3,8 +3,8 @@
 use didim_core::identification::{Method, PredictionError};
 use serde::Serialize;
 
-use super::Subject;
-use super::trial::{Framework, cell_of};
+use super::input::ComparisonInput;
+use super::trial::Framework;
 use crate::offline::identify::cross_validate_recording;
 
 /// The errors of one method's predictions.
@@ -39,9 +39,9 @@ impl From<PredictionError> for TorqueErrors {
 }
 
 impl HeldOut {
-    pub(super) fn of(subject: Subject<'_>, method: Method, blocks: usize) -> Self {
-        let cell = cell_of(subject.cell, Framework::Decimated);
-        let (recording, counted) = (subject.recording, subject.counted.clone());
+    pub(super) fn of(input: ComparisonInput<'_>, method: Method, blocks: usize) -> Self {
+        let cell = input.cell_in(Framework::Decimated);
+        let (recording, counted) = (input.recording, input.counted.clone());
         match cross_validate_recording(&cell, method, recording, counted, blocks) {
             Ok(found) => Self {
                 method,

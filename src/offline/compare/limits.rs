@@ -6,8 +6,9 @@ use didim_core::identification::{Estimate, Method, ParameterEstimate};
 use serde::Deserialize;
 
 use super::agreement::lies_in;
+use super::comparison::Comparison;
 use super::published::check_names;
-use super::{Comparison, Framework, Trial};
+use super::trial::{Framework, Trial};
 
 /// The limits of a file.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -5,111 +5,23 @@
 //! [`Published`] figures can stand beside it, and [`Limits`] say what must come out.
 
 mod agreement;
+mod comparison;
 mod held_out;
+mod input;
 mod limits;
 mod published;
+mod result;
+mod run;
 mod trial;
-
-use didim_core::identification::{Estimate, Failure, Fit, Method};
-use serde::Serialize;
 
 pub(crate) use agreement::lies_in;
 pub use agreement::{Agreement, SIGMAS};
+pub use comparison::{Comparison, SCHEMA, TrueParameter};
 pub use held_out::{HeldOut, TorqueErrors};
+pub use input::ComparisonInput;
 pub(crate) use limits::mean;
 pub use limits::{Figure, Limit, Limits, Outcome};
 pub use published::{Published, PublishedErrors, PublishedFigures, PublishedSingularValues};
-pub use trial::{Framework, Progress, Subject, Task, Trial, compare, tasks, trials};
-
-/// Version of the layout of [`Comparison`] in JSON.
-pub const SCHEMA: u32 = 1;
-
-/// What came of every method.
-#[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
-    /// Version of this record's layout.
-    pub schema: u32,
-    /// The robot's name.
-    pub robot: String,
-    /// Every method, the reference first, in a fixed order.
-    pub methods: Vec<MethodResult>,
-    /// Of each pair of results, how many estimates of one lie within 3 σ of the other.
-    pub agreement: Vec<Agreement>,
-    /// How well each method predicts what it has not seen.
-    pub held_out: Vec<HeldOut>,
-    /// What the parameters really are, where the arm is a simulated one.
-    pub truth: Option<Vec<TrueParameter>>,
-}
-
-/// What came of one method.
-#[derive(Clone, Debug, Serialize)]
-pub struct MethodResult {
-    /// The method and its framework.
-    #[serde(flatten)]
-    pub trial: Trial,
-    /// The result, if there is one.
-    pub estimate: Option<Estimate>,
-    /// Why there is none.
-    pub failure: Option<String>,
-    /// What kind of failure it is, where that can be told.
-    pub failure_kind: Option<Failure>,
-    /// How long it took \[ms\]; differs from run to run and is no part of a result file.
-    pub elapsed_ms: f64,
-    /// Measurement against model.
-    #[serde(skip)]
-    pub fit: Option<Fit>,
-}
-
-/// A parameter of a simulated arm.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct TrueParameter {
-    /// The field's name.
-    pub name: String,
-    /// SI value.
-    pub value: f64,
-}
-
-impl Comparison {
-    /// The result of a method, if it was tried and has one.
-    pub fn estimate(&self, trial: Trial) -> Option<&Estimate> {
-        self.methods.iter().find(|result| result.trial == trial)?.estimate.as_ref()
-    }
-
-    /// The result that the others are measured by: that of IDIM-LS.
-    pub fn reference(&self) -> Option<&Estimate> {
-        self.estimate(Trial::REFERENCE)
-    }
-
-    /// What a parameter really is, where that is known.
-    pub fn truth_of(&self, name: &str) -> Option<f64> {
-        let truth = self.truth.as_ref()?.iter().find(|parameter| parameter.name == name)?;
-        Some(truth.value)
-    }
-
-    /// The names of those parameters of a result whose truth lies outside of its 3 σ; none where the
-    /// truth or the result is not known.
-    pub fn outside_of_truth(&self, trial: Trial) -> Option<Vec<&str>> {
-        self.truth.as_ref()?;
-        let parameters = self.estimate(trial)?.parameters.iter();
-        let missed = parameters
-            .filter(|found| self.truth_of(&found.name).is_some_and(|truth| !lies_in(truth, found)));
-        Some(missed.map(|found| found.name.as_str()).collect())
-    }
-
-    /// The results of one framework, in order.
-    pub fn of(&self, framework: Framework) -> impl Iterator<Item = &MethodResult> {
-        self.methods.iter().filter(move |result| result.trial.framework == framework)
-    }
-
-    /// The names of all parameters that were identified, in the model's order.
-    pub fn parameters(&self) -> Vec<&str> {
-        let first = self.methods.iter().find_map(|result| result.estimate.as_ref());
-        let parameters = first.map_or(&[][..], |estimate| &estimate.parameters);
-        parameters.iter().map(|parameter| parameter.name.as_str()).collect()
-    }
-}
-
-/// The name of a method in print: `IDIM-LS`.
-pub fn title(method: Method) -> String {
-    method.name().to_uppercase()
-}
+pub use result::MethodResult;
+pub use run::{Progress, Task, compare, tasks};
+pub use trial::{Framework, Trial, title, trials};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use didim_core::identification::{Method, SingularValues};
 use serde::Deserialize;
 
-use super::{Framework, Trial};
+use super::trial::{Framework, Trial};
 
 /// The figures of a publication.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

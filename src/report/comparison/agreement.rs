@@ -1,6 +1,7 @@
 //! Which methods say the same.
 
-use super::{Cell, Table, View};
+use super::table::{Cell, Table};
+use super::view::View;
 use crate::offline::compare::{Agreement, Trial};
 
 /// How many estimates of each method lie within 3 σ of each other one.

@@ -3,7 +3,8 @@
 use didim_core::identification::ParameterEstimate;
 
 use super::super::estimate::short_value;
-use super::{Cell, Column, Table, View, framework_name, number, percent};
+use super::table::{Cell, Table, number, percent};
+use super::view::{Column, View, framework_name};
 use crate::offline::compare::{Framework, lies_in};
 
 /// Digits of a value at most: many columns stand side by side.

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use didim_core::identification::Fit;
 use didim_core::regression::autocorrelation;
 
-use super::View;
+use super::view::View;
 use crate::text::escape;
 
 const PANEL_WIDTH: f64 = 150.0;

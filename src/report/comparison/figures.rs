@@ -3,7 +3,8 @@
 
 use didim_core::identification::{Estimate, SingularValues};
 
-use super::{Cell, Column, Table, View, framework_name, number, percent};
+use super::table::{Cell, Table, number, percent};
+use super::view::{Column, View, framework_name};
 use crate::offline::compare::{Framework, PublishedFigures, mean};
 
 /// A row: its name, what it says of a result, and what was published of it.

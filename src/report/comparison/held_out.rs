@@ -1,6 +1,7 @@
 //! How well each method predicts what it has not seen.
 
-use super::{Cell, Table, View, percent};
+use super::table::{Cell, Table, percent};
+use super::view::View;
 use crate::offline::compare::{HeldOut, title};
 
 pub(super) fn table(view: &View<'_>) -> Option<Table> {

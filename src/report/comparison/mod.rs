@@ -5,81 +5,17 @@ mod estimates;
 mod figure;
 mod figures;
 mod held_out;
+mod table;
 mod text;
+mod view;
 
-use didim_core::identification::Method;
-
-use crate::offline::compare::{Comparison, Framework, Outcome, Published, Trial, title};
+use crate::offline::compare::{Framework, MethodResult, Outcome};
 
 pub use figure::autocorrelation_figure;
+use table::number;
+pub use table::{Cell, Table};
 pub use text::{markdown, terminal};
-
-/// What is shown of a comparison.
-#[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
-    /// The comparison.
-    pub comparison: &'a Comparison,
-    /// Figures of others to stand beside.
-    pub published: Option<&'a Published>,
-    /// What was asked of it.
-    pub outcomes: &'a [Outcome<'a>],
-    /// Whether run times are shown, which differ from run to run.
-    pub times: bool,
-}
-
-/// A table before it is text.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
-    /// Its heading.
-    pub title: String,
-    /// How to read it.
-    pub note: String,
-    /// One for each column.
-    pub header: Vec<String>,
-    /// The rows; the first cell of each is its name.
-    pub rows: Vec<Vec<Cell>>,
-}
-
-/// A cell of a table.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Cell {
-    /// What it says.
-    pub text: String,
-    /// Whether it is to be noticed.
-    pub marked: bool,
-}
-
-impl From<String> for Cell {
-    fn from(text: String) -> Self {
-        Self { text, marked: false }
-    }
-}
-
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Self::from(text.to_owned())
-    }
-}
-
-impl Cell {
-    /// What is not there.
-    fn none() -> Self {
-        Self::from("–")
-    }
-}
-
-/// What a method says of its result.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Judgement {
-    /// The method.
-    pub trial: Trial,
-    /// `applicable`, `not applicable` or `failed`.
-    pub verdict: &'static str,
-    /// The first reason against it.
-    pub reason: Option<String>,
-    /// How many more there are.
-    pub more: usize,
-}
+pub use view::{Judgement, View};
 
 impl View<'_> {
     /// Every table, in order.
@@ -103,7 +39,7 @@ impl View<'_> {
 
     /// The verdict of every method.
     pub fn judgements(&self) -> Vec<Judgement> {
-        let judgement = |of: &crate::offline::compare::MethodResult| {
+        let judgement = |of: &MethodResult| {
             let (verdict, reasons) = match (&of.estimate, &of.failure) {
                 (Some(estimate), _) if estimate.verdict.applicable => ("applicable", &[][..]),
                 (Some(estimate), _) => ("not applicable", &estimate.verdict.reasons[..]),
@@ -132,64 +68,5 @@ impl View<'_> {
             header: ["", "found", "at least", "at most"].map(str::to_owned).to_vec(),
             rows: self.outcomes.iter().map(row).collect(),
         })
-    }
-
-    /// The columns of a framework's tables: its methods, after the reference, each with what was
-    /// published of it. A method without a result has no column.
-    fn columns(&self, framework: Framework) -> Vec<Column<'_>> {
-        let reference = self.comparison.methods.iter().filter(|of| of.trial == Trial::REFERENCE);
-        let others = self.comparison.of(framework).filter(|of| of.trial != Trial::REFERENCE);
-        reference
-            .chain(others)
-            .filter_map(|of| {
-                let published = self.published.and_then(|published| published.of(of.trial));
-                let name = title(of.trial.method);
-                Some(Column { name, estimate: of.estimate.as_ref()?, result: of, published })
-            })
-            .collect()
-    }
-
-    /// The header of those columns.
-    fn header(columns: &[Column<'_>]) -> Vec<String> {
-        let names = |column: &Column<'_>| {
-            let published = column.published.map(|_| "published".to_owned());
-            [Some(column.name.clone()), published].into_iter().flatten()
-        };
-        columns.iter().flat_map(names).collect()
-    }
-}
-
-/// A method's column of a table.
-struct Column<'a> {
-    name: String,
-    estimate: &'a didim_core::identification::Estimate,
-    result: &'a crate::offline::compare::MethodResult,
-    published: Option<&'a crate::offline::compare::PublishedFigures>,
-}
-
-impl Column<'_> {
-    fn is_reference(&self) -> bool {
-        self.result.trial.method == Method::IdimLs
-    }
-}
-
-/// A framework in words.
-fn framework_name(framework: Framework) -> &'static str {
-    match framework {
-        Framework::Strict => "strict output error framework",
-        Framework::Decimated => "decimation filter",
-    }
-}
-
-/// A number with so many significant digits; a dash for what is none.
-fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { crate::text::significant(value, digits) } else { "–".to_owned() }
-}
-
-fn percent(share: f64, digits: usize) -> String {
-    if share.is_finite() {
-        format!("{} %", number(100.0 * share, digits))
-    } else {
-        "–".to_owned()
     }
 }

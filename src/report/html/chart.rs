@@ -6,7 +6,7 @@ use didim_core::identification::TorqueDelay;
 use didim_core::regression::NoiseAutocorrelation;
 use maud::{Markup, PreEscaped, html};
 
-use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
+use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use crate::text::significant;
 
 /// Width and height of a bar in a table.

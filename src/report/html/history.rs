@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::super::figure::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::super::history::drift_words;
+use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::chart::panel;
 use super::summary::sentence;
 use super::{CURVES, STYLE, section, signed};

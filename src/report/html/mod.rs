@@ -21,7 +21,7 @@ pub use comparison::{ComparisonReport, SimulatedInput};
 pub use history::HistoryReport;
 pub use provenance::{InputFile, Origin, SampleRange};
 
-use super::figure::CURVES;
+use super::panel::CURVES;
 use crate::cell::Cell;
 use crate::text::significant;
 

@@ -1,7 +1,6 @@
 //! How the last estimate differs from the baseline, as families of metrics.
 
-use super::exposition::{Kind, Text};
-use super::families::{MAX_LABELS, truth};
+use super::exposition::{Kind, MAX_LABELS, Text, truth};
 use crate::archive::drift::DriftStatus;
 
 use Kind::Gauge;

@@ -2,6 +2,9 @@
 
 use core::fmt::Write;
 
+/// The most values of one label that are told: causes, parameters.
+pub const MAX_LABELS: usize = 128;
+
 /// What a family is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -79,6 +82,21 @@ impl Family<'_> {
             value => writeln!(self.text, " {value}"),
         };
     }
+}
+
+pub(super) fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
+    for (name, help, value) in values {
+        text.family(name, kind, help).value(*value);
+    }
+}
+
+pub(super) fn truth(is: bool) -> f64 {
+    f64::from(u8::from(is))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "Prometheus counts in f64")]
+pub(super) fn count(value: u64) -> f64 {
+    value as f64
 }
 
 #[cfg(test)]

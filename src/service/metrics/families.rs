@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::exposition::{Kind, Text};
+use super::exposition::{Kind, MAX_LABELS, Text, count, truth, write};
 use super::{drift, recording};
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::live::latency::LatencySummary;
@@ -10,9 +10,6 @@ use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
 use crate::service::status::Snapshot;
 
 use Kind::{Counter, Gauge, Summary};
-
-/// The most values of one label that are told: causes, parameters.
-pub const MAX_LABELS: usize = 128;
 
 /// The metrics of a service, or of one that does not answer.
 pub fn exposition(snapshot: Option<&Snapshot>) -> String {
@@ -280,19 +277,4 @@ fn by_label(
     for (cause, value) in counts.iter().take(MAX_LABELS) {
         family.labelled(&[(label, cause)], count(*value));
     }
-}
-
-pub(super) fn write(text: &mut Text, kind: Kind, values: &[(&'static str, &str, f64)]) {
-    for (name, help, value) in values {
-        text.family(name, kind, help).value(*value);
-    }
-}
-
-pub(super) fn truth(is: bool) -> f64 {
-    f64::from(u8::from(is))
-}
-
-#[expect(clippy::cast_precision_loss, reason = "Prometheus counts in f64")]
-pub(super) fn count(value: u64) -> f64 {
-    value as f64
 }

@@ -10,5 +10,6 @@ mod families;
 mod recording;
 mod serve;
 
-pub use families::{MAX_LABELS, exposition};
+pub use exposition::MAX_LABELS;
+pub use families::exposition;
 pub use serve::{Limits, ServeError, serve};

@@ -1,7 +1,6 @@
 //! What is recorded and kept, as families of metrics.
 
-use super::exposition::{Kind, Text};
-use super::families::{count, truth, write};
+use super::exposition::{Kind, Text, count, truth, write};
 use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
 
 use Kind::{Counter, Gauge};

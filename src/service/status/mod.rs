@@ -4,8 +4,6 @@
 //! socket is write-only: connect, read one JSON object, end. The command socket takes one line and
 //! answers with one. Neither can be held up by a client: their number, time and length are bounded.
 
-mod baseline;
-mod capture;
 mod client;
 mod collect;
 mod control;
@@ -17,8 +15,6 @@ mod request;
 mod serve;
 mod snapshot;
 
-pub use baseline::{BaselineCommandError, BaselineRequest};
-pub use capture::CaptureRequest;
 pub use client::{ClientError, fetch_status, send_request};
 pub use collect::Collector;
 pub(crate) use control::one_line;
@@ -27,6 +23,9 @@ pub use dispatch::{DispatchError, Dispatcher, ReloadAnswer, ReloadSender};
 pub use fetch::fetch;
 pub use listen::{ListenError, Socket};
 pub use render::{Colour, render};
-pub use request::{MAX_REQUEST, Request, RequestError, parse_request};
+pub use request::{
+    BaselineCommandError, BaselineRequest, CaptureRequest, MAX_REQUEST, Request, RequestError,
+    parse_request,
+};
 pub use serve::serve_status;
 pub use snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};

@@ -2,14 +2,17 @@
 //!
 //! It fits into 80 × 24 and scrolls; what a colour says, a sign or a word says as well.
 
+mod looks;
 mod parameters;
 mod sections;
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Modifier, Style};
+use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
+
+use looks::{Looks, wrapped};
 
 use didim::service::status::Snapshot;
 use didim::service::status::render::{clean, duration};
@@ -32,34 +35,6 @@ pub(crate) struct View {
     pub(crate) colour: bool,
     /// Lines scrolled down.
     pub(crate) scroll: u16,
-}
-
-/// How text is shown; without colours everything is plain but for bold and dim.
-#[derive(Clone, Copy)]
-struct Looks {
-    colour: bool,
-}
-
-impl Looks {
-    fn coloured(self, colour: Color) -> Style {
-        if self.colour { Style::new().fg(colour) } else { Style::new() }
-    }
-
-    fn good(self) -> Style {
-        self.coloured(Color::Green)
-    }
-
-    fn bad(self) -> Style {
-        self.coloured(Color::Red).add_modifier(Modifier::BOLD)
-    }
-
-    fn name(self) -> Style {
-        self.coloured(Color::Cyan)
-    }
-
-    fn heading(self) -> Style {
-        Style::new().add_modifier(Modifier::BOLD)
-    }
 }
 
 /// Draws the view and gives how far it can be scrolled, and by how much a page scrolls.
@@ -164,38 +139,6 @@ fn keys(view: &View, scrolls: u16) -> Line<'static> {
     };
     let dim = Style::new().add_modifier(Modifier::DIM);
     Line::styled(format!("q quit  {pause}{scroll}"), dim)
-}
-
-/// A text in lines of at most `width` characters, broken between words: the first begins with `lead`,
-/// the others are indented as far.
-fn wrapped(lead: &str, text: &str, style: Style, width: u16) -> Vec<Line<'static>> {
-    let indent = lead.chars().count();
-    let room = usize::from(width).saturating_sub(indent).max(8);
-    let mut lines: Vec<String> = vec![String::new()];
-    let mut used = 0;
-    for word in text.split(' ').filter(|word| !word.is_empty()) {
-        let mut word: Vec<char> = word.chars().collect();
-        while !word.is_empty() {
-            let gap = usize::from(used > 0);
-            if used + gap + word.len() <= room || used == 0 {
-                let rest = word.split_off(word.len().min(room));
-                if let Some(line) = lines.last_mut() {
-                    line.push_str(if gap == 1 { " " } else { "" });
-                    line.extend(word.iter());
-                }
-                used += gap + word.len();
-                word = rest;
-                if word.is_empty() {
-                    break;
-                }
-            }
-            lines.push(String::new());
-            used = 0;
-        }
-    }
-    let lead_of = |k: usize| if k == 0 { lead.to_owned() } else { " ".repeat(indent) };
-    let lines = lines.into_iter().enumerate();
-    lines.map(|(k, line)| Line::styled(format!("{}{line}", lead_of(k)), style)).collect()
 }
 
 #[cfg(test)]

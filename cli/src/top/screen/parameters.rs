@@ -2,7 +2,7 @@
 
 use ratatui::text::{Line, Span};
 
-use super::Looks;
+use super::looks::Looks;
 use didim::archive::drift::ParameterDrift;
 use didim::archive::store::ParameterValue;
 use didim::service::status::Snapshot;

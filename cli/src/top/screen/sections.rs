@@ -3,7 +3,7 @@
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
-use super::{Looks, wrapped};
+use super::looks::{Looks, wrapped};
 use didim::live::acquire::{AcquisitionStatus, BusState};
 use didim::live::worker::{EstimationStatus, WindowState};
 use didim::service::status::Snapshot;

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::request::RequestError;
+use super::error::RequestError;
 use crate::archive::drift::{Baseline, ChooseError, set_baseline};
 use crate::archive::store::HistoryLine;
 use crate::live::worker::Commands;
@@ -60,7 +60,10 @@ impl fmt::Display for BaselineRequest {
 impl BaselineRequest {
     /// Has it done in the folder of the worker's results. The worker notices, as it does when the
     /// service is not asked.
-    pub(super) fn submit(self, commands: &Commands) -> Result<String, BaselineCommandError> {
+    ///
+    /// # Errors
+    /// [`BaselineCommandError`].
+    pub fn submit(self, commands: &Commands) -> Result<String, BaselineCommandError> {
         let folder = commands.folder().ok_or(BaselineCommandError::NoResults)?;
         match self {
             Self::Set(number) => {

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::request::RequestError;
+use super::error::RequestError;
 use crate::live::recording::CaptureError;
 use crate::live::worker::Commands;
 

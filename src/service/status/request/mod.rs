@@ -1,15 +1,18 @@
 //! What the command socket takes: one line of words each.
 
+mod baseline;
+mod capture;
+mod error;
+
 use core::fmt;
 use core::str::FromStr;
 
-use super::baseline::BaselineRequest;
-use super::capture::CaptureRequest;
-use crate::live::worker::Command;
-use crate::window::{Note, NoteError};
+pub use baseline::{BaselineCommandError, BaselineRequest};
+pub use capture::CaptureRequest;
+pub use error::{MAX_REQUEST, RequestError};
 
-/// The longest line of a request, its newline included \[bytes\].
-pub const MAX_REQUEST: usize = 512;
+use crate::live::worker::Command;
+use crate::window::Note;
 
 /// What may be asked of a running service.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,26 +28,6 @@ pub enum Request {
     Note(Note),
     /// `baseline set [N]`, `baseline clear`.
     Baseline(BaselineRequest),
-}
-
-/// The lines that are requests, for who wrote another.
-const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, note {…}, baseline set [N]|clear, reload";
-
-/// A line that is no request: write one of those that it names.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RequestError {
-    /// Its words are not known.
-    #[error("not a command; there are: {KNOWN}")]
-    Unknown,
-    /// It is longer than [`MAX_REQUEST`], or has no end.
-    #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
-    NoLine,
-    /// What is to be noted cannot be meant.
-    #[error(transparent)]
-    Note(#[from] NoteError),
-    /// It is not text.
-    #[error("a command is UTF-8 text without control characters")]
-    NotText,
 }
 
 impl FromStr for Request {
@@ -141,7 +124,10 @@ mod tests {
     fn what_cannot_be_noted_is_refused_in_words() {
         let error = parse_request(b"note {\"payload_kg\":-1}\n").unwrap_err();
         assert!(error.to_string().contains("a payload of -1 kg cannot be"), "{error}");
-        assert_eq!(parse_request(b"note {}\n"), Err(RequestError::Note(NoteError::Empty)));
+        assert_eq!(
+            parse_request(b"note {}\n"),
+            Err(RequestError::Note(crate::window::NoteError::Empty))
+        );
         for line in [&b"note\n"[..], b"note 3 kg\n", b"note {\"payload\":1}\n"] {
             assert_eq!(parse_request(line), Err(RequestError::Unknown), "{line:?}");
         }

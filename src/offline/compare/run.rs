@@ -1,0 +1,159 @@
+//! Every method on the cores that there are.
+
+use std::fmt;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use didim_core::identification::Method;
+
+use super::agreement::Agreement;
+use super::comparison::{Comparison, SCHEMA, TrueParameter};
+use super::held_out::HeldOut;
+use super::input::ComparisonInput;
+use super::result::MethodResult;
+use super::trial::{Framework, Trial, title};
+use crate::offline::identify::identify_recording;
+
+/// Entries of an observation matrix without decimation, at most: 128 MB, of which a method holds
+/// several at once. The paper's experiment has a third of it.
+const MAX_ENTRIES: usize = 1 << 24;
+
+/// Methods that run at once, at most, whatever the number of cores: each may hold a gigabyte.
+const MAX_AT_ONCE: usize = 4;
+
+/// One piece of the work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Identifies with a method.
+    Identify(Trial),
+    /// Predicts what a method has not seen.
+    HoldOut(Method),
+}
+
+impl fmt::Display for Task {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Identify(trial) => trial.fmt(f),
+            Self::HoldOut(method) => write!(f, "{}, held out", title(*method)),
+        }
+    }
+}
+
+/// How far a comparison is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// A piece of the work begins.
+    Begun(Task),
+    /// It has ended, with a result or without.
+    Ended(Task),
+}
+
+/// The pieces of a comparison, in order; nothing is held out with fewer than two blocks.
+pub fn tasks(trials: &[Trial], blocks: usize) -> Vec<Task> {
+    let held_out = trials
+        .iter()
+        .filter(|trial| blocks > 1 && trial.framework == Framework::Decimated)
+        .map(|trial| Task::HoldOut(trial.method));
+    trials.iter().copied().map(Task::Identify).chain(held_out).collect()
+}
+
+/// Identifies with every method, and again without each of `blocks` parts of the samples, to predict
+/// it. A method that fails is a result without an estimate, and its cause.
+///
+/// The methods run on the cores that there are; the results do not depend on how many. `progress` is
+/// called from their threads.
+pub fn compare(
+    input: ComparisonInput<'_>,
+    trials: &[Trial],
+    blocks: usize,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Comparison {
+    let tasks = tasks(trials, blocks);
+    let done: Vec<Mutex<Option<Done>>> = tasks.iter().map(|_| Mutex::default()).collect();
+    // The last come first: what takes longest, many identifications or one without decimation.
+    let left = AtomicUsize::new(tasks.len());
+    let work = || {
+        while let Ok(left) = left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less_one) {
+            let (Some(task), Some(place)) = (tasks.get(left - 1), done.get(left - 1)) else {
+                break;
+            };
+            progress(Progress::Begun(*task));
+            let result = match *task {
+                Task::Identify(trial) => Done::Identified(Box::new(run(input, trial))),
+                Task::HoldOut(method) => Done::HeldOut(HeldOut::of(input, method, blocks)),
+            };
+            *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+            progress(Progress::Ended(*task));
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    std::thread::scope(|scope| {
+        // The calling thread works too.
+        for _ in 1..cores.min(MAX_AT_ONCE).min(tasks.len()) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    let (mut methods, mut held_out) = (Vec::new(), Vec::new());
+    for done in done {
+        match done.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some(Done::Identified(result)) => methods.push(*result),
+            Some(Done::HeldOut(errors)) => held_out.push(errors),
+            None => {}
+        }
+    }
+    let named = |(name, value): &(String, f64)| TrueParameter { name: name.clone(), value: *value };
+    Comparison {
+        schema: SCHEMA,
+        robot: input.cell.robot.name().to_owned(),
+        agreement: Agreement::of_pairs(&methods),
+        methods,
+        held_out,
+        truth: input.truth.map(|truth| truth.iter().map(named).collect()),
+    }
+}
+
+enum Done {
+    Identified(Box<MethodResult>),
+    HeldOut(HeldOut),
+}
+
+fn less_one(left: usize) -> Option<usize> {
+    left.checked_sub(1)
+}
+
+fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
+    let start = Instant::now();
+    let identified = too_large(input, trial).map_or_else(
+        || {
+            let cell = input.cell_in(trial.framework);
+            let counted = input.counted.clone();
+            identify_recording(&cell, trial.method, input.recording, counted)
+                .map_err(|error| (error.to_string(), error.failure()))
+        },
+        |refused| Err((refused, None)),
+    );
+    let elapsed_ms = start.elapsed().as_secs_f64() * 1e3;
+    let (identified, failure, failure_kind) = match identified {
+        Ok(identification) => (Some(identification), None, None),
+        Err((failure, kind)) => (None, Some(failure), kind),
+    };
+    let (estimate, fit) = identified.map(|of| (of.estimate, of.fit)).unzip();
+    MethodResult { trial, estimate, failure, failure_kind, elapsed_ms, fit }
+}
+
+/// Why there is not enough memory for sure, if there is not.
+fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
+    let cell = input.cell;
+    let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
+    let samples = input.counted.len();
+    let most = MAX_ENTRIES / (cell.robot.joints() * parameters).max(1);
+    (trial.framework == Framework::Strict && samples > most).then(|| {
+        format!(
+            "without decimation every one of {samples} samples is a row of every joint, and at most \
+             {most} are taken; count fewer with --from and --to"
+        )
+    })
+}

@@ -1,0 +1,81 @@
+//! What is shown of a comparison, and its columns.
+
+use didim_core::identification::{Estimate, Method};
+
+use crate::offline::compare::{
+    Comparison, Framework, MethodResult, Outcome, Published, PublishedFigures, Trial, title,
+};
+
+/// What is shown of a comparison.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// The comparison.
+    pub comparison: &'a Comparison,
+    /// Figures of others to stand beside.
+    pub published: Option<&'a Published>,
+    /// What was asked of it.
+    pub outcomes: &'a [Outcome<'a>],
+    /// Whether run times are shown, which differ from run to run.
+    pub times: bool,
+}
+
+/// What a method says of its result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Judgement {
+    /// The method.
+    pub trial: Trial,
+    /// `applicable`, `not applicable` or `failed`.
+    pub verdict: &'static str,
+    /// The first reason against it.
+    pub reason: Option<String>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+impl View<'_> {
+    /// The columns of a framework's tables: its methods, after the reference, each with what was
+    /// published of it. A method without a result has no column.
+    pub(super) fn columns(&self, framework: Framework) -> Vec<Column<'_>> {
+        let reference = self.comparison.methods.iter().filter(|of| of.trial == Trial::REFERENCE);
+        let others = self.comparison.of(framework).filter(|of| of.trial != Trial::REFERENCE);
+        reference
+            .chain(others)
+            .filter_map(|of| {
+                let published = self.published.and_then(|published| published.of(of.trial));
+                let name = title(of.trial.method);
+                Some(Column { name, estimate: of.estimate.as_ref()?, result: of, published })
+            })
+            .collect()
+    }
+
+    /// The header of those columns.
+    pub(super) fn header(columns: &[Column<'_>]) -> Vec<String> {
+        let names = |column: &Column<'_>| {
+            let published = column.published.map(|_| "published".to_owned());
+            [Some(column.name.clone()), published].into_iter().flatten()
+        };
+        columns.iter().flat_map(names).collect()
+    }
+}
+
+/// A method's column of a table.
+pub(super) struct Column<'a> {
+    pub(super) name: String,
+    pub(super) estimate: &'a Estimate,
+    pub(super) result: &'a MethodResult,
+    pub(super) published: Option<&'a PublishedFigures>,
+}
+
+impl Column<'_> {
+    pub(super) fn is_reference(&self) -> bool {
+        self.result.trial.method == Method::IdimLs
+    }
+}
+
+/// A framework in words.
+pub(super) fn framework_name(framework: Framework) -> &'static str {
+    match framework {
+        Framework::Strict => "strict output error framework",
+        Framework::Decimated => "decimation filter",
+    }
+}
