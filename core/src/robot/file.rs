@@ -80,49 +80,56 @@ impl Text<'_> {
     }
 }
 
-pub(super) fn read(text: &str) -> Result<Robot, RobotError> {
-    let raw: RawRobot = toml::from_str(text).map_err(|error| RobotError::Format {
-        // An error without a place concerns the file as a whole.
-        line: error.span().map_or(1, |span| Text(text).line(span.start)),
-        message: error.message().to_owned(),
-    })?;
-    let text = Text(text);
-
-    if raw.name.get_ref().trim().is_empty() {
-        return Err(RobotError::EmptyName { line: text.line_of(&raw.name) });
-    }
-    if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
-        let line = text.line_of(&raw.gravity_m_s2);
-        return Err(RobotError::NotFinite { key: "gravity_m_s2".into(), line });
-    }
-    let found = raw.joint.len();
-    if !(1..=MAX_JOINTS).contains(&found) {
-        return Err(RobotError::JointCount { found, largest: MAX_JOINTS });
-    }
-    let joints = raw
-        .joint
-        .iter()
-        .enumerate()
-        .map(|(i, joint)| read_joint(text, i + 1, joint))
-        .collect::<Result<Vec<_>, _>>()?;
-    let transmission =
-        Transmission::new(found, raw.transmission.rows.get_ref()).map_err(|source| {
-            RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
+impl Robot {
+    /// The robot that a TOML text describes; `config/robots/tx40.toml` shows every key.
+    ///
+    /// # Errors
+    /// [`RobotError`]: the line, and what stands there.
+    pub fn from_toml(text: &str) -> Result<Self, RobotError> {
+        let raw: RawRobot = toml::from_str(text).map_err(|error| RobotError::Format {
+            // An error without a place concerns the file as a whole.
+            line: error.span().map_or(1, |span| Text(text).line(span.start)),
+            message: error.message().to_owned(),
         })?;
-    let (friction, sign_model) = read_friction(text, &raw.friction)?;
-    let parameters = ParameterTable::new(&joints, friction, &transmission);
-    let nominal = raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
+        let text = Text(text);
 
-    Ok(Robot {
-        name: raw.name.into_inner(),
-        gravity_m_s2: raw.gravity_m_s2.into_inner(),
-        joints,
-        transmission,
-        friction,
-        sign_model,
-        parameters,
-        nominal,
-    })
+        if raw.name.get_ref().trim().is_empty() {
+            return Err(RobotError::EmptyName { line: text.line_of(&raw.name) });
+        }
+        if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
+            let line = text.line_of(&raw.gravity_m_s2);
+            return Err(RobotError::NotFinite { key: "gravity_m_s2".into(), line });
+        }
+        let found = raw.joint.len();
+        if !(1..=MAX_JOINTS).contains(&found) {
+            return Err(RobotError::JointCount { found, largest: MAX_JOINTS });
+        }
+        let joints = raw
+            .joint
+            .iter()
+            .enumerate()
+            .map(|(i, joint)| read_joint(text, i + 1, joint))
+            .collect::<Result<Vec<_>, _>>()?;
+        let transmission =
+            Transmission::new(found, raw.transmission.rows.get_ref()).map_err(|source| {
+                RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
+            })?;
+        let (friction, sign_model) = read_friction(text, &raw.friction)?;
+        let parameters = ParameterTable::new(&joints, friction, &transmission);
+        let nominal =
+            raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
+
+        Ok(Self {
+            name: raw.name.into_inner(),
+            gravity_m_s2: raw.gravity_m_s2.into_inner(),
+            joints,
+            transmission,
+            friction,
+            sign_model,
+            parameters,
+            nominal,
+        })
+    }
 }
 
 fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<Joint, RobotError> {

@@ -1,6 +1,7 @@
 //! What an arm is: links, joints, transmission, limits, friction and the names of parameters.
 
 mod angle;
+mod arm;
 mod error;
 mod file;
 mod friction;
@@ -10,96 +11,10 @@ mod parameters;
 mod transmission;
 
 pub use angle::Angle;
+pub use arm::Robot;
 pub use error::RobotError;
 pub use friction::{FrictionTerms, SignModel};
 pub use joint::{Joint, JointKind, Limits};
 pub use nominal::NominalParameters;
 pub use parameters::{Parameter, ParameterKind, ParameterTable};
 pub use transmission::{Transmission, TransmissionError};
-
-/// A serial arm of 1 to [`MAX_JOINTS`](crate::MAX_JOINTS) revolute and prismatic joints, as read
-/// from its file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Robot {
-    name: String,
-    gravity_m_s2: [f64; 3],
-    joints: Vec<Joint>,
-    transmission: Transmission,
-    friction: FrictionTerms,
-    sign_model: SignModel,
-    parameters: ParameterTable,
-    nominal: Option<NominalParameters>,
-}
-
-impl Robot {
-    /// The robot that a TOML text describes; `config/robots/tx40.toml` shows every key.
-    pub fn from_toml(text: &str) -> Result<Self, RobotError> {
-        file::read(text)
-    }
-
-    /// The same robot with another law for the sign of Coulomb friction.
-    #[must_use]
-    pub fn with_sign_model(mut self, sign_model: SignModel) -> Self {
-        self.sign_model = sign_model;
-        self
-    }
-
-    /// The same robot with each nominal parameter, if it has any, multiplied by the factor of its
-    /// name; asked for in the order of [`NominalParameters::listed`].
-    #[must_use]
-    pub fn with_scaled_nominal(mut self, factor: impl FnMut(&str) -> f64) -> Self {
-        let table = &self.parameters;
-        self.nominal = self.nominal.map(|n| n.scaled(|name| table.find(name), factor));
-        self
-    }
-
-    /// The name that results carry.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Number of joints, which is also the number of motors.
-    pub fn joints(&self) -> usize {
-        self.joints.len()
-    }
-
-    /// The joints from base to tip.
-    pub fn chain(&self) -> &[Joint] {
-        &self.joints
-    }
-
-    /// Acceleration of gravity in the base frame \[m/s²\]; (0, 0, −9.81) for an arm on the floor.
-    pub fn gravity_m_s2(&self) -> [f64; 3] {
-        self.gravity_m_s2
-    }
-
-    /// Gear ratios and couplings.
-    pub fn transmission(&self) -> &Transmission {
-        &self.transmission
-    }
-
-    /// What each joint may do, from base to tip.
-    pub fn limits(&self) -> impl ExactSizeIterator<Item = &Limits> {
-        self.joints.iter().map(|joint| &joint.limits)
-    }
-
-    /// Which friction terms the joints have.
-    pub fn friction(&self) -> FrictionTerms {
-        self.friction
-    }
-
-    /// The law for the sign of Coulomb friction.
-    pub fn sign_model(&self) -> SignModel {
-        self.sign_model
-    }
-
-    /// The standard parameters of the model.
-    pub fn parameters(&self) -> &ParameterTable {
-        &self.parameters
-    }
-
-    /// The parameter values that the file states, if any.
-    pub fn nominal(&self) -> Option<&NominalParameters> {
-        self.nominal.as_ref()
-    }
-}

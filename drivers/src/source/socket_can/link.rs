@@ -6,10 +6,11 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::error::SocketCanError;
 use super::open::{Opened, open};
-use super::{InterfaceName, SocketCanOptions};
+use super::options::SocketCanOptions;
 use crate::clock::HardwareClock;
 use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
 use crate::socket::{CanSocket, Message, ReceiveBuffer, device_state};
+use crate::source::InterfaceName;
 use crate::source::SourceCounters;
 
 /// Waits between attempts to open an interface that vanished: doubled from the first to the last.

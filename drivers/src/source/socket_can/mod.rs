@@ -3,6 +3,7 @@
 mod error;
 mod link;
 mod open;
+mod options;
 
 use core::time::Duration;
 use std::time::Instant;
@@ -10,40 +11,17 @@ use std::time::Instant;
 pub use error::SocketCanError;
 use link::Link;
 pub use link::LinkReport;
+pub use options::{QUEUED_FRAME_BYTES, SocketCanOptions};
 
 use super::{
     InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
 };
-use crate::frame::{Frame, FrameId};
+use crate::frame::Frame;
 use crate::socket::wait_readable;
 
 /// The longest single wait, so that a caller without a timeout still notices an interface that
 /// went away without a word.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
-
-/// How to listen.
-#[derive(Clone, Debug)]
-pub struct SocketCanOptions {
-    /// Receive CAN FD frames; every interface must be able to carry them.
-    pub fd: bool,
-    /// Let the kernel pass only data frames with these identifiers (and error frames). Nothing
-    /// given passes everything. The kernel takes at most 512; more are passed unfiltered.
-    pub ids: Option<Vec<FrameId>>,
-    /// The receive buffer wanted per interface \[bytes, as the kernel accounts them\]; a queued
-    /// frame costs [`QUEUED_FRAME_BYTES`]. See [`LinkReport::receive_buffer_bytes`] for what was
-    /// granted.
-    pub receive_buffer_bytes: u32,
-}
-
-/// What one queued frame costs of the receive buffer \[bytes\], measured on Linux 6.
-pub const QUEUED_FRAME_BYTES: u32 = 768;
-
-impl Default for SocketCanOptions {
-    /// CAN FD, every identifier, and 8 MiB: two seconds of a 5 kHz bus.
-    fn default() -> Self {
-        Self { fd: true, ids: None, receive_buffer_bytes: 8 << 20 }
-    }
-}
 
 /// Frames of one or more SocketCAN interfaces. It cannot send.
 ///

@@ -4,9 +4,10 @@
 use std::io;
 
 use super::error::{SocketCanError, existing_interfaces};
-use super::{InterfaceName, SocketCanOptions};
+use super::options::SocketCanOptions;
 use crate::frame::FrameId;
 use crate::socket::{CanSocket, DeviceState, device_state};
+use crate::source::InterfaceName;
 
 /// What [`open`] brought about.
 #[derive(Debug)]
