@@ -12,7 +12,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use didim::acquire::{BusState, SharedAcquisition};
-use didim::drift::{Change, NotComparable, sentence};
+use didim::cell::Cell;
+use didim::drift::{
+    BASELINE_SCHEMA, Baseline, Change, DriftOptions, NotComparable, Tracker, sentence,
+};
+use didim::experiment::read_csv;
+use didim::identify::identify_recording;
 use didim::metrics::exposition;
 use didim::pipeline::Places;
 use didim::recording::{KeptStatus, RecordingState, RecordingStatus};
@@ -374,7 +379,34 @@ fn why_a_result_is_not_compared() {
             | NotComparable::OtherPayload { .. } => {}
         }
     }
-    are_in_the_manual(&all.iter().map(ToString::to_string).collect(), 7);
+    let mut said: BTreeSet<String> = all.iter().map(ToString::to_string).collect();
+    let line = json!({
+        "schema": 1, "time": "2026-11-22T00:00:00Z", "result": 1, "robot": "arm", "configuration": "",
+        "method": "idim-ls", "applicable": true, "relative_error": 0.1, "parameters": []
+    });
+    let result = serde_json::from_value(line).unwrap();
+    let set = Timestamp::from_unix_s(1_800_000_000);
+    let baseline = Baseline { schema: BASELINE_SCHEMA, set, result };
+    said.extend(Tracker::new(baseline, DriftOptions::default()).status().why_not);
+    are_in_the_manual(&said, 8);
+    is_still_said("\nNot compared, with its reason behind `drift`", &said);
+}
+
+/// Reasons of verdicts: those on recordings of two real arms, which have too little excitation, dead
+/// torques and no free friction law.
+#[test]
+fn reasons_of_verdicts() {
+    let mut said = BTreeSet::new();
+    for (arm, recording, counted) in
+        [("kr300", "a.csv", 450..2050), ("tiago", "motion.csv", 920..6790)]
+    {
+        let folder = Path::new("tests/data").join(arm);
+        let cell = Cell::read(&folder.join("cell.toml")).unwrap();
+        let recording = read_csv(&folder.join(recording), None).unwrap();
+        let found = identify_recording(&cell, cell.method, &recording, counted);
+        said.extend(found.unwrap().estimate.verdict.reasons);
+    }
+    are_in_the_manual(&said, 6);
 }
 
 #[test]
