@@ -1,119 +1,430 @@
 //! Whatever a running service may say is in its manual, docs/operations.md: the lines of the status, the
 //! reasons why all is not well, the causes of losses, the metrics.
 //!
-//! What it may say is read from the sources, so that nothing can be added there alone.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+//! The program itself is asked: a status in which everything is told is rendered, judged and exposed, and
+//! what comes out is looked up. Where a type lists what there is, the compiler asks here for what is new.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::os::unix::net::UnixListener;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use didim::archive::drift::{
+    BASELINE_SCHEMA, Baseline, Change, DriftOptions, NotComparable, Tracker, sentence,
+};
+use didim::archive::store::Timestamp;
+use didim::cell::Cell;
+use didim::live::acquire::{BusState, SharedAcquisition};
+use didim::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use didim::live::stream::StreamOptions;
+use didim::live::worker::{Loss, Rejection, SharedEstimation};
+use didim::offline::identify::identify_recording;
+use didim::service::metrics::exposition;
+use didim::service::pipeline::Places;
+use didim::service::status::{
+    Collector, Colour, Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
+};
 use didim_drivers::assemble::Losses;
-use serde_json::Value;
+use didim_formats::read_csv;
+use serde_json::{Value, json};
 
 const MANUAL: &str = include_str!("../docs/operations.md");
 
-/// The code without its tests.
-fn code(source: &'static str) -> &'static str {
-    source.split("#[cfg(test)]").next().unwrap()
+/// What the manual has as code within a line, outside of blocks.
+fn quoted(text: &'static str) -> Vec<&'static str> {
+    let blocks = text.split("```").step_by(2);
+    let lines = blocks.flat_map(str::lines);
+    lines.flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
 }
 
-/// The text between quotation marks that follows each of the words, up to where a value is put in.
-fn literals_after(source: &'static str, words: &str) -> Vec<&'static str> {
-    let after = code(source).split(words).skip(1);
-    let text = after.filter_map(|rest| rest.split('"').nth(1));
-    text.map(|text| text.split('{').next().unwrap().trim()).collect()
+/// The fixed parts of a text of the manual, in which `…` and a lone N, M or P stand for anything.
+fn fixed_parts(pattern: &str) -> Vec<String> {
+    let is_name = |each: Option<char>| each.is_some_and(char::is_alphanumeric);
+    let mut parts = vec![String::new()];
+    let mut before = None;
+    let mut rest = pattern.chars().peekable();
+    while let Some(each) = rest.next() {
+        let lone =
+            matches!(each, 'N' | 'M' | 'P') && !is_name(before) && !is_name(rest.peek().copied());
+        if each == '…' || lone {
+            parts.push(String::new());
+        } else {
+            parts.last_mut().unwrap().push(each);
+        }
+        before = Some(each);
+    }
+    parts
 }
 
-/// Each is in the manual, written as code where `exact`; there are so many at least.
-fn are_in_the_manual(names: &[&str], exact: bool, at_least: usize) {
-    assert!(names.len() >= at_least, "the sources are written in another way: {names:?}");
-    let missing: Vec<_> = names
-        .iter()
-        .filter(|name| {
-            let wanted = if exact { format!("`{name}`") } else { format!("`{name}") };
-            !MANUAL.contains(&wanted)
-        })
-        .collect();
-    assert!(missing.is_empty(), "docs/operations.md has nothing on {missing:?}");
+/// Whether a text of the manual is the one that the program said.
+fn is_of(pattern: &str, said: &str) -> bool {
+    let parts = fixed_parts(pattern);
+    if parts.iter().map(String::len).sum::<usize>() < 6 {
+        return pattern == said;
+    }
+    let (first, last) = (parts.first().unwrap(), parts.last().unwrap());
+    let Some(mut rest) = said.strip_prefix(first.as_str()) else { return false };
+    for part in &parts[1..] {
+        let Some((_, after)) = rest.split_once(part.as_str()) else { return false };
+        rest = after;
+    }
+    rest.is_empty() || (parts.len() > 1 && last.is_empty())
+}
+
+/// Each is in the manual, with values in it where the manual has `…`.
+#[track_caller]
+fn are_in_the_manual(said: &BTreeSet<String>, at_least: usize) {
+    assert!(said.len() >= at_least, "too few: {said:#?}");
+    let known = quoted(MANUAL);
+    let missing: Vec<_> =
+        said.iter().filter(|said| !known.iter().any(|pattern| is_of(pattern, said))).collect();
+    assert!(missing.is_empty(), "docs/operations.md has nothing on {missing:#?}");
+}
+
+/// What stands as code in the first column of a section's tables is said by the program: nothing is left
+/// of what it once said.
+#[track_caller]
+fn is_still_said(heading: &str, said: &BTreeSet<String>) {
+    let section = MANUAL.split(heading).nth(1).unwrap().split("\n#").next().unwrap();
+    let firsts = section.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next());
+    let known: Vec<&str> = firsts.flat_map(quoted).collect();
+    assert!(!known.is_empty(), "{heading}");
+    let stale: Vec<_> =
+        known.iter().filter(|pattern| !said.iter().any(|said| is_of(pattern, said))).collect();
+    assert!(stale.is_empty(), "the program does not say {stale:#?}");
+}
+
+#[test]
+fn a_pattern_stands_for_what_differs_and_nothing_else() {
+    assert!(is_of("the last window, N, was rejected: …", "the last window, 7, was rejected: busy"));
+    assert!(!is_of("the last window, N, was rejected: …", "the last window, 7, was lost: busy"));
+    assert!(!is_of("the bus is silent", "the bus is silent and down"));
+    assert!(is_of("P has grown by …", "fc3 has grown by 2 %"));
+    assert!(!is_of("P has grown by …", "fc3 has shrunk by 2 %"));
+    assert!(!is_of("…", "anything"));
+}
+
+/// What may be missing in a status, as it is when it is there.
+fn optional(key: &str) -> Value {
+    let times = json!({ "count": 1, "p50_ns": 1, "p99_ns": 1, "p999_ns": 1, "max_ns": 1 });
+    let refused = json!({ "grant": "refused", "why": "in words" });
+    match key {
+        "frame_to_buffer" => {
+            let mut times = times;
+            times["from"] = "stamp".into();
+            times
+        }
+        "buffer_to_worker" | "batch_to_worker" => times,
+        "real_time" => json!({ "priority": refused, "cpu": refused, "memory": refused }),
+        "receive_buffer_bytes" => 1.into(),
+        "receive_buffer_asked_bytes" => 2.into(),
+        "recording" => {
+            let state = RecordingState::Failed;
+            serde_json::to_value(RecordingStatus { state, ..Default::default() }).unwrap()
+        }
+        "kept_recordings" => serde_json::to_value(KeptStatus::default()).unwrap(),
+        "oldest_s" => 1.into(),
+        "first_rejection" | "last_rejection" => json!({
+            "number": 2, "first_sequence": 1, "last_sequence": 2, "rejection": { "reason": "busy" }
+        }),
+        "last_estimate" => json!({
+            "window": 1, "first_sequence": 1, "last_sequence": 2, "method": "idim-ls",
+            "parameters": [{ "name": "fc3", "value": 1.0, "standard_deviation": 0.1 }],
+            "relative_error": 1.0, "condition_number": 1.0,
+            "applicable": false, "reasons": ["in words"]
+        }),
+        "note" => json!({ "text": "in words" }),
+        "drift" => json!({
+            "baseline": 1, "time": "2026-11-22T00:00:00Z", "compared": true, "reconfigured": true,
+            "why_not": "in words",
+            "parameters": [{
+                "parameter": "fc3", "relative_change": 1.0, "deviation_sigma": 1.0, "band_share": 1.0
+            }],
+            "alarms": []
+        }),
+        "baseline_unreadable" | "reload_refused" | "why" | "last_failure" | "capture" => {
+            "in words".into()
+        }
+        other => panic!("a status may have `{other}` now: say here what it is like"),
+    }
+}
+
+/// Every count 1, every list of causes one long, everything there.
+fn fill(value: &mut Value, key: &str) {
+    match value {
+        Value::Null => {
+            *value = optional(key);
+            fill(value, key);
+        }
+        Value::Number(number) if number.as_f64() == Some(0.0) => *value = 1.into(),
+        Value::Object(causes) if causes.is_empty() => *value = json!({ "missing-axis": 1 }),
+        Value::Object(fields) => fields.iter_mut().for_each(|(key, value)| fill(value, key)),
+        _ => {}
+    }
+}
+
+/// A status in which nothing is left out.
+fn everything() -> Snapshot {
+    let snapshot = Snapshot {
+        schema: SCHEMA,
+        version: "0".into(),
+        cell: "cell".into(),
+        uptime_s: 1.0,
+        health: Health::default(),
+        process: ProcessStatus::default(),
+        stream: StreamStatus::default(),
+        acquisition: Some(Default::default()),
+        estimation: Some(Default::default()),
+    };
+    let mut value = serde_json::to_value(snapshot).unwrap();
+    // Left out by JSON while it is not there.
+    value["estimation"]["baseline_unreadable"] = Value::Null;
+    fill(&mut value, "");
+    let mut snapshot: Snapshot = serde_json::from_value(value).unwrap();
+    snapshot.health = Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
+    snapshot
+}
+
+fn bus_states() -> impl Iterator<Item = BusState> {
+    std::iter::successors(Some(BusState::Waiting), |state| match state {
+        BusState::Waiting => Some(BusState::Ok),
+        BusState::Ok => Some(BusState::Silent),
+        BusState::Silent => Some(BusState::Down),
+        BusState::Down => Some(BusState::Ended),
+        BusState::Ended => None,
+    })
+}
+
+fn rejections() -> Vec<Rejection> {
+    let why = || "in words".to_owned();
+    let all = vec![
+        Rejection::Loss(Loss::SampleGap { after: 1, missing: 2 }),
+        Rejection::Loss(Loss::OutOfOrder { after: 1, sequence: 1 }),
+        Rejection::Loss(Loss::QueueDrops { frames: 1 }),
+        Rejection::Loss(Loss::StreamOverflow { batches: 1 }),
+        Rejection::Loss(Loss::Restarted),
+        Rejection::TooShort { counted: 1, minimum: 2 },
+        Rejection::Busy,
+        Rejection::Stopped,
+        Rejection::Refused { why: why() },
+        Rejection::NotStored { why: why() },
+    ];
+    // What is new belongs into the list above.
+    for rejection in &all {
+        match rejection {
+            Rejection::Loss(
+                Loss::SampleGap { .. }
+                | Loss::OutOfOrder { .. }
+                | Loss::QueueDrops { .. }
+                | Loss::StreamOverflow { .. }
+                | Loss::Restarted,
+            )
+            | Rejection::TooShort { .. }
+            | Rejection::Busy
+            | Rejection::Stopped
+            | Rejection::Refused { .. }
+            | Rejection::NotStored { .. } => {}
+        }
+    }
+    all
 }
 
 #[test]
 fn lines_of_the_status() {
-    let source = include_str!("../src/service/status/render.rs");
-    let mut names = Vec::new();
-    for kind in ["plain(", "counted(", "judged(", "latency(", "causes("] {
-        names.extend(literals_after(source, &format!("rows.{kind}")));
-    }
-    let grants = code(source).split("for (name, grant) in [").nth(1).unwrap();
-    names.extend(grants.split(']').next().unwrap().split('"').skip(1).step_by(2));
-    names.retain(|name| !name.is_empty());
-    are_in_the_manual(&names, true, 35);
-}
-
-#[test]
-fn reasons() {
-    let sources = [
-        include_str!("../src/service/status/snapshot.rs"),
-        include_str!("../src/service/status/collect.rs"),
-        include_str!("../src/service/status/fetch.rs"),
-    ];
-    let mut reasons = Vec::new();
-    for source in sources {
-        for words in ["reasons.push(", "health.add(", ".map(|why| format!("] {
-            reasons.extend(literals_after(source, words));
+    let mut names = BTreeSet::new();
+    let mut snapshot = everything();
+    // Once more with what excludes the other: a good estimate, parameters in their bands.
+    for good in [false, true] {
+        let estimation = snapshot.estimation.as_mut().unwrap();
+        estimation.last_estimate.as_mut().unwrap().applicable = good;
+        if good {
+            estimation.drift.as_mut().unwrap().why_not = None;
+        }
+        for line in render(&snapshot, Colour::Never).lines() {
+            names.insert(line.split("  ").next().unwrap().to_owned());
         }
     }
-    reasons
-        .extend(literals_after(include_str!("../src/archive/drift/status.rs"), "then(|| format!("));
-    // What begins with a value is of a process, and has its own words.
-    reasons.retain(|reason| !reason.is_empty());
-    let (more, reasons): (Vec<_>, Vec<_>) =
-        reasons.into_iter().partition(|reason| reason.starts_with("more "));
-    assert!(more.iter().all(|_| MANUAL.contains("`N more parameters have left their bands`")));
-    are_in_the_manual(&reasons, false, 12);
+    // The name of a line is written once for its values.
+    names.remove("");
+    are_in_the_manual(&names, 35);
+    is_still_said("\n## Read the status\n", &names);
 }
 
 #[test]
-fn words_of_alarms_and_of_what_is_not_compared() {
-    let words = include_str!("../src/archive/drift/words.rs");
-    for verb in words.split('"').filter(|text| text.starts_with("has ")) {
-        assert!(MANUAL.contains(verb), "{verb}");
+fn states_of_the_bus() {
+    let mut snapshot = everything();
+    let said = bus_states().map(|state| {
+        snapshot.acquisition.as_mut().unwrap().bus = state;
+        let status = render(&snapshot, Colour::Never);
+        let line = status.lines().find(|line| line.starts_with("bus ")).unwrap().to_owned();
+        line.trim_start_matches("bus").trim().to_owned()
+    });
+    are_in_the_manual(&said.collect(), 5);
+}
+
+/// Everything that may be a reason of `health`.
+fn reasons() -> BTreeSet<String> {
+    let mut reasons = BTreeSet::new();
+    let mut snapshot = everything();
+    for state in bus_states() {
+        let acquisition = snapshot.acquisition.as_mut().unwrap();
+        (acquisition.bus, acquisition.samples) = (state, 0);
+        reasons.extend(Health::of(snapshot.acquisition.as_ref(), None).reasons);
     }
-    let source = include_str!("../src/archive/drift/comparable.rs");
-    let lasting = ["is not applicable", "is of the robot", "is by", "has other parameters than"];
-    for what in lasting.into_iter().chain(["was noted with result", "are made up in another way"]) {
-        assert!(source.contains(what) && MANUAL.contains(what), "{what}");
+    let estimation = snapshot.estimation.as_mut().unwrap();
+    for rejection in rejections() {
+        estimation.last_rejection.as_mut().unwrap().rejection = rejection;
+        reasons.extend(Health::of(None, Some(estimation)).reasons);
     }
-    assert_eq!(source.matches("#[error(").count(), 6, "one more is not in the manual");
+    let texts = alarms();
+    for alarms in [4, 6, 7] {
+        let alarm = |k: usize| {
+            json!({
+                "parameter": "fc3", "relative_change": 1.0, "deviation_sigma": 1.0,
+                "slope_per_day": 1.0, "slope_sd": 1.0, "since": "2026-11-22T00:00:00Z",
+                "text": texts[k % texts.len()]
+            })
+        };
+        let all: Vec<Value> = (0..alarms).map(alarm).collect();
+        estimation.drift.as_mut().unwrap().alarms = serde_json::from_value(all.into()).unwrap();
+        reasons.extend(Health::of(None, Some(estimation)).reasons);
+    }
+    reasons.extend(everything().process.reasons());
+    reasons.extend(reasons_of_halves());
+    reasons
+}
+
+/// The sentence of an alarm in each of its forms.
+fn alarms() -> Vec<String> {
+    let baseline = Timestamp::from_unix_s(1_800_000_000);
+    let forms = [(1.0, 0.5), (1.0, -0.5), (0.0, 0.5), (0.0, -0.5)];
+    let alarm = |(baseline_value, difference)| {
+        let change = Change {
+            parameter: "fc3".into(),
+            baseline: baseline_value,
+            difference,
+            standard_deviation: 0.01,
+            half_band: 0.1,
+        };
+        sentence(&change, baseline, None, Some(baseline))
+    };
+    forms.map(alarm).into()
+}
+
+/// What a service of two processes says while one is away, or has refused to reload.
+fn reasons_of_halves() -> Vec<String> {
+    let folder = tempfile::tempdir_in("/tmp").unwrap();
+    let places = Places::with_sockets_in(folder.path());
+    let options = StreamOptions::new("cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 1.0).unwrap();
+    let now = Instant::now();
+    let mut acquisition =
+        Collector::new(&options, Some(SharedAcquisition::default()), None, None, now);
+    acquisition.process.reload_refused = Some("in words".into());
+    let acquisition = acquisition.snapshot(now);
+    let estimation = Some(SharedEstimation::default());
+    let estimation = Collector::new(&options, None, estimation, None, now)
+        .snapshot(now + Duration::from_secs(5));
+    let answer = |socket: &Path, snapshot: &Snapshot| {
+        let _ = std::fs::remove_file(socket);
+        let (listener, text) =
+            (UnixListener::bind(socket).unwrap(), serde_json::to_vec(snapshot).unwrap());
+        std::thread::spawn(move || listener.accept().unwrap().0.write_all(&text).unwrap());
+    };
+    let mut reasons = estimation.health.reasons.clone();
+    answer(&places.acquisition_socket(), &acquisition);
+    reasons.extend(fetch(&places).unwrap().health.reasons);
+    answer(&places.status_socket(), &estimation);
+    reasons.extend(fetch(&places).unwrap().health.reasons);
+    answer(&places.status_socket(), &estimation);
+    answer(&places.acquisition_socket(), &acquisition);
+    let both = fetch(&places).unwrap().health.reasons;
+    // Said with the half that says it, as the manual has it.
+    let of_acquisition = both.iter().filter_map(|reason| reason.strip_prefix("acquisition: "));
+    assert_eq!(of_acquisition.count(), 1, "{both:?}");
+    assert!(quoted(MANUAL).contains(&"acquisition: "));
+    reasons
+}
+
+#[test]
+fn reasons_of_health() {
+    let said = reasons();
+    are_in_the_manual(&said, 25);
+    let mut said = said;
+    said.insert("acquisition: ".into());
+    is_still_said("\n## Every reason, and what to do\n", &said);
+}
+
+#[test]
+fn why_a_result_is_not_compared() {
+    let (result, other, words) = (2, 1, || "in words".to_owned());
+    let all = [
+        NotComparable::NotApplicable { result },
+        NotComparable::OtherRobot { result, robot: words(), other, other_robot: words() },
+        NotComparable::OtherMethod { result, method: words(), other, other_method: words() },
+        NotComparable::OtherRegrouping { result, other },
+        NotComparable::OtherParameters { result, other, names: words() },
+        NotComparable::OtherPayload { result, payload_kg: 1.0, other, other_kg: None },
+        NotComparable::OtherPayload { result, payload_kg: 1.0, other, other_kg: Some(2.0) },
+    ];
+    // What is new belongs into the list above.
+    for why in &all {
+        match why {
+            NotComparable::NotApplicable { .. }
+            | NotComparable::OtherRobot { .. }
+            | NotComparable::OtherMethod { .. }
+            | NotComparable::OtherRegrouping { .. }
+            | NotComparable::OtherParameters { .. }
+            | NotComparable::OtherPayload { .. } => {}
+        }
+    }
+    let mut said: BTreeSet<String> = all.iter().map(ToString::to_string).collect();
+    let line = json!({
+        "schema": 1, "time": "2026-11-22T00:00:00Z", "result": 1, "robot": "arm", "configuration": "",
+        "method": "idim-ls", "applicable": true, "relative_error": 0.1, "parameters": []
+    });
+    let result = serde_json::from_value(line).unwrap();
+    let set = Timestamp::from_unix_s(1_800_000_000);
+    let baseline = Baseline { schema: BASELINE_SCHEMA, set, result };
+    said.extend(Tracker::new(baseline, DriftOptions::default()).status().why_not);
+    are_in_the_manual(&said, 8);
+    is_still_said("\nNot compared, with its reason behind `drift`", &said);
+}
+
+/// Reasons of verdicts: those on recordings of two real arms, which have too little excitation, dead
+/// torques and no free friction law.
+#[test]
+fn reasons_of_verdicts() {
+    let mut said = BTreeSet::new();
+    for (arm, recording, counted) in
+        [("kr300", "a.csv", 450..2050), ("tiago", "motion.csv", 920..6790)]
+    {
+        let folder = Path::new("tests/data").join(arm);
+        let cell = Cell::read(&folder.join("cell.toml")).unwrap();
+        let recording = read_csv(&folder.join(recording), None).unwrap();
+        let found = identify_recording(&cell, cell.method, &recording, counted);
+        said.extend(found.unwrap().estimate.verdict.reasons);
+    }
+    are_in_the_manual(&said, 6);
 }
 
 #[test]
 fn causes_of_losses() {
-    let Value::Object(losses) = serde_json::to_value(Losses::default()).unwrap() else { return };
-    let of = |kind: &str| -> Vec<String> {
-        let causes = losses[kind].as_object().unwrap();
-        causes.keys().map(|cause| cause.replace('_', " ")).collect()
-    };
+    let losses = serde_json::to_value(Losses::default()).unwrap();
     for (kind, at_least) in [("frames", 11), ("cycles", 10)] {
-        let causes = of(kind);
-        let causes: Vec<&str> = causes.iter().map(String::as_str).collect();
-        are_in_the_manual(&causes, true, at_least);
+        let causes = losses[kind].as_object().unwrap().keys();
+        are_in_the_manual(&causes.map(|cause| cause.replace('_', " ")).collect(), at_least);
     }
-    let source = include_str!("../src/live/worker/window.rs");
-    let causes = source.split("pub fn cause(").nth(1).unwrap().split("impl ").next().unwrap();
-    let causes: Vec<&str> = causes.split('"').skip(1).step_by(2).collect();
-    are_in_the_manual(&causes, true, 10);
+    let causes = rejections().iter().map(|rejection| rejection.cause().to_owned()).collect();
+    are_in_the_manual(&causes, 10);
 }
 
 #[test]
 fn metrics() {
-    let sources = [
-        include_str!("../src/service/metrics/families.rs"),
-        include_str!("../src/service/metrics/drift.rs"),
-        include_str!("../src/service/metrics/recording.rs"),
-    ];
-    let names = sources.iter().flat_map(|source| code(source).split('"'));
-    let is_name = |text: &&str| {
-        text.starts_with("didim_")
-            && text.bytes().all(|byte| byte == b'_' || byte.is_ascii_lowercase())
-    };
-    let names: Vec<&str> = names.filter(is_name).collect();
-    are_in_the_manual(&names, true, 55);
+    let text = exposition(Some(&everything()));
+    let families = text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next());
+    let families: BTreeSet<String> = families.map(str::to_owned).collect();
+    are_in_the_manual(&families, 55);
+    is_still_said("\n## Watch it\n", &families);
 }

@@ -5,20 +5,16 @@ use didim_core::identification::Method;
 
 use super::finding::Finding;
 use crate::cell::Cell;
+use crate::live::worker::Trigger;
+use crate::service::pipeline::MOST_WINDOWS;
 use crate::text::significant;
 
 /// Above this part of the sample rate, the position filter lets the noise pass that central
 /// differences raise most: twice differentiated, white noise is strongest at half the sample rate.
 const NOISY: f64 = 0.35;
-/// Where the decimation filter cuts, as a part of the Nyquist frequency behind it.
-const DECIMATION_CUT: f64 = 0.8;
 /// The position filter should be flat where the equation is used: four poles, forward and backward, are
 /// down by 1 % at 0.56 of their cut-off frequency.
 const FLAT: f64 = 1.8;
-/// Rows for every parameter below which the shortest window says little.
-const ROWS_PER_PARAMETER: f64 = 5.0;
-/// Windows in memory: the open one, four waiting, the one being identified.
-const WINDOWS: usize = 6;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     reference(cell, findings);
@@ -58,8 +54,9 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
             format!("a cut-off frequency of at most {} Hz", hertz(NOISY * rate)),
         ));
     }
+    let decimation = &cell.options.decimation_filter;
     #[expect(clippy::cast_precision_loss, reason = "a factor of decimation is small")]
-    let band = DECIMATION_CUT * 0.5 * rate / cell.options.decimation_filter.factor as f64;
+    let band = decimation.cutoff_ratio * 0.5 * rate / decimation.factor as f64;
     if cutoff < FLAT * band {
         findings.push(Finding::warning(
             key,
@@ -76,22 +73,27 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
-/// What the shortest window leaves after decimation, and what the longest takes.
+/// Whether the shortest window leaves as many rows after decimation as the verdict asks for, and what
+/// the longest takes.
 fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
-    let rate = cell.sample_rate_hz();
+    let (decimation, limits) = (&cell.options.decimation_filter, &cell.options.limits);
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
+    let (key, shortest_s) = shortest(cell);
     #[expect(clippy::cast_precision_loss, reason = "small numbers")]
     let (rows, parameters) = (
-        (cell.window.min_s * rate / cell.options.decimation_filter.factor as f64).floor()
+        (shortest_s * cell.sample_rate_hz() / decimation.factor as f64).floor()
             * cell.robot.joints() as f64,
         parameters as f64,
     );
-    if rows < ROWS_PER_PARAMETER * parameters {
+    let independent = decimation.cutoff_ratio * rows / parameters;
+    if independent < limits.rows_per_parameter {
         findings.push(Finding::warning(
-            "window.min_s",
+            key,
             format!(
-                "the shortest window, {} s, leaves {rows} rows for {parameters} parameters",
-                cell.window.min_s
+                "the shortest window, {shortest_s} s, leaves {rows} rows for {parameters} parameters: \
+                 {} independent ones for each, and a verdict asks for {}",
+                significant(independent, 2),
+                limits.rows_per_parameter
             ),
             "longer windows, a smaller `decimation_filter.factor`, or fewer parameters",
         ));
@@ -108,6 +110,15 @@ fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
     }
 }
 
+/// The key that decides how little of a window may count, and its value \[s\].
+fn shortest(cell: &Cell) -> (&'static str, f64) {
+    match cell.window.trigger {
+        Trigger::Motion { .. } | Trigger::Command {} => ("window.min_s", cell.window.min_s),
+        // Every window is of this length, which is no less than `min_s`.
+        Trigger::Interval { length_s } => ("window.trigger.length_s", length_s),
+    }
+}
+
 /// What the windows of the service take at most \[bytes\].
 pub(super) fn window_bytes(cell: &Cell) -> u64 {
     #[expect(
@@ -116,5 +127,5 @@ pub(super) fn window_bytes(cell: &Cell) -> u64 {
         reason = "at most 600 s at 20 kHz"
     )]
     let samples = (cell.window.max_s * cell.sample_rate_hz()).ceil() as u64;
-    samples * (WINDOWS * size_of::<JointSample>()) as u64
+    samples * (MOST_WINDOWS * size_of::<JointSample>()) as u64
 }

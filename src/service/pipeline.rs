@@ -25,6 +25,8 @@ use crate::window::Window;
 
 /// Windows that may wait while one is identified.
 const WINDOWS_WAITING: usize = 4;
+/// Windows in memory: the open one, those that wait, the one being identified.
+pub(crate) const MOST_WINDOWS: usize = WINDOWS_WAITING + 2;
 /// A live bus is called silent after this many of its periods, or half a second if that is longer.
 const SILENT_PERIODS: f64 = 100.0;
 /// The longest folder for temporary files that leaves room for the stream's own paths.

@@ -91,13 +91,55 @@ fn filters_windows_and_a_missing_reference_are_found() {
     cell.edit(PACKED, "cutoff_hz = 20.0", "cutoff_hz = 2000.0");
     finds(&cell.packed_cell(), 0, key, &["2000 Hz", "noise"]);
     cell.edit(PACKED, "min_s = 3.0", "min_s = 0.1");
-    finds(&cell.packed_cell(), 0, "warning window.min_s", &["24 rows for 28 parameters"]);
+    let says = ["24 rows for 28 parameters", "0.69 independent", "asks for 8"];
+    finds(&cell.packed_cell(), 0, "warning window.min_s", &says);
 
     let reference =
         "reference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }";
     let without = Configuration::with(CIA402, reference, "");
     let says = ["didim simulates", "nearly idim-ls"];
     finds(&without.path(CIA402), 0, "warning bus.layout.reference", &says);
+}
+
+/// 28 parameters ask for 8 × 28 independent rows: 280 of six joints at 0.8 of the Nyquist frequency, 47 of
+/// each, of which there are 40 a second.
+#[test]
+fn a_window_is_too_short_where_the_verdict_says_so() {
+    let warned = |cell: &str| {
+        let found = found(cell, 0);
+        let keys =
+            found.iter().filter_map(|f| f.strip_prefix("warning window.")?.split(':').next());
+        keys.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let configuration = Configuration::with(PACKED, "min_s = 3.0", "min_s = 1.16");
+    let cell = configuration.packed_cell();
+    assert_eq!(warned(&cell), ["min_s"]);
+    configuration.edit(PACKED, "min_s = 1.16", "min_s = 1.18");
+    assert_eq!(warned(&cell), [""; 0]);
+    configuration.edit(PACKED, "factor = 125 }", "factor = 125, cutoff_ratio = 0.7 }");
+    assert_eq!(warned(&cell), ["min_s"]);
+    let limits = "[identification.limits]\nrows_per_parameter = 6.0\n\n[identification.simulation]";
+    configuration.edit(PACKED, "[identification.simulation]", limits);
+    assert_eq!(warned(&cell), [""; 0]);
+
+    // Windows by interval have one length, and `min_s` decides nothing.
+    let motion = "{ by = \"motion\", velocity_threshold_rad_s = 0.5, idle_s = 0.5 }";
+    configuration.edit(PACKED, "min_s = 1.18", "min_s = 0.1");
+    configuration.edit(PACKED, motion, "{ by = \"interval\", length_s = 1.5 }");
+    assert_eq!(warned(&cell), [""; 0]);
+    configuration.edit(PACKED, "length_s = 1.5", "length_s = 0.5");
+    assert_eq!(warned(&cell), ["trigger.length_s"]);
+}
+
+/// At 0.4 of the Nyquist frequency after decimation, 20 Hz, the filter keeps half of what it does at 0.8.
+#[test]
+fn the_position_filter_is_held_to_the_decimation_filter_of_the_cell() {
+    let cell = Configuration::with(PACKED, "cutoff_hz = 200.0", "cutoff_hz = 20.0");
+    let key = "warning identification.position_filter";
+    finds(&cell.packed_cell(), 0, key, &["up to 16.0 Hz"]);
+    cell.edit(PACKED, "factor = 125 }", "factor = 125, cutoff_ratio = 0.4 }");
+    let found = found(&cell.packed_cell(), 0);
+    assert!(!found.iter().any(|finding| finding.starts_with(key)), "{found:#?}");
 }
 
 #[test]

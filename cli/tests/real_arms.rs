@@ -1,0 +1,271 @@
+//! Recordings of real arms of other makers (tests/data/README.md), held to what an independent
+//! implementation of the same recipe, in Python on another model of the arms' dynamics, makes of them.
+//!
+//! Figures only: the verdicts are no part of the reference.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+#[path = "../../tests/common/mod.rs"]
+mod common;
+mod program;
+
+use core::ops::Range;
+use std::path::Path;
+
+use didim::cell::Cell;
+use didim_core::identification::{
+    Experiment, Selection, filtered_motion, filtered_torque, observation_matrix,
+};
+use didim_formats::{Side, read_csv};
+use nalgebra::{DMatrix, DVector};
+use program::{json, repository, succeed};
+use serde_json::Value;
+
+/// How far figures of the same recipe may be apart, relative to themselves: the digits of the files.
+const SAME_RECIPE: f64 = 1e-6;
+/// The same of a recording whose digits were reduced: 1e-7 rad and 1e-4 N·m.
+const ROUNDED: f64 = 1e-4;
+
+fn close(found: f64, expected: f64, tolerance: f64, what: &str) {
+    let apart = (found / expected - 1.0).abs();
+    assert!(apart <= tolerance, "{what}: {found} instead of {expected}, {apart:.1e} apart");
+}
+
+/// `didim identify` on one recording, between two instants \[s\].
+fn identify(arm: &str, recording: &str, from_s: &str, to_s: &str) -> Value {
+    let folder = repository("tests/data").join(arm);
+    let (cell, input) = (folder.join("cell.toml"), folder.join(recording));
+    json(&succeed(&[
+        &"identify",
+        &"--json",
+        &"--cell",
+        &cell,
+        &"--input",
+        &input,
+        &"--from",
+        &from_s,
+        &"--to",
+        &to_s,
+    ]))
+}
+
+/// What the independent implementation makes of one recording.
+struct Figures {
+    recording: &'static str,
+    condition_number: f64,
+    unweighted_condition_number: f64,
+    relative_error: f64,
+    per_joint: [f64; 6],
+}
+
+/// The KR 300 between 1.8 s and 8.2 s, where it moves.
+const KR300: [Figures; 3] = [
+    Figures {
+        recording: "a.csv",
+        condition_number: 13833.614386645644,
+        unweighted_condition_number: 8242.754643668304,
+        relative_error: 0.037150413387027466,
+        per_joint: [
+            0.06488314919857485,
+            0.03847767796033876,
+            0.01817424183210496,
+            0.26773966848849656,
+            0.025370748191436483,
+            0.18777016266714072,
+        ],
+    },
+    Figures {
+        recording: "b.csv",
+        condition_number: 18651.694771601615,
+        unweighted_condition_number: 10141.181191723053,
+        relative_error: 0.0338558254222531,
+        per_joint: [
+            0.04832411578937478,
+            0.03190608078951618,
+            0.03334380841819353,
+            0.10595023042323541,
+            0.022005841007233948,
+            0.05836042837874262,
+        ],
+    },
+    Figures {
+        recording: "c.csv",
+        condition_number: 8569.054645094242,
+        unweighted_condition_number: 5235.795884696841,
+        relative_error: 0.031146300024082765,
+        per_joint: [
+            0.04672438070771528,
+            0.03140320305861702,
+            0.017656206686178892,
+            0.3197447080700259,
+            0.025400939897812662,
+            0.17446646406428584,
+        ],
+    },
+];
+
+#[test]
+fn each_motion_of_a_kr300_as_the_independent_implementation() {
+    for of in KR300 {
+        let estimate = identify("kr300", of.recording, "1.8", "8.196");
+        let figure = |name: &str| estimate[name].as_f64().unwrap();
+        assert_eq!(estimate["parameters"].as_array().unwrap().len(), 58);
+        assert_eq!((&estimate["samples"], &estimate["rows"]), (&2501.into(), &960.into()));
+        for (name, expected) in [
+            ("condition_number", of.condition_number),
+            ("unweighted_condition_number", of.unweighted_condition_number),
+            ("relative_error", of.relative_error),
+        ] {
+            close(figure(name), expected, SAME_RECIPE, &format!("{} {name}", of.recording));
+        }
+        for (joint, expected) in of.per_joint.into_iter().enumerate() {
+            let found = estimate["relative_error_per_joint"][joint].as_f64().unwrap();
+            close(found, expected, SAME_RECIPE, &format!("{} joint {joint}", of.recording));
+        }
+    }
+}
+
+/// All eight torques of a TIAGo, of which three are not measured (zero in nine samples of ten) and one
+/// has an unknown unit: 73 parameters, and errors that show which joints are no joints of the model.
+#[test]
+fn a_tiago_with_its_dead_torques_shows_which_they_are() {
+    let estimate = identify("tiago", "motion.csv", "9.2", "67.89");
+    assert_eq!(estimate["parameters"].as_array().unwrap().len(), 73);
+    assert_eq!((&estimate["samples"], &estimate["rows"]), (&8022.into(), &(587 * 8).into()));
+    let errors = estimate["relative_error_per_joint"].as_array().unwrap();
+    let errors: Vec<f64> = errors.iter().map(|error| error.as_f64().unwrap()).collect();
+    // Torso, arm_1 to arm_4, and arm_5 to arm_7, the dead ones.
+    assert!(errors[1..5].iter().all(|error| *error < 0.2), "{errors:?}");
+    assert!(errors[5..].iter().all(|error| *error > 0.5), "{errors:?}");
+}
+
+/// The equation of some joints along one recording: observation matrix and torques, the rows of each
+/// joint together.
+fn equation(
+    cell: &Cell,
+    recording: &Path,
+    counted: Range<usize>,
+    joints: Range<usize>,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let recording = read_csv(recording, None).unwrap();
+    let experiment = match recording.side {
+        Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission()),
+        Side::Joint => Experiment::joint_side(&recording.signals),
+    };
+    let experiment = experiment.unwrap().with_counted(counted.clone()).unwrap();
+    let decimation = cell.options.decimation_filter.design().unwrap();
+    let motion = filtered_motion(&experiment, &cell.options.position_filter).unwrap();
+    let torque = filtered_torque(&experiment, &decimation).unwrap();
+    let all = Selection::new(&cell.robot, &cell.base, None).unwrap();
+    let matrix = observation_matrix(&cell.model, &all, &motion, &decimation, counted).unwrap();
+    let rows = torque.len() / cell.robot.joints();
+    let (first, count) = (joints.start * rows, joints.len() * rows);
+    (matrix.rows(first, count).into_owned(), torque.rows(first, count).into_owned())
+}
+
+/// Least squares, and the condition number of the matrix.
+fn solve(matrix: &DMatrix<f64>, torque: &DVector<f64>) -> (DVector<f64>, f64) {
+    let svd = matrix.clone().svd(true, true);
+    let condition_number = svd.singular_values.max() / svd.singular_values.min();
+    (svd.solve(torque, 0.0).unwrap(), condition_number)
+}
+
+fn relative_error(matrix: &DMatrix<f64>, torque: &DVector<f64>, parameters: &DVector<f64>) -> f64 {
+    (torque - matrix * parameters).norm() / torque.norm()
+}
+
+/// Weighted least squares, each joint by the noise that least squares leaves on it; with the condition
+/// numbers without and with weights.
+fn solve_weighted(
+    matrix: &DMatrix<f64>,
+    torque: &DVector<f64>,
+    joint_of_row: impl Fn(usize) -> usize,
+) -> (DVector<f64>, [f64; 2]) {
+    let (parameters, unweighted) = solve(matrix, torque);
+    let residuals = torque - matrix * parameters;
+    let mut squares = [(0.0, 0.0); 8];
+    for (row, residual) in residuals.iter().enumerate() {
+        let (sum, count) = &mut squares[joint_of_row(row)];
+        *sum += residual * residual;
+        *count += 1.0;
+    }
+    let weights = DVector::from_fn(torque.len(), |row, _| {
+        let (sum, count): (f64, f64) = squares[joint_of_row(row)];
+        (count / sum).sqrt()
+    });
+    let mut weighted = matrix.clone();
+    weighted.row_iter_mut().zip(&weights).for_each(|(mut row, weight)| row *= *weight);
+    let (parameters, condition_number) = solve(&weighted, &torque.component_mul(&weights));
+    (parameters, [unweighted, condition_number])
+}
+
+/// One equation of the three motions determines what one motion alone does not; the program takes one
+/// recording at a time, the equation is put together here.
+#[test]
+fn three_motions_of_a_kr300_together_as_the_independent_implementation() {
+    let folder = repository("tests/data/kr300");
+    let cell = Cell::read(&folder.join("cell.toml")).unwrap();
+    let of = |motion: &str| equation(&cell, &folder.join(motion), 450..2050, 0..6);
+    let motions = ["a.csv", "b.csv", "c.csv"].map(of);
+    let joint_of_row = |row: usize| row % 960 / 160;
+
+    // What the first motion says of the others is 28 and 46 % wrong, and of itself 3.7 %.
+    let (alone, _) = solve_weighted(&motions[0].0, &motions[0].1, joint_of_row);
+    let expected = [0.037150413387027466, 0.2823167092290713, 0.4598306399376123];
+    for ((matrix, torque), expected) in motions.iter().zip(expected) {
+        close(relative_error(matrix, torque, &alone), expected, SAME_RECIPE, "of the first");
+    }
+
+    let mut matrix = DMatrix::zeros(3 * 960, 58);
+    let mut torque = DVector::zeros(3 * 960);
+    for (k, motion) in motions.iter().enumerate() {
+        matrix.rows_mut(k * 960, 960).copy_from(&motion.0);
+        torque.rows_mut(k * 960, 960).copy_from(&motion.1);
+    }
+    let (together, [unweighted, weighted]) = solve_weighted(&matrix, &torque, joint_of_row);
+    close(unweighted, 1024.5736053596063, SAME_RECIPE, "condition number");
+    close(weighted, 1822.4174320007983, SAME_RECIPE, "weighted condition number");
+    let expected = [0.04112012775676659, 0.04359909989802661, 0.03291329826809333];
+    for ((matrix, torque), expected) in motions.iter().zip(expected) {
+        close(relative_error(matrix, torque, &together), expected, SAME_RECIPE, "of all three");
+    }
+}
+
+/// Of a TIAGo the rows of arm_1 to arm_4 alone, whose torques are measured, along the motion of all
+/// eight joints, one of them prismatic. The program cannot leave rows out, the equation is cut here.
+#[test]
+fn the_measured_torques_of_a_tiago_as_the_independent_implementation() {
+    let folder = repository("tests/data/tiago");
+    let cell = Cell::read(&folder.join("cell.toml")).unwrap();
+    let (matrix, torque) = equation(&cell, &folder.join("motion.csv"), 920..6790, 1..5);
+    assert_eq!(matrix.shape(), (4 * 587, 73));
+    // What acts on the other rows alone has columns of zeros: 57 of the 73 parameters are left.
+    let acting: Vec<usize> = (0..73).filter(|column| matrix.column(*column).amax() > 0.0).collect();
+    assert_eq!(acting.len(), 57, "{:?}", cell.base.names());
+    let matrix = matrix.select_columns(&acting);
+    let joint_of_row = |row: usize| row / 587;
+    let (parameters, [unweighted, weighted]) = solve_weighted(&matrix, &torque, joint_of_row);
+    close(unweighted, 812.6843101958475, ROUNDED, "condition number");
+    close(weighted, 923.309119572419, ROUNDED, "weighted condition number");
+    close(relative_error(&matrix, &torque, &parameters), 0.07034390729668052, ROUNDED, "error");
+    let per_joint =
+        [0.15742782149717005, 0.05143820072080096, 0.10390249594210252, 0.10470310562620368];
+    for (joint, expected) in per_joint.into_iter().enumerate() {
+        let own = (matrix.rows(joint * 587, 587), torque.rows(joint * 587, 587));
+        let found = relative_error(&own.0.into_owned(), &own.1.into_owned(), &parameters);
+        close(found, expected, ROUNDED, &format!("error of arm_{}", joint + 1));
+    }
+
+    // The first 36 s of it predict the rest.
+    let before = (0..4 * 587).filter(|row| row % 587 < 358).collect::<Vec<_>>();
+    let after = (0..4 * 587).filter(|row| row % 587 >= 358).collect::<Vec<_>>();
+    let part = |rows: &[usize]| (matrix.select_rows(rows), torque.select_rows(rows));
+    let ((first, second), joint_of_row) = ((part(&before), part(&after)), |row: usize| row / 358);
+    let (parameters, _) = solve_weighted(&first.0, &first.1, joint_of_row);
+    close(relative_error(&first.0, &first.1, &parameters), 0.06750824687418525, ROUNDED, "seen");
+    close(
+        relative_error(&second.0, &second.1, &parameters),
+        0.08703243933132376,
+        ROUNDED,
+        "unseen",
+    );
+}
