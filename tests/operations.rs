@@ -4,7 +4,9 @@
 //! What it may say is read from the sources, so that nothing can be added there alone.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use didim_drivers::assemble::Losses;
+use didim::acquire::{BusState, FaultCounters};
+use didim::status::IDLE;
+use didim_drivers::assemble::{Losses, words};
 use serde_json::Value;
 
 const MANUAL: &str = include_str!("../docs/operations.md");
@@ -43,6 +45,7 @@ fn lines_of_the_status() {
     }
     let grants = code(source).split("for (name, grant) in [").nth(1).unwrap();
     names.extend(grants.split(']').next().unwrap().split('"').skip(1).step_by(2));
+    names.extend(FaultCounters::default().each().map(|counter| counter.words));
     names.retain(|name| !name.is_empty());
     are_in_the_manual(&names, true, 35);
 }
@@ -61,12 +64,20 @@ fn reasons() {
         }
     }
     reasons.extend(literals_after(include_str!("../src/drift/status.rs"), "then(|| format!("));
+    let unwell = BusState::ALL.into_iter().filter(|state| !state.is_well());
+    reasons.extend(unwell.map(BusState::sentence));
     // What begins with a value is of a process, and has its own words.
     reasons.retain(|reason| !reason.is_empty());
     let (more, reasons): (Vec<_>, Vec<_>) =
         reasons.into_iter().partition(|reason| reason.starts_with("more "));
     assert!(more.iter().all(|_| MANUAL.contains("`N more parameters have left their bands`")));
     are_in_the_manual(&reasons, false, 12);
+}
+
+#[test]
+fn states() {
+    are_in_the_manual(&[IDLE], true, 1);
+    are_in_the_manual(&BusState::ALL.map(BusState::words), true, 5);
 }
 
 #[test]
@@ -88,9 +99,9 @@ fn causes_of_losses() {
     let Value::Object(losses) = serde_json::to_value(Losses::default()).unwrap() else { return };
     let of = |kind: &str| -> Vec<String> {
         let causes = losses[kind].as_object().unwrap();
-        causes.keys().map(|cause| cause.replace('_', " ")).collect()
+        causes.keys().map(|cause| words(cause)).collect()
     };
-    for (kind, at_least) in [("frames", 11), ("cycles", 10)] {
+    for (kind, at_least) in [("frames", 11), ("cycles", 11)] {
         let causes = of(kind);
         let causes: Vec<&str> = causes.iter().map(String::as_str).collect();
         are_in_the_manual(&causes, true, at_least);
@@ -113,6 +124,7 @@ fn metrics() {
         text.starts_with("didim_")
             && text.bytes().all(|byte| byte == b'_' || byte.is_ascii_lowercase())
     };
-    let names: Vec<&str> = names.filter(is_name).collect();
+    let mut names: Vec<&str> = names.filter(is_name).collect();
+    names.extend(FaultCounters::default().each().map(|counter| counter.metric));
     are_in_the_manual(&names, true, 55);
 }

@@ -29,4 +29,4 @@ pub use listen::{ListenError, Socket};
 pub use render::{Colour, render};
 pub use request::{MAX_REQUEST, Request, RequestError, parse_request};
 pub use serve::serve_status;
-pub use snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
+pub use snapshot::{Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
