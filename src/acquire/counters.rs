@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::state::AcquisitionCounts;
+use super::counts::AcquisitionCounts;
 
 /// A counter as it is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use didim_drivers::assemble::{CycleCause, FrameCause, Losses, words};
 use serde::{Deserialize, Serialize};
 
-use super::state::AcquisitionCounts;
+use super::counts::AcquisitionCounts;
 
 /// How far back it goes: several of the longest cycles, and short beside what people wait for.
 const SPAN: Duration = Duration::from_secs(5);
