@@ -164,7 +164,8 @@ fn drain(status: &Path, frames: u64) {
         let (Some(bus), Some(work)) = (snapshot.acquisition, snapshot.estimation) else {
             return false;
         };
-        bus.frames + bus.queue_drops >= frames && work.samples + work.samples_missing >= bus.samples
+        bus.frames + bus.counters.queue_drops >= frames
+            && work.samples + work.samples_missing >= bus.samples
     };
     let start = Instant::now();
     while start.elapsed() < DRAIN && !fetch_status(status).is_ok_and(is_drained) {

@@ -3,18 +3,24 @@
 
 mod common;
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use common::bus::{assembler, frames, interface};
+
 use common::{Network, eventually};
+use didim::cell::Cell;
 use didim::live::acquire::{
     AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, RealTimeOptions,
     SharedAcquisition,
 };
 use didim::live::recording::frame_queue;
 use didim::live::stream::{BatchKind, Pace, SampleReader, StreamNode};
-use didim_drivers::frame::Frame;
+use didim::service::status::{Collector, Health};
+use didim_drivers::assemble::Assembler;
+use didim_drivers::frame::{Frame, FrameId};
+use didim_drivers::layout::{CycleValues, Role};
 use didim_drivers::source::{
     InProcessSender, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
     WhenFull, in_process_bus,
@@ -300,6 +306,109 @@ fn a_log_that_cannot_be_read_is_not_replayed_past_the_fault() {
     let acquisition = Acquisition::start(&options, faulty(), assembler(), &shared).unwrap();
     assert!(acquisition.run(&AtomicBool::new(false)).is_err());
     assert_eq!(shared.counts().bus, BusState::Down);
+}
+
+/// What becomes of the frames of cycle `k` of a CiA 402 bus at 500 Hz.
+type Fate = fn(cycle: u64, &mut CycleValues, &mut Vec<Frame>);
+
+/// Health after each of eighteen seconds of a bus whose frames have that fate from the tenth on.
+fn healths(fate: Fate) -> Vec<Health> {
+    let cell = Cell::read(Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/config/cells/tx40-cia402.toml"
+    )))
+    .unwrap();
+    let network = Network::new();
+    let _reader = reader(&network);
+    let shared = SharedAcquisition::default();
+    let (sender, source) = bus(WhenFull::Wait);
+    let options =
+        AcquireOptions { silence_after: Duration::from_secs(60), ..options(&network, Pace::Live) };
+    let assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
+    let mut acquisition = Acquisition::start(&options, source, assembler, &shared).unwrap();
+    let start = Instant::now();
+    let mut collector = Collector::new(&options.stream, Some(shared.clone()), None, None, start);
+    let mut sent = 0;
+    let mut second = |second: u64| {
+        let mut frames = Vec::new();
+        for cycle in 500 * second..500 * (second + 1) {
+            let mut values = CycleValues::default();
+            values.axes.iter_mut().for_each(|axis| axis.status_word = 0x1237);
+            let mut of_cycle = Vec::new();
+            let encode = |values: &CycleValues, frames: &mut Vec<Frame>| {
+                for role in [Role::Sync, Role::Sample, Role::Target] {
+                    cell.layout.encode(role, values, cycle * 2_000_000, frames).unwrap();
+                }
+            };
+            // Once for the values, once for the frames.
+            if second >= 10 {
+                fate(cycle, &mut values, &mut of_cycle);
+            }
+            encode(&values, &mut of_cycle);
+            if second >= 10 {
+                fate(cycle, &mut values, &mut of_cycle);
+            }
+            frames.append(&mut of_cycle);
+        }
+        sent += frames.len() as u64;
+        let sender = sender.clone();
+        let sending =
+            std::thread::spawn(move || frames.iter().for_each(|f| sender.send(*f).unwrap()));
+        eventually("the second is read", || {
+            acquisition.step().unwrap();
+            shared.counts().source.frames == sent
+        });
+        sending.join().unwrap();
+        collector.snapshot(start + Duration::from_secs(second + 1)).health
+    };
+    (0..18).map(&mut second).collect()
+}
+
+#[test]
+fn health_is_of_the_last_seconds_and_names_the_cause() {
+    let silent_drive: Fate = |_, _, frames| {
+        frames.retain(|frame| frame.id != FrameId::Standard(0x183));
+    };
+    let other_identifier: Fate = |_, _, frames| {
+        for frame in frames.iter_mut().filter(|frame| frame.id == FrameId::Standard(0x183)) {
+            frame.id = FrameId::Standard(0x1f3);
+        }
+    };
+    let one_disabled: Fate = |_, values, _| values.axes[2].status_word = 0x1218;
+    let wrong_period: Fate = |cycle, _, frames| {
+        let late_ns = (cycle - 5_000) * 40_000;
+        frames.iter_mut().for_each(|frame| frame.stamp_ns += late_ns);
+    };
+    for (name, fate, causes) in [
+        ("silent drive", silent_drive, &["missing axis"][..]),
+        ("other identifier", other_identifier, &["missing axis", "unknown id"]),
+        ("one drive disabled", one_disabled, &["not enabled"]),
+        ("wrong period", wrong_period, &["wrong period"]),
+    ] {
+        let healths = healths(fate);
+        assert!(healths[..10].iter().all(|health| health.ok), "{name}: {healths:?}");
+        let [reason] = &healths[17].reasons[..] else { panic!("{name}: {:?}", healths[17]) };
+        assert!(!healths[17].idle, "{name}");
+        let stopped = reason.starts_with("frames come, but no sample is complete: ");
+        assert!(stopped || name == "wrong period", "{name}: {reason}");
+        assert!(causes.iter().all(|cause| reason.contains(cause)), "{name}: {reason}");
+    }
+}
+
+#[test]
+fn drives_that_are_all_disabled_are_idle_and_a_gap_is_over() {
+    let all_disabled: Fate = |_, values, _| {
+        values.axes.iter_mut().for_each(|axis| axis.status_word = 0x1250);
+    };
+    let idle = healths(all_disabled);
+    assert!(idle.iter().all(|health| health.ok), "{idle:?}");
+    assert_eq!((idle[9].idle, idle[17].idle), (false, true));
+    // Eight thousand cycles.
+    let gap: Fate = |_, _, frames| {
+        frames.iter_mut().for_each(|frame| frame.stamp_ns += 16_000_000_000);
+    };
+    let gap = healths(gap);
+    assert!(gap.iter().all(|health| health.ok && !health.idle), "{gap:?}");
 }
 
 /// How long frames were queued before they are read.

@@ -217,7 +217,7 @@ fn it_is_ready_when_samples_flow_and_says_what_flows() {
 fn it_is_ready_when_the_bus_is_known_to_be_silent_and_not_before() {
     let started = Instant::now();
     let mut managed = Managed::start("silent", Some(Duration::from_secs(2)));
-    let (number, waiting) = managed.manager.expect(0, "waiting for the bus");
+    let (number, waiting) = managed.manager.expect(0, "no frame has come yet");
     assert!(!waiting.contains("READY=1"), "{waiting}");
     let (ready, _) = managed.manager.expect(0, "READY=1");
     assert!(ready > number);

@@ -206,7 +206,7 @@ fn text(
             "{} frames, {} samples, {} lost; {} windows identified, {} rejected\n",
             bus.frames,
             bus.samples,
-            bus.queue_drops + bus.cycles_lost.values().sum::<u64>(),
+            bus.counters.queue_drops + bus.cycles_lost.values().sum::<u64>(),
             work.windows_identified,
             work.windows_rejected.values().sum::<u64>()
         );

@@ -176,6 +176,58 @@ fn windows_by_interval_follow_each_other_with_the_same_number_of_samples() {
     }
 }
 
+/// A log whose bus is faster by `off` than the simulated arm's: the same frames, other stamps.
+fn faster(cell: &Installation, log: &Path, off: f64) -> PathBuf {
+    let text = fs::read_to_string(log).unwrap();
+    let lines = text.lines().map(|line| {
+        let (stamp, frame) = line.strip_prefix('(').unwrap().split_once(')').unwrap();
+        format!("({:.6}){frame}\n", stamp.parse::<f64>().unwrap() / (1.0 + off))
+    });
+    let path = cell.path("faster.log");
+    fs::write(&path, lines.collect::<String>()).unwrap();
+    path
+}
+
+/// What a thousandth does to the parameters is far beyond their standard deviations, and fits as well.
+#[test]
+fn a_rate_that_is_off_by_a_thousandth_is_refused_alike_by_replay_and_identify() {
+    let cell = Installation::of("tx40-packed-fd", &[]);
+    let log = simulate(&cell, Path::new("tx40-paper"));
+    for (off, found) in [(1e-3, "5005.00"), (5e-3, "5025.0"), (1e-2, "5050.0"), (-9e-3, "4955.0")] {
+        let log = faster(&cell, &log, off);
+        let (cell, state) = (cell.cell(), cell.path("state"));
+        for ended in [
+            didim(&[&"replay", &"--cell", &cell, &log, &"--state", &state]),
+            didim(&[&"identify", &"--cell", &cell, &"--input", &log]),
+            didim(&[&"compare", &"--cell", &cell, &"--input", &log]),
+        ] {
+            assert_eq!(ended.code, Some(1), "{off} {ended:?}");
+            for part in [found, "5000.00", "rate_hz"] {
+                assert!(ended.stderr.contains(part), "{off} {part}: {ended:?}");
+            }
+        }
+        assert_eq!(results(&state), Vec::<String>::new(), "{off}");
+    }
+    // As two crystals differ.
+    let log = faster(&cell, &log, 1e-4);
+    let result = json(&replay(&cell, &log, "state")[0]);
+    assert_eq!(result["estimate"]["verdict"]["applicable"], true);
+    assert!(!result["estimate"]["verdict"]["notes"].to_string().contains("taken as stated"));
+}
+
+/// Where the frames count, nobody knows the rate, and the result says so.
+#[test]
+fn a_rate_that_cannot_be_checked_is_noted() {
+    let frames = ("axes = 6", "axes = 6\ncycles_by = \"frames\"");
+    let cell = Installation::of("tx40-packed-fd", &[frames]);
+    let log = simulate(&cell, Path::new("tx40-paper"));
+    let log = faster(&cell, &log, 1e-2);
+    let result = json(&replay(&cell, &log, "state")[0]);
+    let notes = result["estimate"]["verdict"]["notes"].to_string();
+    assert!(notes.contains("the sample rate is taken as stated"), "{notes}");
+    assert!(succeed(&[&"check", &"--elsewhere", &"--cell", &cell.cell()]).contains("cycles_by"));
+}
+
 #[test]
 fn a_missing_frame_in_the_motion_costs_its_window_and_says_so() {
     // Five seconds after the start; of CiA 402, where SYNC is the first of a cycle, an axis.

@@ -332,7 +332,11 @@ fn everything_is_accounted_for(
     assert_eq!(heard.len() as u64, frames, "frames that the sender did not send");
     assert!(!heard.iter().any(Frame::is_error));
     assert!(bus.receive_buffer_bytes >= Some(RECEIVE_BUFFER_BYTES), "{bus:#?}");
-    assert_eq!((bus.frames, bus.queue_drops, bus.error_frames), (frames, 0, 0), "{bus:#?}");
+    assert_eq!(
+        (bus.frames, bus.counters.queue_drops, bus.counters.error_frames),
+        (frames, 0, 0),
+        "{bus:#?}"
+    );
     assert_eq!(work.samples, bus.samples);
     let (written, taken) = (bus.frame_to_buffer.unwrap(), work.buffer_to_worker.unwrap());
     assert_eq!(written.from, FrameTime::Stamp);
@@ -441,7 +445,11 @@ fn a_link_that_goes_down_costs_the_window_and_no_other() {
         let (down, up) = (sent.refused[0], sent.refused[sent.refused.len() - 1] + 1);
         assert_eq!(sent.refused, (down..up).collect::<Vec<usize>>());
         let lost = (up - down) as u64;
-        assert_eq!((bus.link_down, bus.reopened, bus.queue_drops), (1, 0, 0), "{bus:#?}");
+        assert_eq!(
+            (bus.counters.link_down, bus.counters.reopened, bus.counters.queue_drops),
+            (1, 0, 0),
+            "{bus:#?}"
+        );
         assert_eq!(bus.samples, frames.len() as u64 - lost, "{bus:#?}");
         no_pause(sent.pause)?;
         assert_eq!(bus.cycles_lost, [("counter_gap".to_owned(), lost)].into(), "{bus:#?}");
@@ -499,7 +507,10 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         assert_nothing_left(&cell);
         let heard = witness.report()?;
 
-        assert_eq!((bus(&bus_status).queue_drops, bus(&bus_status).link_down), (0, 0));
+        assert_eq!(
+            (bus(&bus_status).counters.queue_drops, bus(&bus_status).counters.link_down),
+            (0, 0)
+        );
         kept_time(&heard)?;
         let merged = json(&merged);
         assert_eq!(merged["estimation"]["windows_identified"], 1, "{merged}");
@@ -667,7 +678,7 @@ fn the_real_recording_on_the_bus_gives_the_known_values() {
         end(daemon);
         assert_nothing_left(&cell);
         let bus = bus(&status);
-        assert_eq!((bus.frames, bus.queue_drops), (45_000, 0), "{bus:#?}");
+        assert_eq!((bus.frames, bus.counters.queue_drops), (45_000, 0), "{bus:#?}");
         no_pause(sent.pause)?;
         assert_eq!((bus.samples, total(&bus.cycles_lost)), (45_000, 0), "{bus:#?}");
         let live = results(&cell.state());

@@ -402,10 +402,15 @@ fn hours_of_drift_do_not_slip_a_cycle() {
 }
 
 #[test]
-fn a_silence_or_a_step_of_the_clock_is_one_event() {
-    for (name, pause_ns, steps) in
-        [("silence", 3_600_000_000_000_i64, 0), ("step", -5_000_000_000, 1)]
-    {
+fn a_silence_is_as_many_cycles_as_the_stamps_tell_and_a_step_of_the_clock_is_one() {
+    let hour = CycleLosses { silence: 900_000, ..CycleLosses::default() };
+    let gap = CycleLosses { silence: 8_000, ..CycleLosses::default() };
+    let step = CycleLosses { clock_step: 1, ..CycleLosses::default() };
+    for (name, pause_ns, expected) in [
+        ("an hour", 3_600_000_000_000_i64, hour),
+        ("8,000 cycles", 32_000_000_000, gap),
+        ("a step", -5_000_000_000, step),
+    ] {
         let layout = cia402();
         let mut assembler = assembler(&layout);
         let mut samples = Vec::new();
@@ -414,12 +419,72 @@ fn a_silence_or_a_step_of_the_clock_is_one_event() {
             let stamp_ns = (EPOCH_NS + k * 4_000_000).checked_add_signed(pause).unwrap();
             samples.extend(feed(&mut assembler, &cycle(&layout, k, stamp_ns)));
         }
-        let losses = assembler.losses();
-        let expected =
-            CycleLosses { restart: 1 - steps, clock_step: steps, ..CycleLosses::default() };
-        assert_eq!(losses.cycles, expected, "{name}");
+        assert_eq!(assembler.losses().cycles, expected, "{name}");
         let sequences: Vec<u64> = samples.iter().map(|sample| sample.sequence).collect();
-        assert_eq!(sequences[8..12], [8, 9, 11, 12], "{name}");
+        let after = 10 + expected.total();
+        assert_eq!(sequences[8..12], [8, 9, after, after + 1], "{name}");
+    }
+}
+
+/// 8,000 cycles, 1.6 s, are missing; what the counter says of them is told from a new beginning.
+#[test]
+fn a_silence_of_a_packed_bus_is_what_its_counter_says() {
+    let (first, gap) = (70_000, 8_000);
+    let lost = |silence, restart, counter_gap| CycleLosses {
+        silence,
+        restart,
+        counter_gap,
+        ..CycleLosses::default()
+    };
+    let uncounted = PACKED.replace("counter = \"Sample.Counter\"\n", "");
+    let frames = PACKED.replace("axes = 6", "axes = 6\ncycles_by = \"frames\"");
+    // The layout, the counter after the gap, and what is lost.
+    let cases = [
+        (PACKED, first + 10 + gap, lost(0, 0, gap)),
+        (PACKED, 0, lost(gap - 1, 1, 0)),
+        (uncounted.as_str(), 0, lost(gap, 0, 0)),
+        (frames.as_str(), first + 10 + gap, lost(0, 0, gap)),
+        (frames.as_str(), 0, lost(0, 1, 0)),
+    ];
+    for (spec, counter, expected) in cases {
+        let layout = compile(packed_dbc(), spec);
+        let mut assembler = assembler(&layout);
+        let mut samples = Vec::new();
+        for k in 0..20 {
+            let (cycle, counter) =
+                if k < 10 { (k, first + k) } else { (k + gap, counter + k - 10) };
+            let mut frames = Vec::new();
+            let values = CycleValues { counter, ..values(k, 0) };
+            layout.encode(Role::Sample, &values, EPOCH_NS + cycle * 200_000, &mut frames).unwrap();
+            samples.extend(feed(&mut assembler, &frames));
+        }
+        assert_eq!(assembler.losses().cycles, expected, "{spec}");
+        let sequences: Vec<u64> = samples.iter().map(|sample| sample.sequence).collect();
+        let after = 10 + expected.total();
+        assert_eq!(sequences[8..12], [8, 9, after, after + 1], "{spec}");
+    }
+}
+
+/// Drives that are switched off together are at rest; one that is off alone is a fault.
+#[test]
+fn cycles_of_drives_that_are_all_disabled_are_idle() {
+    let layout = cia402();
+    for (disabled, idle) in [(6, 10), (1, 0), (5, 0)] {
+        let mut assembler = assembler(&layout);
+        for k in 0..10 {
+            let mut values = values(k, 1);
+            for axis in values.axes.iter_mut().take(disabled) {
+                axis.status_word = 0x0250;
+            }
+            let mut frames = Vec::new();
+            for role in [Role::Sync, Role::Sample, Role::Target] {
+                layout.encode(role, &values, EPOCH_NS + k * 4_000_000, &mut frames).unwrap();
+            }
+            assert!(feed(&mut assembler, &frames).is_empty());
+        }
+        assembler.handle_timeout(u64::MAX);
+        let losses = assembler.losses();
+        assert_eq!((losses.cycles.not_enabled, losses.cycles_idle), (10, idle), "{disabled}");
     }
 }
 

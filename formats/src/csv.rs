@@ -211,6 +211,7 @@ fn parse_csv(
     };
     Ok(Measurement {
         side: header.side,
+        rate_unchecked: false,
         signals: Signals {
             sample_rate_hz: rate,
             position_rad: position,
@@ -373,6 +374,7 @@ mod tests {
     fn what_was_written_is_read_back_bit_for_bit() {
         let recording = Measurement {
             side: Side::Motor,
+            rate_unchecked: false,
             signals: Signals {
                 sample_rate_hz: 5000.0,
                 position_rad: vec![vec![0.1, 1.0 / 3.0, 7e-9], vec![-1.0, 2.0, 3.0]],

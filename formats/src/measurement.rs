@@ -33,6 +33,9 @@ pub struct Measurement {
     pub side: Side,
     /// The signals: one vector per axis, all of one length.
     pub signals: Signals,
+    /// Whether nobody compared the stamps with the rate, because by the bus's layout the frames count
+    /// and the stamps do not.
+    pub rate_unchecked: bool,
 }
 
 impl Measurement {
@@ -46,6 +49,7 @@ impl Measurement {
         let has_reference = !samples.is_empty() && samples.iter().all(|s| s.has_reference);
         Self {
             side: Side::Motor,
+            rate_unchecked: false,
             signals: Signals {
                 sample_rate_hz,
                 position_rad: column(|s| &s.motor_position_rad),

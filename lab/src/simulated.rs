@@ -56,7 +56,11 @@ pub fn simulate(
     let margins = cell.window.plan(cell.sample_rate_hz())?;
     let (before, after) = (margins.margin_before, margins.margin_after);
     let record = scenario.record_with_rests(before, after)?;
-    let recording = Measurement { side: Side::Motor, signals: Signals::of_motors(&record) };
+    let recording = Measurement {
+        side: Side::Motor,
+        signals: Signals::of_motors(&record),
+        rate_unchecked: false,
+    };
     Ok((recording, before..before + scenario.samples()))
 }
 

@@ -12,6 +12,7 @@ mod machine;
 mod method;
 mod places;
 mod provenance;
+mod rate;
 mod real_time;
 mod recordings;
 mod wire;
@@ -28,6 +29,7 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     provenance::check(cell, &mut findings);
     identifiable::check(cell, &mut findings);
     method::check(cell, &mut findings);
+    rate::check(cell, &mut findings);
     recordings::check(cell, &mut findings);
     sorted(findings)
 }

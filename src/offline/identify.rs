@@ -8,6 +8,7 @@ use didim_core::identification::{
     Method, Reduction, clie, cloe, cross_validate, didim, essential_parameters, idim_iv, idim_ls,
 };
 
+use super::rate::{RateError, measurement};
 use crate::archive::store::WindowProvenance;
 use crate::cell::Cell;
 use crate::window::Window;
@@ -16,6 +17,9 @@ use didim_formats::{Measurement, Side};
 /// Why nothing was identified; the inner errors carry the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum IdentifyError {
+    /// The window's stamps tell another sample rate than the layout, or none.
+    #[error(transparent)]
+    Rate(#[from] RateError),
     /// The data are no experiment of this robot.
     #[error("the data do not make an experiment of this robot: {0}")]
     Experiment(#[from] ExperimentError),
@@ -51,8 +55,7 @@ impl IdentifyError {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
-    let axes = cell.layout.axes();
-    let recording = Measurement::from_samples(&window.samples, axes, window.sample_rate_hz);
+    let recording = measurement(&window.samples, &cell.layout)?;
     identify_recording(cell, cell.method, &recording, window.counted.clone())
 }
 
@@ -68,8 +71,16 @@ pub fn identify_recording(
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
     let experiment = experiment(cell, recording, counted)?;
-    Ok(identifier(cell, method)?(&experiment)?)
+    let mut identification = identifier(cell, method)?(&experiment)?;
+    if recording.rate_unchecked {
+        identification.estimate.verdict.notes.push(RATE_UNCHECKED.to_owned());
+    }
+    Ok(identification)
 }
+
+/// What is noted where the layout lets the frames count, whatever their stamps.
+const RATE_UNCHECKED: &str = "with cycles_by = \"frames\" the sample rate is taken as stated: neither it \
+                              nor a SYNC lost on the wire can be checked";
 
 /// Identifies without each of `blocks` consecutive parts of the samples that count, in turn, and
 /// predicts it.

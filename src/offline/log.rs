@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use didim_core::JointSample;
-use didim_drivers::assemble::Losses;
+use didim_drivers::assemble::{Losses, words};
 use didim_drivers::frame::{Frame, FrameId};
-use didim_drivers::layout::CyclesBy;
 use didim_drivers::source::{Received, SourceError};
 
+use super::rate::{RateError, measurement};
 use crate::cell::Cell;
 use crate::live::recording::open_log;
 use didim_formats::{MAX_SAMPLES, Measurement};
@@ -56,19 +56,13 @@ pub enum LogError {
         /// What was counted.
         losses: Box<Losses>,
     },
-    /// The log's own times tell another sample rate than the layout: correct the one that is wrong.
-    /// Velocities and accelerations would be off by as much, and fit well.
-    #[error(
-        "{}: by its time stamps {found_hz:.1} samples/s, by the layout {expected_hz:.1} (rate_hz); correct the one that is wrong, or let the frames count with cycles_by = \"frames\" if it is the stamps",
-        file.display()
-    )]
+    /// The stamps tell another sample rate than the layout, or none.
+    #[error("{}: {source}", file.display())]
     Rate {
         /// The log.
         file: PathBuf,
-        /// What the stamps tell \[Hz\].
-        found_hz: f64,
-        /// What the layout tells \[Hz\].
-        expected_hz: f64,
+        /// Both rates, and what to do.
+        source: RateError,
     },
     /// More samples than are held in memory: cut the log.
     #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the log", file.display())]
@@ -90,7 +84,8 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Measurement, LogError> {
     if cell.layout.has_reference() {
         drop_before_reference(path, &mut samples);
     }
-    Ok(Measurement::from_samples(&samples, cell.layout.axes(), cell.sample_rate_hz()))
+    measurement(&samples, &cell.layout)
+        .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })
 }
 
 /// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none.
@@ -157,34 +152,7 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
             losses: losses(),
         });
     }
-    check_rate(path, cell, &samples, assembler.losses())?;
     Ok(samples)
-}
-
-/// Clocks of drives and computers differ by a ten-thousandth at most, and so do stamps over some
-/// seconds.
-const RATE_TOLERANCE: f64 = 5e-4;
-
-/// Shorter logs do not tell their rate well \[s\].
-const RATE_NEEDS_S: f64 = 2.0;
-
-/// Whether the stamps tell the layout's rate, where stamps count.
-fn check_rate(
-    path: &Path,
-    cell: &Cell,
-    samples: &[JointSample],
-    losses: &Losses,
-) -> Result<(), LogError> {
-    let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
-    let seconds = 1e-9 * last.stamp_ns.saturating_sub(first.stamp_ns) as f64;
-    let expected_hz = cell.sample_rate_hz();
-    let found_hz = last.sequence.saturating_sub(first.sequence) as f64 / seconds;
-    let off = (found_hz / expected_hz - 1.0).abs() > RATE_TOLERANCE && seconds > RATE_NEEDS_S;
-    if cell.layout.cycles_by() == CyclesBy::Stamps && (off || losses.cycles.wrong_period > 0) {
-        let file = path.to_path_buf();
-        return Err(LogError::Rate { file, found_hz, expected_hz });
-    }
-    Ok(())
 }
 
 /// The first identifiers, as candump writes them.
@@ -199,17 +167,8 @@ fn list(ids: &[FrameId]) -> String {
 
 /// Every cause with a count, as `name 12, name 3`.
 fn causes(losses: &Losses) -> String {
-    let Ok(serde_json::Value::Object(all)) = serde_json::to_value(losses) else {
-        return String::new();
-    };
-    let mut found = Vec::new();
-    for group in ["frames", "cycles"] {
-        let counts = all.get(group).and_then(serde_json::Value::as_object);
-        for (name, count) in counts.into_iter().flatten() {
-            if count.as_u64().unwrap_or(0) > 0 {
-                found.push(format!("{} {count}", name.replace('_', "-")));
-            }
-        }
-    }
+    let all = losses.frames.by_cause().chain(losses.cycles.by_cause());
+    let found = all.filter(|(_, count)| *count > 0);
+    let found: Vec<String> = found.map(|(key, count)| format!("{} {count}", words(key))).collect();
     if found.is_empty() { "none".to_owned() } else { found.join(", ") }
 }

@@ -3,5 +3,7 @@
 pub mod compare;
 pub mod identify;
 mod log;
+mod rate;
 
 pub use log::{LogError, read_log};
+pub use rate::RateError;

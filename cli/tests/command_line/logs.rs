@@ -60,7 +60,7 @@ fn a_log_of_another_bus() {
         "layout",
         "080 181 182",
         "the log 100",
-        "unknown-id 39700",
+        "unknown id 39700",
     ];
     didim(&["identify", "--cell", &cell, "--input", log, "--json"]).refused(1, &says);
     // The same identifier, but shorter frames than the layout says.
@@ -70,7 +70,7 @@ fn a_log_of_another_bus() {
             line.push('\n');
         }
     };
-    refused(shorter, &["no complete sample", "wrong-length 39700"]);
+    refused(shorter, &["no complete sample", "wrong length 39700"]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ const SLACK_NS: f64 = 1e9;
 
 /// The narrowest counter that does not start again within a silence, at the rates of drives \[bits\].
 /// A narrower one is trusted for a quarter of its range.
-const WIDE: u8 = 16;
+pub(super) const WIDE: u8 = 16;
 
 /// What a frame is to the one before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

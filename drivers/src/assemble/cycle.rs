@@ -162,6 +162,12 @@ impl References {
 }
 
 impl Cycle {
+    /// Whether no drive is in the state "operation enabled".
+    pub(super) fn is_idle(&self, axes: usize) -> bool {
+        let words = self.values.status_word.iter().take(axes);
+        words.into_iter().all(|word| word & STATE_MASK != OPERATION_ENABLED)
+    }
+
     /// The sample of this cycle in SI units, whatever came before it.
     ///
     /// # Errors

@@ -6,7 +6,9 @@
 //! alpha-beta filter; Brookner, Tracking and Kalman Filtering Made Easy, section 1.2). A stamp
 //! belongs to the nearest grid point.
 
-use super::period::PERIOD_TOLERANCE;
+/// How far the period may be from the nominal one, as a share of it, for the grid to count cycles: a
+/// controller on an ordinary operating system is within it, beyond it is another configuration.
+pub(super) const REACH: f64 = 0.01;
 
 /// Share of a stamp's deviation that the phase takes in the long run: jitter is averaged over about
 /// ten cycles.
@@ -18,7 +20,7 @@ const PHASE_GAIN: f64 = 0.125;
 const PERIOD_GAIN: f64 = 1e-4;
 
 /// A silence of this many nominal periods, and of at least this long \[ns\], is the end of the train:
-/// what comes after it is a new start, and how many cycles there would have been means nothing.
+/// what comes after it is a new start.
 const SILENCE_PERIODS: f64 = 10.0;
 const SILENCE_NS: f64 = 1e9;
 
@@ -69,10 +71,8 @@ impl Grid {
         let n = self.stamps;
         let phase_gain = (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).clamp(PHASE_GAIN, 1.0);
         let period_gain = (6.0 / (n * (n + 1.0))).clamp(PERIOD_GAIN, 1.0);
-        self.period_ns = (self.period_ns + period_gain * deviation / cycles).clamp(
-            self.nominal_ns * (1.0 - PERIOD_TOLERANCE),
-            self.nominal_ns * (1.0 + PERIOD_TOLERANCE),
-        );
+        self.period_ns = (self.period_ns + period_gain * deviation / cycles)
+            .clamp(self.nominal_ns * (1.0 - REACH), self.nominal_ns * (1.0 + REACH));
         self.phase_ns = (phase_gain - 1.0) * deviation;
         self.stamp_ns = stamp_ns;
     }

@@ -4,94 +4,131 @@ use serde::Serialize;
 
 use crate::layout::Unreadable;
 
-/// Why a frame was not used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum FrameCause {
-    /// An error report of the CAN controller.
-    Error,
-    /// A remote request: it carries no data.
-    Remote,
-    /// Not a message of the layout.
-    UnknownId,
-    /// Classic where the message is CAN FD, or the reverse.
-    WrongFormat,
-    /// Not the length of the message.
-    WrongLength,
-    /// A second frame of the same message, or SYNC, in one cycle.
-    Duplicate,
-    /// A packed frame whose counter is that of the one before.
-    CounterRepeated,
-    /// A frame of a cycle that was closed.
-    Late,
-    /// Before the first SYNC there is no cycle that it could belong to.
-    BeforeFirstSync,
-    /// Carried references for a sample that has none, because another axis' was missing.
-    ReferenceUnused,
-    /// Good, but its cycle gave no sample: [`CycleCause`] counts why.
-    CycleLost,
+/// The one declaration of causes: the cause, its counter, its key. What people read is made of the
+/// key by [`words`].
+macro_rules! causes {
+    (
+        $(#[$of_cause:meta])* $Cause:ident,
+        $(#[$of_losses:meta])* $Losses:ident {
+            $($(#[$doc:meta])+ $variant:ident => $counter:ident,)+
+        }
+    ) => {
+        $(#[$of_cause])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum $Cause {
+            $($(#[$doc])+ $variant,)+
+        }
+
+        $(#[$of_losses])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+        pub struct $Losses {
+            $($(#[$doc])+ pub $counter: u64,)+
+        }
+
+        impl $Cause {
+            /// Its name in JSON and metrics.
+            pub fn key(self) -> &'static str {
+                match self {
+                    $(Self::$variant => stringify!($counter),)+
+                }
+            }
+        }
+
+        impl $Losses {
+            /// The count of each cause by its name, in the order of the causes.
+            pub fn by_cause(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
+                [$((stringify!($counter), self.$counter)),+].into_iter()
+            }
+
+            /// All of them, whatever the cause.
+            pub fn total(&self) -> u64 {
+                self.by_cause().map(|(_, count)| count).sum()
+            }
+
+            /// What was counted since `before`.
+            #[must_use]
+            pub fn since(&self, before: &Self) -> Self {
+                Self { $($counter: self.$counter.saturating_sub(before.$counter),)+ }
+            }
+
+            pub(super) fn count(&mut self, cause: $Cause, more: u64) {
+                *match cause {
+                    $($Cause::$variant => &mut self.$counter,)+
+                } += more;
+            }
+        }
+    };
 }
 
-/// Why a bus cycle gave no sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum CycleCause {
-    /// A gap in the train of SYNCs, or of packed frames without a counter; or the cycle before such
-    /// a gap, where its last frames may be of the next cycle.
-    MissingSync,
-    /// A gap in the counter of the packed frames.
-    CounterGap,
-    /// A frame of an axis did not come.
-    MissingAxis,
-    /// Two frames of one message said different things in one cycle.
-    Contradiction,
-    /// A drive was not in the state "operation enabled" (CiA 402).
-    NotEnabled,
-    /// A value was not finite, outside of the range in the DBC file, or half the integer's range
-    /// from the one before.
-    OutOfRange,
-    /// The bus has not the period that the layout says: by more than 1 %, over five seconds. Remedy:
-    /// `rate_hz` or `period_us` of the layout.
-    WrongPeriod,
-    /// The bus started again: silence, or a counter that does not go with the time. One cycle is
-    /// counted, how many it would have been means nothing. Or the positions did: three in a row agree
-    /// with each other and not with the first.
-    Restart,
-    /// The stamps went back in time, or a SYNC came where none belongs. One cycle is counted.
-    ClockStep,
-    /// The sample was ready and nobody took it before the next.
-    NotTaken,
+causes! {
+    /// Why a frame was not used.
+    FrameCause,
+    /// Frames that were not used, by [`FrameCause`].
+    FrameLosses {
+        /// An error report of the CAN controller.
+        Error => error,
+        /// A remote request: it carries no data.
+        Remote => remote,
+        /// Not a message of the layout.
+        UnknownId => unknown_id,
+        /// Classic where the message is CAN FD, or the reverse.
+        WrongFormat => wrong_format,
+        /// Not the length of the message.
+        WrongLength => wrong_length,
+        /// A second frame of the same message, or SYNC, in one cycle.
+        Duplicate => duplicate,
+        /// A packed frame whose counter is that of the one before.
+        CounterRepeated => counter_repeated,
+        /// A frame of a cycle that was closed.
+        Late => late,
+        /// Before the first SYNC there is no cycle that it could belong to.
+        BeforeFirstSync => before_first_sync,
+        /// Carried references for a sample that has none, because another axis' was missing.
+        ReferenceUnused => reference_unused,
+        /// Good, but its cycle gave no sample: [`CycleCause`] counts why.
+        CycleLost => cycle_lost,
+    }
 }
 
-/// Frames that were not used, by [`FrameCause`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[allow(missing_docs, reason = "one counter per cause, documented there")]
-pub struct FrameLosses {
-    pub error: u64,
-    pub remote: u64,
-    pub unknown_id: u64,
-    pub wrong_format: u64,
-    pub wrong_length: u64,
-    pub duplicate: u64,
-    pub counter_repeated: u64,
-    pub late: u64,
-    pub before_first_sync: u64,
-    pub reference_unused: u64,
-    pub cycle_lost: u64,
+causes! {
+    /// Why a bus cycle gave no sample.
+    CycleCause,
+    /// Bus cycles without a sample, by [`CycleCause`].
+    CycleLosses {
+        /// A gap in the train of SYNCs, or of packed frames without a counter; or the cycle before such
+        /// a gap, where its last frames may be of the next cycle.
+        MissingSync => missing_sync,
+        /// A gap in the counter of the packed frames.
+        CounterGap => counter_gap,
+        /// A frame of an axis did not come.
+        MissingAxis => missing_axis,
+        /// Two frames of one message said different things in one cycle.
+        Contradiction => contradiction,
+        /// A drive was not in the state "operation enabled" (CiA 402).
+        NotEnabled => not_enabled,
+        /// A value was not finite, outside of the range in the DBC file, or half the integer's range
+        /// from the one before.
+        OutOfRange => out_of_range,
+        /// The bus has not the period that the layout says, and is so far off (1 %, over five seconds) that
+        /// its cycles cannot be counted. Whether the rate is right for parameters is judged of each window.
+        /// Remedy: `rate_hz` or `period_us` of the layout.
+        WrongPeriod => wrong_period,
+        /// A second or more without a SYNC, or a packed frame: the cycles that there would have been, as far
+        /// as the stamps tell. One, where the frames count the cycles.
+        Silence => silence,
+        /// The sequence of the bus began anew: a counter that does not go with the time. Or the positions
+        /// did: three in a row agree with each other and not with the first. One cycle is counted.
+        Restart => restart,
+        /// The stamps went back in time, or a SYNC came where none belongs. One cycle is counted.
+        ClockStep => clock_step,
+        /// The sample was ready and nobody took it before the next.
+        NotTaken => not_taken,
+    }
 }
 
-/// Bus cycles without a sample, by [`CycleCause`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[allow(missing_docs, reason = "one counter per cause, documented there")]
-pub struct CycleLosses {
-    pub missing_sync: u64,
-    pub counter_gap: u64,
-    pub missing_axis: u64,
-    pub contradiction: u64,
-    pub not_enabled: u64,
-    pub out_of_range: u64,
-    pub wrong_period: u64,
-    pub restart: u64,
-    pub clock_step: u64,
-    pub not_taken: u64,
+/// The name of a cause as people read it.
+pub fn words(key: &str) -> String {
+    key.replace('_', " ")
 }
 
 /// Everything that was counted since the start. Two sums hold at any time:
@@ -110,79 +147,13 @@ pub struct Losses {
     pub samples: u64,
     /// Samples taken without a reference although the layout has one: it was missing or stale.
     pub samples_without_reference: u64,
+    /// Cycles lost in which every drive said that it is not enabled: at rest, not in trouble. They are
+    /// part of [`CycleLosses::not_enabled`].
+    pub cycles_idle: u64,
     /// Frames not used.
     pub frames: FrameLosses,
     /// Cycles lost.
     pub cycles: CycleLosses,
-}
-
-impl FrameLosses {
-    /// Frames not used, whatever the cause.
-    pub fn total(&self) -> u64 {
-        let Self { error, remote, unknown_id, wrong_format, wrong_length, .. } = self;
-        let Self { duplicate, counter_repeated, late, before_first_sync, .. } = self;
-        let Self { reference_unused, cycle_lost, .. } = self;
-        error
-            + remote
-            + unknown_id
-            + wrong_format
-            + wrong_length
-            + duplicate
-            + counter_repeated
-            + late
-            + before_first_sync
-            + reference_unused
-            + cycle_lost
-    }
-
-    pub(super) fn count(&mut self, cause: FrameCause, frames: u64) {
-        *match cause {
-            FrameCause::Error => &mut self.error,
-            FrameCause::Remote => &mut self.remote,
-            FrameCause::UnknownId => &mut self.unknown_id,
-            FrameCause::WrongFormat => &mut self.wrong_format,
-            FrameCause::WrongLength => &mut self.wrong_length,
-            FrameCause::Duplicate => &mut self.duplicate,
-            FrameCause::CounterRepeated => &mut self.counter_repeated,
-            FrameCause::Late => &mut self.late,
-            FrameCause::BeforeFirstSync => &mut self.before_first_sync,
-            FrameCause::ReferenceUnused => &mut self.reference_unused,
-            FrameCause::CycleLost => &mut self.cycle_lost,
-        } += frames;
-    }
-}
-
-impl CycleLosses {
-    /// Cycles lost, whatever the cause.
-    pub fn total(&self) -> u64 {
-        let Self { missing_sync, counter_gap, missing_axis, contradiction, not_enabled, .. } = self;
-        let Self { out_of_range, wrong_period, restart, clock_step, not_taken, .. } = self;
-        missing_sync
-            + counter_gap
-            + missing_axis
-            + contradiction
-            + not_enabled
-            + out_of_range
-            + wrong_period
-            + restart
-            + clock_step
-            + not_taken
-    }
-
-    pub(super) fn count(&mut self, cause: CycleCause, cycles: u64) {
-        *match cause {
-            CycleCause::MissingSync => &mut self.missing_sync,
-            CycleCause::CounterGap => &mut self.counter_gap,
-            CycleCause::MissingAxis => &mut self.missing_axis,
-            CycleCause::Contradiction => &mut self.contradiction,
-            CycleCause::NotEnabled => &mut self.not_enabled,
-            CycleCause::OutOfRange => &mut self.out_of_range,
-            CycleCause::WrongPeriod => &mut self.wrong_period,
-            CycleCause::Restart => &mut self.restart,
-            CycleCause::ClockStep => &mut self.clock_step,
-            CycleCause::NotTaken => &mut self.not_taken,
-        } += cycles;
-    }
 }
 
 impl From<Unreadable> for FrameCause {

@@ -21,7 +21,8 @@
 //! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
 //!
 //! # Either way
-//! A bus whose period is not the nominal one gives no samples: see [`CycleCause::WrongPeriod`].
+//! A bus whose period is 1 % or more off the nominal one gives no samples: see
+//! [`CycleCause::WrongPeriod`].
 
 mod continuity;
 mod counter;
@@ -34,7 +35,7 @@ mod sync;
 
 use didim_core::JointSample;
 
-pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses};
+pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, words};
 
 use self::continuity::Continuity;
 use self::cycle::{Cycle, References, Whole, first};
@@ -185,23 +186,51 @@ impl Assembler {
 }
 
 impl State {
-    /// Starts a grid at `stamp_ns`: the first cycle, or the first after `cause` broke the train.
-    fn start(&mut self, stamp_ns: u64, cause: Option<CycleCause>) {
+    /// Starts a grid at `stamp_ns`, with the first cycle.
+    fn start(&mut self, stamp_ns: u64) {
+        self.start_grid(stamp_ns);
+        self.losses.cycles_begun = 1;
+    }
+
+    /// Starts a grid at `stamp_ns`, `cycles` after the one before: at least 2, so that nobody joins what
+    /// lies on either side.
+    fn start_again(&mut self, stamp_ns: u64, cause: CycleCause, cycles: u64) {
+        self.start_grid(stamp_ns);
+        self.skip(cause, cycles.max(2));
+    }
+
+    fn start_grid(&mut self, stamp_ns: u64) {
         self.grid = Some(Grid::start(self.period_ns, stamp_ns));
         self.continuity = Continuity::default();
         self.missing_before = 0;
-        match cause {
-            // The gap in the sequence is one cycle, so that nobody joins what lies on either side.
-            Some(cause) => self.skip(cause, 2),
-            None => self.losses.cycles_begun = 1,
-        }
+    }
+
+    /// How many cycles later a stamp after a silence is, by the stamps; where these count for nothing,
+    /// so that one cycle is missing.
+    fn cycles_of_silence(&self, stamp_ns: u64) -> u64 {
+        let periods =
+            self.grid.filter(|_| !self.by_frames).map_or(2.0, |grid| grid.periods_to(stamp_ns));
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "2 to 2^64 / 10,000"
+        )]
+        let cycles = periods.round().max(2.0) as u64;
+        cycles
     }
 
     /// Moves the sequence on by `cycles`; all but the last of them are lost.
     fn skip(&mut self, cause: CycleCause, cycles: u64) {
+        self.lose(cause, cycles - 1);
+        self.sequence += 1;
+        self.losses.cycles_begun += 1;
+    }
+
+    /// Moves the sequence on by `cycles` that are lost.
+    fn lose(&mut self, cause: CycleCause, cycles: u64) {
         self.sequence += cycles;
         self.losses.cycles_begun += cycles;
-        self.losses.cycles.count(cause, cycles - 1);
+        self.losses.cycles.count(cause, cycles);
     }
 
     /// Decides the open cycle: a sample, or a loss. `followed` says whether the next SYNC has come.
@@ -221,6 +250,8 @@ impl State {
         match sample {
             Err(cause) => {
                 self.losses.cycles.count(cause, 1);
+                let idle = cause == CycleCause::NotEnabled && cycle.is_idle(self.axes);
+                self.losses.cycles_idle += u64::from(idle);
                 let frames = cycle.frames + cycle.references.frames;
                 self.losses.frames.count(FrameCause::CycleLost, frames);
             }

@@ -1,7 +1,7 @@
 //! Cycles of one packed frame each.
 
 use super::State;
-use super::counter::{Step, step};
+use super::counter::{Step, WIDE, step};
 use super::cycle::{Cycle, References, Values, bit, read_values};
 use super::losses::{CycleCause, FrameCause};
 use crate::frame::Frame;
@@ -10,8 +10,16 @@ use crate::layout::{Extraction, MessagePlan, Quantity};
 /// What a packed frame is to the train.
 enum Place {
     First,
-    After { cycles: u64, lost: CycleCause },
-    Broken(CycleCause),
+    After {
+        cycles: u64,
+        lost: CycleCause,
+    },
+    /// The train begins anew: so many cycles were lost in a silence, and then it is as after a gap.
+    Broken {
+        silent: u64,
+        cycles: u64,
+        lost: CycleCause,
+    },
     Unused(FrameCause),
 }
 
@@ -26,12 +34,13 @@ impl State {
             self.period.stamp(frame.stamp_ns);
         }
         match self.place(message, &values, frame.stamp_ns) {
-            Place::First => self.start(frame.stamp_ns, None),
-            Place::Broken(cause) => {
+            Place::First => self.start(frame.stamp_ns),
+            Place::Broken { silent, cycles, lost } => {
                 if counted {
                     self.period.start(frame.stamp_ns);
                 }
-                self.start(frame.stamp_ns, Some(cause));
+                self.lose(CycleCause::Silence, silent);
+                self.start_again(frame.stamp_ns, lost, cycles);
             }
             Place::Unused(cause) => return self.losses.frames.count(cause, 1),
             Place::After { cycles, lost } => {
@@ -68,15 +77,16 @@ impl State {
     /// By the counter where there is one, else by the stamp.
     fn place(&self, message: &MessagePlan, values: &Values, stamp_ns: u64) -> Place {
         let Some(grid) = &self.grid else { return Place::First };
-        if grid.is_silence(stamp_ns) {
-            return Place::Broken(CycleCause::Restart);
-        }
+        let silence = grid.is_silence(stamp_ns).then(|| self.cycles_of_silence(stamp_ns));
         let periods = grid.periods_to(stamp_ns);
         let Some(counter) = counter_of(message) else {
+            if let Some(cycles) = silence {
+                return Place::Broken { silent: 0, cycles, lost: CycleCause::Silence };
+            }
             #[allow(clippy::cast_possible_truncation, reason = "shorter than a silence")]
             return match periods.round() as i64 {
                 _ if self.by_frames => Place::After { cycles: 1, lost: CycleCause::MissingSync },
-                ..0 => Place::Broken(CycleCause::ClockStep),
+                ..0 => Place::Broken { silent: 0, cycles: 2, lost: CycleCause::ClockStep },
                 0 => Place::Unused(FrameCause::Duplicate),
                 cycles => {
                     let lost = CycleCause::MissingSync;
@@ -87,12 +97,23 @@ impl State {
         let width = counter.signal.field.width();
         let backwards = grid.is_before(stamp_ns);
         let time = (periods, self.period_ns);
-        match step(self.counter, values.counter, width, time, backwards) {
+        let step = step(self.counter, values.counter, width, time, backwards);
+        if let Some(cycles) = silence {
+            return match step {
+                // A narrow counter has been all its values meanwhile.
+                Step::Forward(counted) if width >= WIDE && counted > 1 => {
+                    Place::Broken { silent: 0, cycles: counted, lost: CycleCause::CounterGap }
+                }
+                _ => Place::Broken { silent: cycles - 2, cycles: 2, lost: CycleCause::Restart },
+            };
+        }
+        let broken = |lost| Place::Broken { silent: 0, cycles: 2, lost };
+        match step {
             Step::Forward(cycles) => Place::After { cycles, lost: CycleCause::CounterGap },
             Step::Repeated => Place::Unused(FrameCause::CounterRepeated),
             Step::Older => Place::Unused(FrameCause::Late),
-            Step::Restart if backwards => Place::Broken(CycleCause::ClockStep),
-            Step::Restart => Place::Broken(CycleCause::Restart),
+            Step::Restart if backwards => broken(CycleCause::ClockStep),
+            Step::Restart => broken(CycleCause::Restart),
         }
     }
 }

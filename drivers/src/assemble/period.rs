@@ -1,17 +1,13 @@
 //! Whether the bus has the period that the layout says.
 //!
-//! A wrong period is a wrong scale of time: velocities and accelerations, and with them the inertias,
-//! are wrong by a factor, and the model fits all the same. The grid follows a bus of another period
-//! (its phase takes whatever deviates), so the period is watched here, over seconds.
+//! The grid follows a bus of another period by as much as 1 % (its phase takes whatever deviates);
+//! beyond that its cycles mean nothing, so the period is watched here, over seconds. Parameters want
+//! far more: whether the rate is right for them is judged of each window, by whoever identifies.
 //!
 //! A frame may be late, it is never early. So of every second only the stamp that is the least late
 //! counts: a burst of late frames does not show, a period that is off moves every second's.
 
-use super::grid::difference;
-
-/// How far the period may be from the nominal one, as a share of it: a controller on an ordinary
-/// operating system is within it; a period beyond it is another configuration.
-pub(super) const PERIOD_TOLERANCE: f64 = 0.01;
+use super::grid::{REACH, difference};
 
 /// A stretch that is compared with the one before: at least this long \[ns\] and this many cycles.
 const STRETCH_NS: f64 = 1e9;
@@ -108,9 +104,9 @@ impl PeriodWatch {
         self.late_ns -= least_ns;
         if std::mem::replace(&mut self.compared, true) {
             let gained = least_ns / length_ns;
-            self.off = if gained > PERIOD_TOLERANCE {
+            self.off = if gained > REACH {
                 self.off.max(0).saturating_add(1)
-            } else if gained < -PERIOD_TOLERANCE {
+            } else if gained < -REACH {
                 self.off.min(0).saturating_sub(1)
             } else {
                 0

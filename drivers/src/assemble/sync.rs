@@ -26,12 +26,13 @@ impl State {
     pub(super) fn sync_frame(&mut self, stamp_ns: u64) {
         self.period.stamp(stamp_ns);
         let Some(grid) = &mut self.grid else {
-            self.start(stamp_ns, None);
+            self.start(stamp_ns);
             return self.begin_cycle(stamp_ns, 0);
         };
         if grid.is_silence(stamp_ns) {
             self.end_cycle(false);
-            self.start(stamp_ns, Some(CycleCause::Restart));
+            let cycles = self.cycles_of_silence(stamp_ns);
+            self.start_again(stamp_ns, CycleCause::Silence, cycles);
             return self.begin_cycle(stamp_ns, 0);
         }
         if self.by_frames {
@@ -44,7 +45,7 @@ impl State {
         let cycles = periods.round();
         if cycles < 1.0 && periods.abs() > REPEATED {
             self.end_cycle(false);
-            self.start(stamp_ns, Some(CycleCause::ClockStep));
+            self.start_again(stamp_ns, CycleCause::ClockStep, 2);
             return self.begin_cycle(stamp_ns, 0);
         }
         if cycles < 1.0 {

@@ -7,7 +7,6 @@ use super::error::LayoutError;
 use super::field::Encoding;
 use super::plan::{CompiledLayout, Extraction, Instant, MessagePlan, Quantity, Role};
 use super::spec::{LayoutSpec, ReferenceValidity, TorqueValidity};
-use crate::frame::FrameId;
 
 /// The shortest and the longest nominal period that are taken \[µs\].
 const PERIOD_US: (f64, f64) = (10.0, 1e6);
@@ -15,33 +14,42 @@ const PERIOD_US: (f64, f64) = (10.0, 1e6);
 /// The longest hold or delay of a torque, in periods: beyond it is a slip of units.
 const HOLD_PERIODS: f64 = 10.0;
 
-pub(super) fn compile(dbc: &str, spec: &LayoutSpec) -> Result<CompiledLayout, LayoutError> {
-    if !spec.nodes.is_empty() {
-        return refuse("nodes", "names device files; give them or `dbc`, not both".into());
-    }
-    check_no_objects(spec)?;
-    let patterns = patterns(spec)?;
-    // A pattern per axis: their number has to be one of an arm's before anything is made of it.
-    check_axes(spec)?;
-    let database = Database::parse(dbc)?;
-    let mut messages = Vec::new();
-    if let Some(name) = &spec.sync {
-        let format = database.message("sync", name)?;
-        messages.push(MessagePlan { format, role: Role::Sync, extractions: Vec::new() });
-    }
-    for (key, quantity, pattern) in patterns {
-        for axis in 0..spec.axes {
-            let name = pattern.replace("{axis}", &(axis + 1).to_string());
-            add(&database, &mut messages, key, &name, quantity, axis)?;
+impl CompiledLayout {
+    /// Compiles the text of a DBC file and a specification to a plan.
+    ///
+    /// # Errors
+    /// [`LayoutError`] says what does not fit, and where.
+    pub fn compile(dbc: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
+        if !spec.nodes.is_empty() {
+            return refuse("nodes", "names device files; give them or `dbc`, not both".into());
         }
-    }
-    if let Some(pattern) = &spec.counter {
-        if spec.sync.is_some() {
-            return refuse("counter", "counts packed frames; with `sync` there are none".into());
+        check_no_objects(spec)?;
+        let patterns = patterns(spec)?;
+        // A pattern per axis: their number has to be one of an arm's before anything is made of it.
+        check_axes(spec)?;
+        let database = Database::parse(dbc)?;
+        let mut messages = Vec::new();
+        if let Some(name) = &spec.sync {
+            let format = database.message("sync", name)?;
+            messages.push(MessagePlan { format, role: Role::Sync, extractions: Vec::new() });
         }
-        add(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
+        for (key, quantity, pattern) in patterns {
+            for axis in 0..spec.axes {
+                let name = pattern.replace("{axis}", &(axis + 1).to_string());
+                add(&database, &mut messages, key, &name, quantity, axis)?;
+            }
+        }
+        if let Some(pattern) = &spec.counter {
+            if spec.sync.is_some() {
+                return refuse(
+                    "counter",
+                    "counts packed frames; with `sync` there are none".into(),
+                );
+            }
+            add(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
+        }
+        finish(messages, spec)
     }
-    finish(messages, spec)
 }
 
 fn check_axes(spec: &LayoutSpec) -> Result<(), LayoutError> {
@@ -238,12 +246,4 @@ fn torque_timing(spec: &LayoutSpec) -> didim_core::identification::SignalTiming 
 
 pub(super) fn refuse<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {
     Err(LayoutError::Key { key, reason })
-}
-
-/// The order in which messages are found: standard identifiers before extended ones.
-pub(super) fn order(id: FrameId) -> (bool, u32) {
-    match id {
-        FrameId::Standard(id) => (false, u32::from(id)),
-        FrameId::Extended(id) => (true, id),
-    }
 }

@@ -4,10 +4,8 @@ use std::fmt;
 
 use didim_core::identification::SignalTiming;
 
-use super::compile::{compile, order};
 use super::dbc::{MessageFormat, SignalFormat};
-use super::error::LayoutError;
-use super::spec::{CyclesBy, LayoutSpec};
+use super::spec::CyclesBy;
 use crate::frame::{Frame, FrameId, FrameKind};
 
 /// One entry for every identifier of 11 bits.
@@ -128,23 +126,6 @@ pub struct CompiledLayout {
 }
 
 impl CompiledLayout {
-    /// Compiles the text of a DBC file and a specification to a plan.
-    ///
-    /// # Errors
-    /// [`LayoutError`] says what does not fit, and where.
-    pub fn compile(dbc: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
-        compile(dbc, spec)
-    }
-
-    /// Compiles the texts of the device files (EDS, DCF) of a specification's nodes, in their order,
-    /// to a plan.
-    ///
-    /// # Errors
-    /// [`LayoutError`] says what does not fit, and where.
-    pub fn compile_nodes(texts: &[&str], spec: &LayoutSpec) -> Result<Self, LayoutError> {
-        super::eds::compile(texts, spec)
-    }
-
     pub(super) fn new(
         mut messages: Vec<MessagePlan>,
         instant: Instant,
@@ -257,5 +238,13 @@ impl CompiledLayout {
     /// Whether the layout has a reference.
     pub fn has_reference(&self) -> bool {
         self.signal(Quantity::Reference, 0).is_some()
+    }
+}
+
+/// The order in which messages are found: standard identifiers before extended ones.
+fn order(id: FrameId) -> (bool, u32) {
+    match id {
+        FrameId::Standard(id) => (false, u32::from(id)),
+        FrameId::Extended(id) => (true, id),
     }
 }

@@ -81,7 +81,7 @@ impl NodeSpec {
 #[serde(rename_all = "kebab-case")]
 pub enum CyclesBy {
     /// The stamps of the frames, which have to be within half a period of their place: a SYNC that is
-    /// missing is noticed, and a bus whose period is not the nominal one gives no samples.
+    /// missing is noticed, and what comes at another rate than the nominal one is not identified.
     #[default]
     Stamps,
     /// The frames themselves, however late they are stamped: each SYNC, or packed frame by its

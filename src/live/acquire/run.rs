@@ -10,8 +10,9 @@ use didim_drivers::frame::Frame;
 use didim_drivers::socket::{clock_pair, monotonic_ns};
 use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
+use super::counts::{AcquisitionCounts, BusState, FrameTime};
 use super::real_time::RealTimeOptions;
-use super::state::{AcquisitionCounts, BusState, FrameTime, SharedAcquisition};
+use super::state::SharedAcquisition;
 use crate::live::recording::FrameTap;
 use crate::live::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
 

@@ -3,65 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError};
 
-use didim_drivers::assemble::Losses;
-use didim_drivers::clock::ClockCounters;
-use didim_drivers::source::SourceCounters;
 use serde::{Deserialize, Serialize};
 
+use super::counters::FaultCounters;
+use super::counts::{AcquisitionCounts, BusState, FrameTime};
 use super::real_time::RealTimeGrants;
+use super::recent::{Flow, RecentCounts, by_cause};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{RecordingStatus, SharedRecording};
-
-/// How the bus is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BusState {
-    /// No frame has come yet.
-    #[default]
-    Waiting,
-    /// Frames come.
-    Ok,
-    /// No frame for longer than the bus may be silent.
-    Silent,
-    /// The source fails: an interface is down or away.
-    Down,
-    /// The log is at its end.
-    Ended,
-}
-
-/// What the bus thread counted, as of one instant: plain numbers, copied as a whole.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AcquisitionCounts {
-    /// How the bus is.
-    pub bus: BusState,
-    /// The source's own counts.
-    pub source: SourceCounters,
-    /// The assembler's.
-    pub losses: Losses,
-    /// Batches sent to the workers.
-    pub batches: u64,
-    /// Times the source failed.
-    pub source_failures: u64,
-    /// What mapping the stamps of CLOCK_REALTIME counted.
-    pub clock: ClockCounters,
-    /// Where the latencies of frames begin.
-    pub frame_time: FrameTime,
-    /// Turns of the thread's loop: they go on as long as the thread is well, frames or not.
-    pub turns: u64,
-}
-
-/// Where the way of a frame begins in [`FrameLatency`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FrameTime {
-    /// The stamp that the kernel or the controller gave the frame.
-    Stamp,
-    /// When the frame was read: how long it had lain in a queue before is not known. The bus has a
-    /// time of its own (a log, an in-process bus), or frames came without a stamp
-    /// ([`AcquisitionStatus::frames_stamped_late`]).
-    #[default]
-    Read,
-}
 
 /// How long frames are under way to the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -152,28 +101,9 @@ pub struct AcquisitionStatus {
     pub samples_per_second: f64,
     /// Batches sent to the workers.
     pub batches: u64,
-    /// Frames dropped unread, by the kernel or an in-process bus.
-    pub queue_drops: u64,
-    /// Error frames of the controller.
-    pub error_frames: u64,
-    /// Times an interface was found down.
-    pub link_down: u64,
-    /// Times an interface was opened again.
-    pub reopened: u64,
-    /// Times the source failed.
-    pub source_failures: u64,
-    /// Frames passed over: of an interface that was not asked for, or of an unknown kind.
-    pub frames_passed_over: u64,
-    /// Frames without a stamp of the kernel, stamped when they were read.
-    pub frames_stamped_late: u64,
-    /// Samples without a reference although the layout has one.
-    pub samples_without_reference: u64,
-    /// Times the computer's clock was set.
-    pub clock_steps: u64,
-    /// Stamps that would have gone backwards and were held at the last one.
-    pub stamps_held_back: u64,
-    /// Stamps that lay in the future and were put to the present.
-    pub stamps_in_future: u64,
+    /// Counts of what should not be.
+    #[serde(flatten)]
+    pub counters: FaultCounters,
     /// How long it took from the frame that completed a sample (where there are SYNCs, the next one)
     /// until the sample was in the buffer, since the start; nothing before the first. Its `from`
     /// tells what the frame's time is. Of frames read together, up to 256, all samples count as
@@ -184,6 +114,8 @@ pub struct AcquisitionStatus {
     pub frames_unused: BTreeMap<String, u64>,
     /// Bus cycles without a sample, by cause; likewise.
     pub cycles_lost: BTreeMap<String, u64>,
+    /// What was counted in the last seconds.
+    pub recent: RecentCounts,
     /// What the thread was given.
     pub real_time: Option<RealTimeGrants>,
     /// Receive buffer that the kernel granted, the smallest of all interfaces \[bytes\].
@@ -204,49 +136,24 @@ pub struct ReceiveBuffer {
 }
 
 impl AcquisitionStatus {
+    /// What came of the frames of the last seconds, while some come.
+    pub fn flow(&self) -> Flow {
+        if self.bus == BusState::Ok { self.recent.flow() } else { Flow::Well }
+    }
+
     /// The counts in the form of the snapshot; rates and latencies are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
-        let AcquisitionCounts {
-            bus,
-            source,
-            losses,
-            batches,
-            source_failures,
-            clock,
-            frame_time: _,
-            turns: _,
-        } = counts;
+        let AcquisitionCounts { bus, source, losses, batches, .. } = counts;
         Self {
             bus: *bus,
             frames: source.frames,
             samples: losses.samples,
             batches: *batches,
-            queue_drops: source.queue_drops,
-            error_frames: source.error_frames,
-            link_down: source.link_down,
-            reopened: source.reopened,
-            source_failures: *source_failures,
-            frames_passed_over: source.passed_over,
-            frames_stamped_late: source.stamped_late,
-            samples_without_reference: losses.samples_without_reference,
-            clock_steps: clock.steps,
-            stamps_held_back: clock.held_back,
-            stamps_in_future: clock.future,
-            frames_unused: by_cause(&losses.frames),
-            cycles_lost: by_cause(&losses.cycles),
+            counters: FaultCounters::of(counts),
+            frames_unused: by_cause(losses.frames.by_cause()),
+            cycles_lost: by_cause(losses.cycles.by_cause()),
             real_time,
             ..Self::default()
         }
     }
-}
-
-/// The counters of a struct by their names, without those that are zero.
-fn by_cause(counters: &impl Serialize) -> BTreeMap<String, u64> {
-    let Ok(serde_json::Value::Object(fields)) = serde_json::to_value(counters) else {
-        return BTreeMap::new();
-    };
-    fields
-        .into_iter()
-        .filter_map(|(cause, count)| Some((cause, count.as_u64().filter(|count| *count > 0)?)))
-        .collect()
 }

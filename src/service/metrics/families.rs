@@ -33,6 +33,7 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
     let gauges = [
         ("didim_uptime_seconds", "Time since the service began.", snapshot.uptime_s),
         ("didim_healthy", "Whether all is well: 1, or 0 for a reason.", truth(snapshot.health.ok)),
+        ("didim_idle", "Whether no drive is enabled.", truth(snapshot.health.idle)),
         (
             "didim_health_reasons",
             "Reasons why not all is well; `didim status` tells them.",
@@ -59,46 +60,18 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
 
 fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
     let mut state = text.family("didim_bus_state", Gauge, "How the bus is: 1 at its state.");
-    for (name, is) in [
-        ("waiting", BusState::Waiting),
-        ("ok", BusState::Ok),
-        ("silent", BusState::Silent),
-        ("down", BusState::Down),
-        ("ended", BusState::Ended),
-    ] {
-        state.labelled(&[("state", name)], truth(status.bus == is));
+    for is in BusState::ALL {
+        state.labelled(&[("state", is.key())], truth(status.bus == is));
     }
     let counters = [
         ("didim_frames_total", "Frames received, error frames included.", status.frames),
         ("didim_samples_total", "Samples assembled.", status.samples),
         ("didim_batches_total", "Batches of samples sent to the worker.", status.batches),
-        (
-            "didim_frames_dropped_total",
-            "Frames dropped unread, by the kernel or an in-process bus.",
-            status.queue_drops,
-        ),
-        ("didim_error_frames_total", "Error frames of the controller.", status.error_frames),
-        ("didim_interface_down_total", "Times an interface was found down.", status.link_down),
-        ("didim_interface_reopened_total", "Times an interface was opened again.", status.reopened),
-        ("didim_source_failures_total", "Times the bus could not be read.", status.source_failures),
-        (
-            "didim_frames_passed_over_total",
-            "Frames of another interface or of an unknown kind.",
-            status.frames_passed_over,
-        ),
-        (
-            "didim_frames_stamped_late_total",
-            "Frames without a stamp of the kernel.",
-            status.frames_stamped_late,
-        ),
-        (
-            "didim_samples_without_reference_total",
-            "Samples without the reference that the layout has.",
-            status.samples_without_reference,
-        ),
-        ("didim_clock_steps_total", "Times the computer's clock was set.", status.clock_steps),
     ];
     write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
+    for counter in status.counters.each() {
+        text.family(counter.metric, Counter, counter.help).value(count(counter.count));
+    }
     let unused = "Frames not used, by cause.";
     by_label(text, ("didim_frames_unused_total", "cause"), unused, &status.frames_unused);
     let lost = "Bus cycles without a sample, by cause.";

@@ -4,7 +4,7 @@ use core::time::Duration;
 use std::time::Instant;
 
 use super::snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
-use crate::live::acquire::{AcquisitionStatus, ReceiveBuffer, SharedAcquisition};
+use crate::live::acquire::{AcquisitionStatus, ReceiveBuffer, RecentWatch, SharedAcquisition};
 use crate::live::stream::StreamOptions;
 use crate::live::worker::SharedEstimation;
 
@@ -26,6 +26,8 @@ pub struct Collector {
     last_sample: (u64, Instant),
     /// When frames and samples were last counted, and how many there were.
     before: Option<(Instant, u64, u64)>,
+    /// What was counted lately.
+    recent: RecentWatch,
 }
 
 impl Collector {
@@ -51,13 +53,16 @@ impl Collector {
             process: ProcessStatus::default(),
             last_sample: (0, now),
             before: None,
+            recent: RecentWatch::new(now),
         }
     }
 
     /// The snapshot of this instant; its rates are those since the one before.
     pub fn snapshot(&mut self, now: Instant) -> Snapshot {
         let acquisition = self.acquisition.as_ref().map(|shared| {
-            let mut status = AcquisitionStatus::new(&shared.counts(), shared.grants());
+            let counts = shared.counts();
+            let mut status = AcquisitionStatus::new(&counts, shared.grants());
+            status.recent = self.recent.handle_counts(&counts, now);
             status.recording = shared.recording();
             status.frame_to_buffer = shared.frame_to_buffer();
             status.receive_buffer_bytes = self.receive_buffer.map(|is| is.granted_bytes);
@@ -76,7 +81,8 @@ impl Collector {
             && let Some(silent) = self.without_samples(estimation.samples, now)
         {
             health.add(format!(
-                "no sample has come for {} s: the bus is silent, or the acquisition does not run",
+                "no sample has come for {} s: the bus is silent, no drive is enabled, or the \
+                 acquisition does not run",
                 silent.as_secs()
             ));
         }

@@ -28,4 +28,4 @@ pub use request::{
     parse_request,
 };
 pub use serve::serve_status;
-pub use snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
+pub use snapshot::{Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus};

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use didim_drivers::assemble::words;
+
 use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
-use crate::live::acquire::{AcquisitionStatus, BusState, FrameLatency, FrameTime, Grant};
+use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, WindowState};
@@ -55,7 +57,7 @@ pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
     rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
     rows.plain("up for", duration(snapshot.uptime_s));
     if snapshot.health.ok {
-        rows.judged("health", "ok", true);
+        rows.judged("health", snapshot.health.words(), true);
     }
     for reason in &snapshot.health.reasons {
         rows.judged("health", reason, false);
@@ -79,14 +81,7 @@ pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
 }
 
 fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
-    let bus = match status.bus {
-        BusState::Waiting => "no frame yet",
-        BusState::Ok => "ok",
-        BusState::Silent => "silent",
-        BusState::Down => "down",
-        BusState::Ended => "ended",
-    };
-    rows.judged("bus", bus, matches!(status.bus, BusState::Ok | BusState::Ended));
+    rows.judged("bus", status.bus.words(), status.bus.is_well());
     rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
     rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
     if let Some(FrameLatency { from, times }) = status.frame_to_buffer {
@@ -96,17 +91,9 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
         };
         rows.plain("frame to buffer", format!("{}, {since}", quantiles(times)));
     }
-    rows.counted("frames dropped unread", status.queue_drops);
-    rows.counted("error frames", status.error_frames);
-    rows.counted("times down", status.link_down);
-    rows.counted("times opened again", status.reopened);
-    rows.counted("source failures", status.source_failures);
-    rows.counted("frames passed over", status.frames_passed_over);
-    rows.counted("frames stamped late", status.frames_stamped_late);
-    rows.counted("samples without reference", status.samples_without_reference);
-    rows.counted("clock steps", status.clock_steps);
-    rows.counted("stamps held back", status.stamps_held_back);
-    rows.counted("stamps in the future", status.stamps_in_future);
+    for counter in status.counters.each() {
+        rows.counted(counter.words, counter.count);
+    }
     rows.causes("frames unused", &status.frames_unused);
     rows.causes("cycles lost", &status.cycles_lost);
     if let Some(recording) = &status.recording {
@@ -261,7 +248,7 @@ impl Rows {
 
     fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
         for (cause, count) in causes {
-            self.add(name, &format!("{count} {}", cause.replace('_', " ")), Kind::Cause);
+            self.add(name, &format!("{count} {}", words(cause)), Kind::Cause);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::live::acquire::{AcquisitionStatus, Flow, Grant};
 use crate::live::recording::RecordingState;
 use crate::live::worker::EstimationStatus;
 
@@ -41,7 +41,13 @@ pub struct Health {
     pub ok: bool,
     /// The reasons, for people.
     pub reasons: Vec<String>,
+    /// No drive is enabled: no sample comes, and none can.
+    #[serde(default)]
+    pub idle: bool,
 }
+
+/// What is said of a service that is idle.
+pub const IDLE: &str = "idle, no drive is enabled";
 
 /// What is of a process and not of its threads.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,21 +80,26 @@ pub struct StreamStatus {
 }
 
 impl Health {
-    /// Judges what is told. What happened long ago and is over is counted, but is no reason.
+    /// Judges what is told. Of the bus the last seconds count: what happened long ago and is over is
+    /// counted, but is no reason.
     pub fn of(
         acquisition: Option<&AcquisitionStatus>,
         estimation: Option<&EstimationStatus>,
     ) -> Self {
-        let mut reasons = Vec::new();
+        let (mut reasons, mut idle) = (Vec::new(), false);
         if let Some(acquisition) = acquisition {
-            match acquisition.bus {
-                BusState::Waiting => reasons.push("no frame has come yet".to_owned()),
-                BusState::Silent => reasons.push("the bus is silent".to_owned()),
-                BusState::Down => reasons.push("the bus is down".to_owned()),
-                BusState::Ok if acquisition.samples == 0 => {
-                    reasons.push("frames come, but no sample is complete".to_owned());
+            if !acquisition.bus.is_well() {
+                reasons.push(acquisition.bus.sentence().to_owned());
+            }
+            match acquisition.flow() {
+                Flow::Well => {}
+                Flow::Idle => idle = true,
+                Flow::Stopped { causes } => {
+                    reasons.push(format!("frames come, but no sample is complete: {causes}"));
                 }
-                BusState::Ok | BusState::Ended => {}
+                Flow::Lossy { lost, of, causes } => {
+                    reasons.push(format!("bus cycles are lost, {lost} of the last {of}: {causes}"));
+                }
             }
             let grants =
                 acquisition.real_time.iter().flat_map(|is| [&is.priority, &is.cpu, &is.memory]);
@@ -141,7 +152,12 @@ impl Health {
                 reasons.extend(drift.reasons());
             }
         }
-        Self { ok: reasons.is_empty(), reasons }
+        Self { ok: reasons.is_empty(), reasons, idle }
+    }
+
+    /// How it is when all is well.
+    pub fn words(&self) -> &'static str {
+        if self.idle { IDLE } else { "ok" }
     }
 
     /// Adds a reason why all is not well.

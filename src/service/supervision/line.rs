@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::live::acquire::{AcquisitionStatus, BusState};
 use crate::live::worker::{EstimationStatus, WindowState};
-use crate::service::status::Snapshot;
+use crate::service::status::{Health, IDLE, Snapshot};
 
 /// Remembers when the last estimate came: the snapshot holds no times.
 #[derive(Debug, Default)]
@@ -17,9 +17,8 @@ impl StatusLine {
     /// What is so at `now`: facts first, then the reasons why all is not well.
     pub(super) fn of(&mut self, snapshot: &Snapshot, now: Instant) -> String {
         let mut parts = Vec::new();
-        if let Some(acquisition) = &snapshot.acquisition {
-            parts.push(bus(acquisition));
-        }
+        parts
+            .extend(snapshot.acquisition.as_ref().and_then(|status| bus(status, &snapshot.health)));
         if let Some(estimation) = &snapshot.estimation {
             parts.push(window(estimation, snapshot.stream.sample_rate_hz));
             parts.push(self.estimate(estimation, now));
@@ -44,13 +43,12 @@ impl StatusLine {
     }
 }
 
-fn bus(acquisition: &AcquisitionStatus) -> String {
+/// What comes from the bus; that it is not well stands among the reasons.
+fn bus(acquisition: &AcquisitionStatus, health: &Health) -> Option<String> {
     match acquisition.bus {
-        BusState::Waiting => "waiting for the bus".to_owned(),
-        BusState::Silent => "the bus is silent".to_owned(),
-        BusState::Down => "the bus is down".to_owned(),
-        BusState::Ended => "the log is at its end".to_owned(),
-        BusState::Ok => format!("{:.0} samples/s", acquisition.samples_per_second),
+        BusState::Ok if health.idle => Some(IDLE.to_owned()),
+        BusState::Ok => Some(format!("{:.0} samples/s", acquisition.samples_per_second)),
+        state => state.is_well().then(|| state.sentence().to_owned()),
     }
 }
 
@@ -70,7 +68,7 @@ mod tests {
 
     use super::*;
     use crate::live::worker::EstimateSummary;
-    use crate::service::status::{Health, ProcessStatus, SCHEMA, StreamStatus};
+    use crate::service::status::{ProcessStatus, SCHEMA, StreamStatus};
 
     #[test]
     fn the_line_says_what_flows_what_is_open_and_what_came_of_it() {
@@ -79,17 +77,22 @@ mod tests {
             version: String::new(),
             cell: String::new(),
             uptime_s: 0.0,
-            health: Health { ok: true, reasons: Vec::new() },
+            health: Health { ok: true, ..Health::default() },
             process: ProcessStatus::default(),
             stream: StreamStatus { sample_rate_hz: 5000.0, ..StreamStatus::default() },
             acquisition: Some(AcquisitionStatus::default()),
             estimation: Some(EstimationStatus::default()),
         };
         let (mut line, start) = (StatusLine::default(), Instant::now());
-        assert_eq!(
-            line.of(&snapshot, start),
-            "waiting for the bus, no window open, no estimate yet"
-        );
+        snapshot.health.add(BusState::Waiting.sentence().to_owned());
+        let waiting = "no window open, no estimate yet; no frame has come yet";
+        assert_eq!(line.of(&snapshot, start), waiting);
+        snapshot.health = Health { ok: true, idle: true, ..Health::default() };
+        let acquisition = AcquisitionStatus { bus: BusState::Ok, ..AcquisitionStatus::default() };
+        snapshot.acquisition = Some(acquisition);
+        let idle = "idle, no drive is enabled, no window open, no estimate yet";
+        assert_eq!(line.of(&snapshot, start), idle);
+        snapshot.health.idle = false;
         snapshot.acquisition = Some(AcquisitionStatus {
             bus: BusState::Ok,
             samples_per_second: 4999.7,

@@ -37,7 +37,7 @@ impl Progress {
         Self { acquisition, estimation, silence_after, turns: (0, 0) }
     }
 
-    /// Whether samples flow or the bus is known to be silent, `waited` after the threads began.
+    /// Whether samples flow, no drive is enabled, or the bus is known to be silent, `waited` after the threads began.
     pub(super) fn is_ready(&self, waited: Duration) -> bool {
         if waited >= READY_AT_LATEST {
             return true;
@@ -46,7 +46,7 @@ impl Progress {
             let counts = acquisition.counts();
             return match counts.bus {
                 BusState::Waiting => waited >= self.silence_after,
-                BusState::Ok => counts.losses.samples > 0,
+                BusState::Ok => counts.losses.samples > 0 || counts.losses.cycles_idle > 0,
                 BusState::Silent | BusState::Down | BusState::Ended => true,
             };
         }
@@ -55,7 +55,8 @@ impl Progress {
     }
 
     /// Whether every thread has turned since this was last true: bus and worker turn on a silent bus
-    /// and during an identification too.
+    /// and during an identification too. That alone feeds the watchdog: a thread that hangs is helped
+    /// by a restart, a loss on the bus is not, and is told by health.
     pub(super) fn has_turned(&mut self) -> bool {
         let turns = (
             self.acquisition.as_ref().map_or(0, |shared| shared.counts().turns),

@@ -114,8 +114,11 @@ fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
         reasons.extend(snapshot.health.reasons.iter().cloned());
     }
     if reasons.is_empty() {
-        return match view.snapshot {
-            Some(_) => vec![Line::styled("health: ok", looks.good())],
+        return match &view.snapshot {
+            Some(snapshot) => {
+                let text = format!("health: {}", snapshot.health.words());
+                vec![Line::styled(text, looks.good())]
+            }
             None => vec![Line::raw("asking …")],
         };
     }

@@ -4,7 +4,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::looks::{Looks, wrapped};
-use didim::live::acquire::{AcquisitionStatus, BusState};
+use didim::live::acquire::AcquisitionStatus;
 use didim::live::worker::{EstimationStatus, WindowState};
 use didim::service::status::Snapshot;
 use didim::service::status::render::{Kind, Row, clean, quantiles, rows};
@@ -54,14 +54,9 @@ impl Section {
 }
 
 fn bus(section: &mut Section, status: &AcquisitionStatus) {
-    let (state, style) = match status.bus {
-        BusState::Waiting => ("no frame yet", section.looks.bad()),
-        BusState::Ok => ("ok", section.looks.good()),
-        BusState::Silent => ("silent", section.looks.bad()),
-        BusState::Down => ("down", section.looks.bad()),
-        BusState::Ended => ("ended", section.looks.good()),
-    };
-    section.add("bus", state, style);
+    let looks = section.looks;
+    let style = if status.bus.is_well() { looks.good() } else { looks.bad() };
+    section.add("bus", status.bus.words(), style);
     section
         .plain("frames", &format!("{:.0}/s, {} in all", status.frames_per_second, status.frames));
     section.plain(

@@ -173,7 +173,7 @@ fn a_small_terminal_and_a_large_one() {
 fn an_alarm() {
     let mut snapshot = snapshot(Some(drift(true)));
     let acquisition = snapshot.acquisition.as_mut().unwrap();
-    acquisition.queue_drops = 3;
+    acquisition.counters.queue_drops = 3;
     acquisition.cycles_lost =
         BTreeMap::from([("missing_axis".into(), 2), ("counter_gap".into(), 1)]);
     snapshot.estimation.as_mut().unwrap().windows_rejected = BTreeMap::from([("busy".into(), 9)]);

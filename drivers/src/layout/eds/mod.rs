@@ -17,4 +17,3 @@ mod plan;
 
 pub use error::EdsError;
 pub use ini::MAX_DEVICE_FILE_BYTES;
-pub(super) use plan::compile;

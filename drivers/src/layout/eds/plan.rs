@@ -30,25 +30,29 @@ struct Node<'a> {
     receive: Vec<Pdo>,
 }
 
-pub(in crate::layout) fn compile(
-    texts: &[&str],
-    spec: &LayoutSpec,
-) -> Result<CompiledLayout, LayoutError> {
-    check_keys(spec)?;
-    if spec.nodes.len() != spec.axes {
-        let reason = format!("{} for {} axes; give one per axis", spec.nodes.len(), spec.axes);
-        return refuse("nodes", reason);
-    }
-    let files = files(spec)?;
-    let wanted = wanted(spec)?;
-    let nodes = read(texts, spec, &files)?;
-    let mut messages = vec![sync(&nodes)?];
-    for wanted in &wanted {
-        for (axis, node) in nodes.iter().enumerate() {
-            add(&mut messages, wanted, axis, node)?;
+impl CompiledLayout {
+    /// Compiles the texts of the device files (EDS, DCF) of a specification's nodes, in their order,
+    /// to a plan.
+    ///
+    /// # Errors
+    /// [`LayoutError`] says what does not fit, and where.
+    pub fn compile_nodes(texts: &[&str], spec: &LayoutSpec) -> Result<Self, LayoutError> {
+        check_keys(spec)?;
+        if spec.nodes.len() != spec.axes {
+            let reason = format!("{} for {} axes; give one per axis", spec.nodes.len(), spec.axes);
+            return refuse("nodes", reason);
         }
+        let files = files(spec)?;
+        let wanted = wanted(spec)?;
+        let nodes = read(texts, spec, &files)?;
+        let mut messages = vec![sync(&nodes)?];
+        for wanted in &wanted {
+            for (axis, node) in nodes.iter().enumerate() {
+                add(&mut messages, wanted, axis, node)?;
+            }
+        }
+        finish(messages, spec)
     }
-    finish(messages, spec)
 }
 
 /// Keys that only a layout from a DBC file has.

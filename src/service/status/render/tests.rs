@@ -1,7 +1,7 @@
 use super::*;
 use crate::archive::drift::AlarmStatus;
 use crate::archive::store::{ParameterValue, Timestamp};
-use crate::live::acquire::RealTimeGrants;
+use crate::live::acquire::{BusState, FaultCounters, RealTimeGrants};
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, Loss, RejectedWindow, Rejection};
 use crate::service::status::{Health, SCHEMA, StreamStatus};
@@ -23,10 +23,13 @@ fn snapshot() -> Snapshot {
                 max_ns: 2_104_931,
             },
         }),
-        queue_drops: 3,
-        frames_stamped_late: 5,
-        samples_without_reference: 7,
-        stamps_in_future: 9,
+        counters: FaultCounters {
+            queue_drops: 3,
+            frames_stamped_late: 5,
+            samples_without_reference: 7,
+            stamps_in_future: 9,
+            ..FaultCounters::default()
+        },
         cycles_lost: BTreeMap::from([("missing_axis".into(), 2), ("restart".into(), 1)]),
         real_time: Some(RealTimeGrants {
             priority: Grant::Refused { why: "SCHED_FIFO 20: EPERM".into() },

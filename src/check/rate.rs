@@ -1,0 +1,18 @@
+//! A rate that nobody can check.
+
+use didim_drivers::layout::CyclesBy;
+
+use super::finding::Finding;
+use crate::cell::Cell;
+
+pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
+    if cell.layout.cycles_by() == CyclesBy::Frames {
+        findings.push(Finding::note(
+            "bus.layout.cycles_by",
+            "the frames count the cycles: neither the rate nor a SYNC lost on the wire is checked"
+                .to_owned(),
+            "compare the rate with the controller's configuration: inertias are wrong by twice what \
+             it is off; leave the key out where the adapter stamps its frames",
+        ));
+    }
+}

@@ -1,0 +1,69 @@
+//! What the bus thread counts of what should not be, but for the causes of lost frames and cycles, which
+//! the drivers declare. Each counter is declared once, here.
+
+use serde::{Deserialize, Serialize};
+
+use super::counts::AcquisitionCounts;
+
+/// A counter as it is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counter {
+    /// Its name for people.
+    pub words: &'static str,
+    /// Its name as a metric.
+    pub metric: &'static str,
+    /// What it counts.
+    pub help: &'static str,
+    /// The count.
+    pub count: u64,
+}
+
+/// For each: its key in JSON, where it is counted, its words, metric and meaning.
+macro_rules! counters {
+    ($($key:ident = $($from:ident).+, $words:literal, $metric:literal, $help:literal;)+) => {
+        /// Counts of what should not be.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+        #[serde(default)]
+        pub struct FaultCounters {
+            $(#[doc = $help] pub $key: u64,)+
+        }
+
+        impl FaultCounters {
+            pub(super) fn of(counts: &AcquisitionCounts) -> Self {
+                Self { $($key: counts.$($from).+,)+ }
+            }
+
+            /// All of them, in the order in which they are shown.
+            pub fn each(&self) -> impl Iterator<Item = Counter> + use<> {
+                [$(Counter { words: $words, metric: $metric, help: $help, count: self.$key },)+]
+                    .into_iter()
+            }
+        }
+    };
+}
+
+counters! {
+    queue_drops = source.queue_drops, "frames dropped unread", "didim_frames_dropped_total",
+        "Frames dropped unread, by the kernel or an in-process bus.";
+    error_frames = source.error_frames, "error frames", "didim_error_frames_total",
+        "Error frames of the controller.";
+    link_down = source.link_down, "times down", "didim_interface_down_total",
+        "Times an interface was found down.";
+    reopened = source.reopened, "times opened again", "didim_interface_reopened_total",
+        "Times an interface was opened again.";
+    source_failures = source_failures, "source failures", "didim_source_failures_total",
+        "Times the bus could not be read.";
+    frames_passed_over = source.passed_over, "frames passed over",
+        "didim_frames_passed_over_total", "Frames of another interface or of an unknown kind.";
+    frames_stamped_late = source.stamped_late, "frames stamped late",
+        "didim_frames_stamped_late_total", "Frames without a stamp of the kernel.";
+    samples_without_reference = losses.samples_without_reference, "samples without reference",
+        "didim_samples_without_reference_total",
+        "Samples without the reference that the layout has.";
+    clock_steps = clock.steps, "clock steps", "didim_clock_steps_total",
+        "Times the computer's clock was set.";
+    stamps_held_back = clock.held_back, "stamps held back", "didim_stamps_held_back_total",
+        "Stamps that would have gone backwards and were held at the last one.";
+    stamps_in_future = clock.future, "stamps in the future", "didim_stamps_in_future_total",
+        "Stamps that lay in the future and were put to the present.";
+}

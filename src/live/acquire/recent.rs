@@ -1,0 +1,243 @@
+//! What was counted in the last seconds: what was lost long ago and is over says nothing about now.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::{Duration, Instant};
+
+use didim_drivers::assemble::{CycleCause, FrameCause, Losses, words};
+use serde::{Deserialize, Serialize};
+
+use super::counts::AcquisitionCounts;
+
+/// How far back it goes: several of the longest cycles, and short beside what people wait for.
+const SPAN: Duration = Duration::from_secs(5);
+
+/// Counts that are nearer to each other than this are one.
+const APART: Duration = Duration::from_millis(500);
+
+/// A shorter time says nothing: a cycle takes up to a second, and is decided when it is over.
+const SETTLED_S: f64 = 2.0;
+
+/// Share of the cycles whose loss is a fault of now. A single one that is lost costs a window, which
+/// says so.
+const TOLERATED: f64 = 0.01;
+
+/// Causes that are named, of frames and of cycles.
+const NAMED: usize = 3;
+
+/// What was counted in the last seconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RecentCounts {
+    /// In so many seconds.
+    pub seconds: f64,
+    /// Frames received.
+    pub frames: u64,
+    /// Samples assembled.
+    pub samples: u64,
+    /// Cycles lost in which no drive was enabled.
+    pub cycles_idle: u64,
+    /// Frames not used, by cause; causes that did not occur are left out.
+    pub frames_unused: BTreeMap<String, u64>,
+    /// Cycles lost, by cause; likewise.
+    pub cycles_lost: BTreeMap<String, u64>,
+}
+
+/// How frames became samples in the last seconds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// As they should, or there were none.
+    Well,
+    /// No drive is enabled.
+    Idle,
+    /// No sample came of them.
+    Stopped {
+        /// What grew, in words.
+        causes: String,
+    },
+    /// Part of the cycles gave no sample.
+    Lossy {
+        /// Cycles lost.
+        lost: u64,
+        /// Of so many.
+        of: u64,
+        /// What grew, in words.
+        causes: String,
+    },
+}
+
+impl RecentCounts {
+    /// What came of the frames.
+    pub fn flow(&self) -> Flow {
+        if self.seconds < SETTLED_S || self.frames == 0 {
+            return Flow::Well;
+        }
+        // A silence was told while it lasted.
+        let lost = of_all_but(&self.cycles_lost, &[CycleCause::Silence]);
+        if self.samples == 0 {
+            if self.cycles_idle > lost / 2 {
+                return Flow::Idle;
+            }
+            return Flow::Stopped { causes: self.causes() };
+        }
+        // Drives that were enabled or disabled meanwhile.
+        let lost = of_all_but(&self.cycles_lost, &[CycleCause::Silence, CycleCause::NotEnabled]);
+        let of = self.samples + lost;
+        if lost as f64 > TOLERATED * of as f64 {
+            return Flow::Lossy { lost, of, causes: self.causes() };
+        }
+        Flow::Well
+    }
+
+    /// The causes that grew most.
+    fn causes(&self) -> String {
+        let cycles = most(&self.cycles_lost, "cycles lost by", CycleCause::Silence.key());
+        // These were good, and their cycle's cause is named.
+        let frames = most(&self.frames_unused, "frames unused by", FrameCause::CycleLost.key());
+        let all: Vec<String> = cycles.into_iter().chain(frames).collect();
+        if all.is_empty() { "no cycle has begun".to_owned() } else { all.join(", ") }
+    }
+}
+
+fn of_all_but(causes: &BTreeMap<String, u64>, but: &[CycleCause]) -> u64 {
+    let counts = causes.iter().filter(|(key, _)| but.iter().all(|cause| cause.key() != *key));
+    counts.map(|(_, count)| count).sum()
+}
+
+fn most(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
+    let mut causes: Vec<_> = causes.iter().filter(|(key, _)| *key != but).collect();
+    causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    let causes = causes.into_iter().take(NAMED);
+    causes.map(|(key, count)| format!("{count} {what} {}", words(key))).collect()
+}
+
+/// Remembers what was counted in the last seconds.
+#[derive(Debug)]
+pub struct RecentWatch(VecDeque<(Instant, u64, Losses)>);
+
+impl RecentWatch {
+    /// Nothing was counted before `now`.
+    pub fn new(now: Instant) -> Self {
+        Self(VecDeque::from([(now, 0, Losses::default())]))
+    }
+
+    /// What was counted in the last seconds before `now`.
+    pub fn handle_counts(&mut self, counts: &AcquisitionCounts, now: Instant) -> RecentCounts {
+        let age = |then: Instant| now.saturating_duration_since(then);
+        while self.0.get(1).is_some_and(|(then, ..)| age(*then) >= SPAN) {
+            self.0.pop_front();
+        }
+        let (frames, losses) = (counts.source.frames, counts.losses);
+        let recent = self.0.front().map(|(then, frames_then, before)| RecentCounts {
+            seconds: age(*then).as_secs_f64(),
+            frames: frames.saturating_sub(*frames_then),
+            samples: losses.samples.saturating_sub(before.samples),
+            cycles_idle: losses.cycles_idle.saturating_sub(before.cycles_idle),
+            frames_unused: by_cause(losses.frames.since(&before.frames).by_cause()),
+            cycles_lost: by_cause(losses.cycles.since(&before.cycles).by_cause()),
+        });
+        if self.0.back().is_none_or(|(then, ..)| age(*then) >= APART) {
+            self.0.push_back((now, frames, losses));
+        }
+        recent.unwrap_or_default()
+    }
+}
+
+/// The counts by their names, without those that are zero.
+pub(super) fn by_cause(counts: impl Iterator<Item = (&'static str, u64)>) -> BTreeMap<String, u64> {
+    counts.filter(|(_, count)| *count > 0).map(|(key, count)| (key.to_owned(), count)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts of a bus at 500 Hz whose every cycle has one fate, from second to second.
+    #[derive(Default)]
+    struct Bus {
+        counts: AcquisitionCounts,
+        seconds: u64,
+    }
+
+    impl Bus {
+        fn run(&mut self, watch: &mut RecentWatch, start: Instant, fate: &str) -> Flow {
+            self.seconds += 1;
+            self.counts.source.frames += 6_500;
+            let losses = &mut self.counts.losses;
+            match fate {
+                "sample" => losses.samples += 500,
+                "silent drive" => losses.cycles.missing_axis += 500,
+                "other identifier" => {
+                    losses.cycles.missing_axis += 500;
+                    losses.frames.unknown_id += 500;
+                }
+                "one drive off" => losses.cycles.not_enabled += 500,
+                "idle" => {
+                    losses.cycles.not_enabled += 500;
+                    losses.cycles_idle += 500;
+                }
+                "a gap of 8,000 cycles" => {
+                    losses.samples += 500;
+                    losses.cycles.silence += 8_000;
+                }
+                "2 % lost" => {
+                    losses.samples += 490;
+                    losses.cycles.missing_sync += 10;
+                }
+                "one lost" => {
+                    losses.samples += 499;
+                    losses.cycles.missing_sync += 1;
+                }
+                _ => panic!("{fate}"),
+            }
+            let now = start + Duration::from_secs(self.seconds);
+            watch.handle_counts(&self.counts, now).flow()
+        }
+
+        /// The flow after ten good seconds and eight of that fate.
+        fn after(fate: &str) -> Flow {
+            let start = Instant::now();
+            let (mut bus, mut watch) = (Self::default(), RecentWatch::new(start));
+            let mut last = Flow::Well;
+            for second in 0..18 {
+                let fate = if second < 10 { "sample" } else { fate };
+                last = bus.run(&mut watch, start, fate);
+                assert!(second >= 10 || last == Flow::Well, "{last:?}");
+            }
+            // And all is well five seconds after it is over.
+            let after: Vec<Flow> = (0..6).map(|_| bus.run(&mut watch, start, "sample")).collect();
+            assert_eq!(after.last(), Some(&Flow::Well), "{fate}: {after:?}");
+            last
+        }
+    }
+
+    #[test]
+    fn what_fails_later_shows_with_its_cause() {
+        let stopped = |causes: &str| Flow::Stopped { causes: causes.to_owned() };
+        let silent = Bus::after("silent drive");
+        assert_eq!(silent, stopped("2500 cycles lost by missing axis"));
+        let other = Bus::after("other identifier");
+        let causes = "2500 cycles lost by missing axis, 2500 frames unused by unknown id";
+        assert_eq!(other, stopped(causes));
+        let one_off = Bus::after("one drive off");
+        assert_eq!(one_off, stopped("2500 cycles lost by not enabled"));
+        let causes = "50 cycles lost by missing sync".to_owned();
+        assert_eq!(Bus::after("2 % lost"), Flow::Lossy { lost: 50, of: 2_500, causes });
+    }
+
+    #[test]
+    fn what_is_no_fault_of_now_does_not() {
+        assert_eq!(Bus::after("idle"), Flow::Idle);
+        for fate in ["sample", "one lost", "a gap of 8,000 cycles"] {
+            assert_eq!(Bus::after(fate), Flow::Well, "{fate}");
+        }
+    }
+
+    #[test]
+    fn a_start_is_not_judged_before_it_can_be() {
+        let start = Instant::now();
+        let (mut bus, mut watch) = (Bus::default(), RecentWatch::new(start));
+        assert_eq!(bus.run(&mut watch, start, "silent drive"), Flow::Well);
+        let found = bus.run(&mut watch, start, "silent drive");
+        assert!(matches!(found, Flow::Stopped { .. }), "{found:?}");
+    }
+}
