@@ -23,7 +23,7 @@ use didim::identify::LastIdentification;
 use didim::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
 use didim::service::{Parts, ServiceOptions, SocketOptions, run};
 use didim::status::{Snapshot, fetch_status};
-use didim::stream::{FOLDER, Pace, PrivateNetwork};
+use didim::stream::{FOLDER, Pace, PrivateNetwork, RUN_PREFIX};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{
     InProcessSource, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
@@ -192,10 +192,10 @@ fn main() {
     let places = Places {
         runtime: arguments.folder.clone(),
         state: Some(arguments.folder.join("state")),
-        prefix: format!("didim-bench-{}_", std::process::id()),
+        prefix: format!("{RUN_PREFIX}{}_", std::process::id()),
     };
     places.make().unwrap();
-    let _network = PrivateNetwork::new(&places.runtime.join(FOLDER), &places.prefix);
+    let _network = PrivateNetwork::new(&places.runtime.join(FOLDER), &places.prefix).unwrap();
     let motion = motion(&cell);
     let (mut sink, opened) = bus(&cell);
     let parts = Parts::Both(

@@ -17,6 +17,7 @@ use crate::compare::{
     Comparison, Limits, Outcome, Progress, Published, Subject, Task, compare, tasks, trials,
 };
 use crate::experiment::{Recording, simulate};
+use crate::files::read_text;
 use crate::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use crate::report::html::{ComparisonReport, InputFile, Origin, SampleRange};
 
@@ -152,7 +153,7 @@ fn read_toml<T>(
 ) -> Result<Option<T>, CliError> {
     let Some(path) = path else { return Ok(None) };
     let wrong = |what: String| CliError::configuration(format!("{}: {what}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let text = read_text(path).map_err(|error| wrong(error.to_string()))?;
     read(&text).map(Some).map_err(wrong)
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use didim_core::identification::Identification;
+use didim_drivers::assemble::Assembler;
 
 use super::CliError;
 use super::outcome::identified;
@@ -49,10 +50,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut work = estimation(&cell, places, &last).map_err(CliError::failed)?;
     // A recording of a result says which cycle and window it begins with.
     if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
-        let first = window.sequence_at_start(&arguments.log, &cell).map_err(CliError::failed)?;
+        let assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
+        let first =
+            window.sequence_at_start(&arguments.log, assembler).map_err(CliError::failed)?;
         match first {
             Some(sequence) => {
-                if !window.is_of(&cell) {
+                if !window.is_of(&cell.configuration_sha256) {
                     tracing::warn!(
                         "{}: it was recorded with another configuration; the result may be another",
                         arguments.log.display()

@@ -7,7 +7,9 @@ use clap::{Args, ValueEnum};
 use super::CliError;
 use crate::cell::{Cell, Processes};
 use crate::identify::LastIdentification;
-use crate::pipeline::{PipelineError, Places, acquisition, estimation, keeper, open_source};
+use crate::pipeline::{
+    PipelineError, Places, acquisition, estimation, keeper, make_recordings, open_source,
+};
 use crate::reload::reload_of;
 use crate::service::{Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload};
 
@@ -47,6 +49,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let part = which_part(arguments.part, cell.service.processes)?;
     places.make().map_err(CliError::failed)?;
+    make_recordings(&cell, &places).map_err(CliError::failed)?;
     let mut options = ServiceOptions::default();
     let estimate = || -> Result<_, PipelineError> {
         let mut part = estimation(&cell, &places, &LastIdentification::default())?;

@@ -1,7 +1,6 @@
 //! `didim top`: a running service, watched.
 
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
@@ -11,9 +10,9 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers
 use ratatui::{DefaultTerminal, try_init, try_restore};
 
 use super::CliError;
-use super::signals::stop_on_signal;
 use super::status::WhichService;
 use crate::pipeline::Places;
+use crate::signals::stop_flag;
 use crate::status::{ClientError, Snapshot, fetch};
 use crate::top::{View, draw};
 
@@ -36,8 +35,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         ));
     }
     let places = arguments.service.places()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    stop_on_signal(&stop).map_err(CliError::failed)?;
+    let stop = stop_flag().map_err(CliError::failed)?;
     let answers = ask(places).map_err(CliError::failed)?;
     // From here on, every way out goes through the guard: an error, a signal and a panic.
     let restored = Restored;

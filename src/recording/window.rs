@@ -13,14 +13,30 @@ use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::Frame;
 use didim_drivers::source::{McapSource, Received, SourceError};
 
+use serde::{Deserialize, Serialize};
+
 use super::input::{is_mcap, open_log};
-use crate::cell::Cell;
-use crate::worker::{Window, WindowEnd};
+
+/// What ended a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WindowEnd {
+    /// The arm came to rest.
+    Rest,
+    /// The interval was over.
+    Interval,
+    /// Somebody said so.
+    Command,
+    /// It reached its greatest length.
+    Length,
+    /// The log ended.
+    EndOfStream,
+}
 
 /// A window as it was.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedWindow {
-    /// [`Window::number`].
+    /// Windows opened before this one since the stream began.
     pub number: u64,
     /// Sequence number of the first sample.
     pub first_sequence: u64,
@@ -46,20 +62,6 @@ const END: &str = "window_end";
 const CONFIGURATION: &str = "window_configuration";
 
 impl RecordedWindow {
-    /// That of a window which is identified with this configuration (its hash).
-    pub fn of(window: &Window, configuration: &str) -> Self {
-        let stamp = |sample: Option<&didim_core::JointSample>| sample.map_or(0, |s| s.stamp_ns);
-        Self {
-            number: window.number,
-            first_sequence: window.first_sequence(),
-            first_stamp_ns: stamp(window.samples.first()),
-            last_stamp_ns: stamp(window.samples.last()),
-            samples: window.samples.len(),
-            end: window.end,
-            configuration: Some(configuration.to_owned()),
-        }
-    }
-
     /// For the metadata of a recording.
     pub fn to_map(&self) -> BTreeMap<String, String> {
         let end = serde_json::to_value(self.end).ok();
@@ -109,20 +111,22 @@ impl RecordedWindow {
         }))
     }
 
-    /// Whether it was recorded with this configuration, as far as that is known.
-    pub fn is_of(&self, cell: &Cell) -> bool {
-        let here = &cell.configuration_sha256;
+    /// Whether it was recorded with this configuration (its hash), as far as that is known.
+    pub fn is_of(&self, here: &str) -> bool {
         self.configuration.as_ref().is_none_or(|recorded| recorded == here)
     }
 
-    /// The sequence that the first cycle of the recording had; nothing when its frames do not give
+    /// The sequence that the first cycle of the recording had, by an assembler of the cell; nothing when its frames do not give
     /// the window's first sample, because the cell is another one or frames are missing.
     ///
     /// # Errors
     /// [`SourceError`]: the recording cannot be read.
-    pub fn sequence_at_start(&self, path: &Path, cell: &Cell) -> Result<Option<u64>, SourceError> {
+    pub fn sequence_at_start(
+        &self,
+        path: &Path,
+        mut assembler: Assembler,
+    ) -> Result<Option<u64>, SourceError> {
         let mut source = open_log(path)?;
-        let mut assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
         let mut batch: Vec<Frame> = Vec::with_capacity(256);
         while source.receive(&mut batch, Duration::ZERO)? != Received::End {
             for frame in batch.drain(..) {

@@ -12,6 +12,7 @@ use super::plan::Plan;
 use super::torque::ReferenceTorque;
 use crate::cell::{Cell, sha256};
 use crate::experiment::check_fit;
+use crate::files::read_text;
 
 /// Which scenario, and what is moved otherwise.
 type Motion = (String, Option<RandomMoves>);
@@ -166,7 +167,7 @@ fn read_scenario(name: &str, folder: &Path, cell: &Cell) -> Result<Scenario, Str
         Some(scenario) => scenario,
         None => {
             let file = folder.join(name);
-            let text = std::fs::read_to_string(&file).map_err(|error| {
+            let text = read_text(&file).map_err(|error| {
                 format!(
                     "scenario {}: {error}; name a file relative to the plan, or one of the shipped {}",
                     file.display(),

@@ -6,23 +6,9 @@ use core::ops::Range;
 use didim_core::JointSample;
 use serde::{Deserialize, Serialize};
 
+use crate::recording::RecordedWindow;
+pub use crate::recording::WindowEnd;
 use crate::store::Note;
-
-/// What ended a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WindowEnd {
-    /// The arm came to rest.
-    Rest,
-    /// The interval was over.
-    Interval,
-    /// Somebody said so.
-    Command,
-    /// It reached its greatest length.
-    Length,
-    /// The log ended.
-    EndOfStream,
-}
 
 /// A window without loss: consecutive samples of the uniform grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +36,20 @@ impl Window {
     /// Sequence number of the last sample.
     pub fn last_sequence(&self) -> u64 {
         self.samples.last().map_or(0, |sample| sample.sequence)
+    }
+
+    /// As its recording describes it, identified with this configuration (its hash).
+    pub(super) fn recorded(&self, configuration: &str) -> RecordedWindow {
+        let stamp = |sample: Option<&JointSample>| sample.map_or(0, |sample| sample.stamp_ns);
+        RecordedWindow {
+            number: self.number,
+            first_sequence: self.first_sequence(),
+            first_stamp_ns: stamp(self.samples.first()),
+            last_stamp_ns: stamp(self.samples.last()),
+            samples: self.samples.len(),
+            end: self.end,
+            configuration: Some(configuration.to_owned()),
+        }
     }
 }
 

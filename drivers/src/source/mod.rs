@@ -87,6 +87,23 @@ pub struct SourceCounters {
     pub stamped_late: u64,
 }
 
+impl SourceCounters {
+    /// These and others together, of several interfaces or of several files.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        // Without `..`: a count that is added to the structure is added here.
+        Self {
+            frames: self.frames + other.frames,
+            queue_drops: self.queue_drops + other.queue_drops,
+            error_frames: self.error_frames + other.error_frames,
+            link_down: self.link_down + other.link_down,
+            reopened: self.reopened + other.reopened,
+            passed_over: self.passed_over + other.passed_over,
+            stamped_late: self.stamped_late + other.stamped_late,
+        }
+    }
+}
+
 /// Why a source could not deliver.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
