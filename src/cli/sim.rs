@@ -71,7 +71,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 );
                 sink.finish().map_err(CliError::failed)?;
                 if stop.load(Ordering::Relaxed) {
-                    return Err(CliError::failed(format!(
+                    return Err(CliError::Interrupted(format!(
                         "interrupted; {} was not written",
                         path.display()
                     )));

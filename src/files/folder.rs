@@ -29,7 +29,7 @@ pub enum FolderError {
     },
     /// Whoever owns it may change what is in it.
     #[error(
-        "{} belongs to user {owner}, and this is user {user}: who owns it may change what is in it; \
+        "{} belongs to user {owner}, and the service is user {user}: who owns it may change what is in it; \
          give it away with `chown {user} {}`, run as its owner, or name another folder",
         folder.display(), folder.display()
     )]
@@ -38,7 +38,7 @@ pub enum FolderError {
         folder: PathBuf,
         /// Whose it is.
         owner: u32,
-        /// Whose the process is.
+        /// Whose the service is.
         user: u32,
     },
     /// Anybody may change what is in it.
@@ -63,19 +63,18 @@ pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
         Err(cause) if cause.kind() != io::ErrorKind::AlreadyExists => {
             Err(FolderError::Io { folder: folder.to_owned(), cause })
         }
-        _ => check_folder(folder),
+        _ => check_folder(folder, geteuid().as_raw()),
     }
 }
 
-/// Refuses a folder that others than the own user may change.
+/// Refuses a folder that others than a user may change.
 ///
 /// # Errors
 /// [`FolderError`].
-pub fn check_folder(folder: &Path) -> Result<(), FolderError> {
+pub fn check_folder(folder: &Path, user: u32) -> Result<(), FolderError> {
     let data = fs::metadata(folder)
         .map_err(|cause| FolderError::Io { folder: folder.to_owned(), cause })?;
-    let (owner, user) = (data.uid(), geteuid().as_raw());
-    let folder = folder.to_owned();
+    let (owner, folder) = (data.uid(), folder.to_owned());
     if !data.is_dir() {
         Err(FolderError::NotAFolder { folder })
     } else if owner != user {

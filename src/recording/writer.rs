@@ -77,6 +77,8 @@ pub(super) struct RingWriter {
 struct Current {
     writer: McapWriter<Box<dyn Output>>,
     path: PathBuf,
+    /// It is closed at this size \[bytes\].
+    largest: u64,
     opened: Instant,
     flushed: Instant,
     first_log_time: u64,
@@ -211,12 +213,9 @@ impl RingWriter {
     }
 
     fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), WritingError> {
-        let largest = (self.options.ring_bytes / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
-        if self
-            .current
-            .as_ref()
-            .is_some_and(|current| current.writer.frames() > 0 && current.writer.bytes() >= largest)
-        {
+        if self.current.as_ref().is_some_and(|current| {
+            current.writer.frames() > 0 && current.writer.bytes() >= current.largest
+        }) {
             self.close(true)?;
         }
         if self.current.is_none() {
@@ -257,8 +256,13 @@ impl RingWriter {
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
         let writer = McapWriter::new(file, &info).map_err(failed)?;
         let now = Instant::now();
+        // A ring for which the disk has no room is one of the size that it has.
+        let ring = self.open_ring()?;
+        let room = ring.limit().min(ring.bytes().saturating_add(ring.spare()?));
+        let largest = (room / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
         self.current = Some(Current {
             writer,
+            largest,
             path,
             opened: now,
             flushed: now,

@@ -138,3 +138,33 @@ impl SourceError {
 fn room(batch: &Vec<Frame>) -> usize {
     batch.capacity() - batch.len()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_count_is_added() {
+        let ones = SourceCounters {
+            frames: 1,
+            queue_drops: 10,
+            error_frames: 100,
+            link_down: 1_000,
+            reopened: 10_000,
+            passed_over: 100_000,
+            stamped_late: 1_000_000,
+        };
+        let SourceCounters {
+            frames,
+            queue_drops,
+            error_frames,
+            link_down,
+            reopened,
+            passed_over,
+            stamped_late,
+        } = ones.plus(ones);
+        let sums =
+            [frames, queue_drops, error_frames, link_down, reopened, passed_over, stamped_late];
+        assert_eq!(sums, [2, 20, 200, 2_000, 20_000, 200_000, 2_000_000]);
+    }
+}
