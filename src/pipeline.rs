@@ -200,7 +200,7 @@ pub fn acquisition(
 /// # Errors
 /// [`PipelineError::Folder`].
 pub fn make_recordings(cell: &Cell, places: &Places) -> Result<(), PipelineError> {
-    let Some((_, folder)) = recordings(cell, places) else { return Ok(()) };
+    let Some(KeeperOptions { folder, .. }) = keeper(cell, places) else { return Ok(()) };
     own_folder(&folder)?;
     let parts = recording_folders(&folder);
     Ok(parts.iter().try_for_each(|part| own_folder(part))?)
