@@ -1,6 +1,6 @@
 //! Wrong cell, robot and DBC files: exit code 78 from every command that reads them.
 
-use crate::support::{Configuration, Folder, data, didim, shipped};
+use crate::support::{Configuration, Folder, data, didim, packed_cell, shipped};
 
 const CELL: &str = "cells/tx40-packed-fd.toml";
 const ROBOT: &str = "robots/tx40.toml";
@@ -446,9 +446,8 @@ fn configuration_is_read_from_regular_files_only_and_up_to_a_limit() {
         didim(&sim).refused(2, &[odd, says]);
         let study = ["study", "--plan", odd, "--out", &folder.path("study")];
         didim(&study).refused(78, &[odd, says]);
-        for (file, key) in [("cells/tx40-packed-fd.toml", "robot = \"../robots/tx40.toml\"")] {
-            let named = Configuration::with(file, key, &format!("robot = \"{odd}\""));
-            didim(&["check", "--cell", &named.packed_cell()]).refused(78, &[odd, says]);
-        }
+        let robot = format!("robot = \"{odd}\"");
+        let named = Configuration::with(CELL, "robot = \"../robots/tx40.toml\"", &robot);
+        didim(&["check", "--cell", &named.packed_cell()]).refused(78, &[odd, says]);
     }
 }
