@@ -19,7 +19,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use clap::Parser;
 use didim::cell::{BusAddress, Cell};
-use didim::live::stream::{FOLDER, Pace, PrivateNetwork};
+use didim::live::stream::{FOLDER, Pace, PrivateNetwork, RUN_PREFIX};
 use didim::offline::identify::LastIdentification;
 use didim::service::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
 use didim::service::status::{Snapshot, fetch_status};
@@ -193,10 +193,10 @@ fn main() {
     let places = Places {
         runtime: arguments.folder.clone(),
         state: Some(arguments.folder.join("state")),
-        prefix: format!("didim-bench-{}_", std::process::id()),
+        prefix: format!("{RUN_PREFIX}{}_", std::process::id()),
     };
     places.make().unwrap();
-    let _network = PrivateNetwork::new(&places.runtime.join(FOLDER), &places.prefix);
+    let _network = PrivateNetwork::new(&places.runtime.join(FOLDER), &places.prefix).unwrap();
     let motion = motion(&cell);
     let (mut sink, opened) = bus(&cell);
     let parts = Parts::Both(

@@ -17,9 +17,11 @@
 pub mod archive;
 pub mod cell;
 pub mod check;
+pub mod files;
 pub mod live;
 pub mod offline;
 pub mod report;
 pub mod service;
+pub mod signals;
 pub mod text;
 pub mod window;

@@ -191,6 +191,46 @@ fn a_refusal_is_counted_with_its_words() {
 }
 
 #[test]
+fn a_result_that_the_disk_refuses_is_stored_later_and_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    // A folder in the place of the first result, until the second window: not even root replaces it.
+    let (in_the_way, mut windows) = (folder.path().join("result-00000000.json"), 0);
+    let identify: Identify = Box::new(move |window| {
+        windows += 1;
+        match windows {
+            1 => std::fs::create_dir(&in_the_way)?,
+            2 => std::fs::remove_dir(&in_the_way)?,
+            _ => {}
+        }
+        Ok(Identified { estimate: digest(window), report: None })
+    });
+    let report = replay(three_motions(), folder.path(), identify);
+    let estimation = report.snapshot.estimation.unwrap();
+    assert_eq!(estimation.windows_identified, 3);
+    assert!(estimation.windows_rejected.is_empty(), "{:?}", estimation.windows_rejected);
+    assert_eq!((estimation.results_waiting, estimation.results_wait_for), (0, None));
+    let undisturbed = tempfile::tempdir().unwrap();
+    replay(three_motions(), undisturbed.path(), self::identify());
+    assert_eq!(results(folder.path()), results(undisturbed.path()));
+    let lines = didim::archive::store::read_history(folder.path()).unwrap().0;
+    assert_eq!(lines.iter().map(|line| line.result).collect::<Vec<_>>(), [0, 1, 2]);
+}
+
+#[test]
+fn a_result_that_the_disk_refuses_to_the_end_is_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_the_way = folder.path().join("result-00000000.json");
+    let identify: Identify = Box::new(move |window| {
+        std::fs::create_dir_all(&in_the_way)?;
+        Ok(Identified { estimate: digest(window), report: None })
+    });
+    let report = replay(three_motions(), folder.path(), identify);
+    let estimation = report.snapshot.estimation.unwrap();
+    assert_eq!(estimation.windows_identified, 0);
+    assert_eq!(estimation.windows_rejected.get("not-stored"), Some(&3));
+}
+
+#[test]
 fn a_living_bus_does_not_wait_for_the_identification() {
     let folder = tempfile::tempdir().unwrap();
     let network = Network::new();

@@ -13,6 +13,7 @@ use super::identify::{check_rate, counted, positive, read_input};
 use super::output::{check_place, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
+use didim::files::read_text;
 use didim::offline::compare::{
     Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, tasks, trials,
 };
@@ -156,7 +157,7 @@ fn read_toml<T>(
 ) -> Result<Option<T>, CliError> {
     let Some(path) = path else { return Ok(None) };
     let wrong = |what: String| CliError::configuration(format!("{}: {what}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let text = read_text(path).map_err(|error| wrong(error.to_string()))?;
     read(&text).map(Some).map_err(wrong)
 }
 

@@ -5,6 +5,8 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::signals::INTERRUPTED;
+
 /// Why a command did not do its work; each kind has its exit code.
 #[derive(Debug)]
 pub enum CliError {
@@ -14,6 +16,8 @@ pub enum CliError {
     Configuration(Box<dyn Error + Send + Sync>),
     /// The work was refused or failed. Exit code 1.
     Failed(Box<dyn Error + Send + Sync>),
+    /// It was told to end before it was done. Exit code 130.
+    Interrupted(String),
 }
 
 impl CliError {
@@ -39,11 +43,12 @@ impl CliError {
             Self::Usage(text) => (2, text),
             Self::Configuration(error) => (78, error),
             Self::Failed(error) => (1, error),
+            Self::Interrupted(text) => (INTERRUPTED, text),
         };
         eprintln!("didim: {error}");
         let mut last = error.to_string();
         let mut cause = match self {
-            Self::Usage(_) => None,
+            Self::Usage(_) | Self::Interrupted(_) => None,
             Self::Configuration(error) | Self::Failed(error) => error.source(),
         };
         while let Some(error) = cause {

@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand, each thin.
 //!
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
-//! 78 configuration.
+//! 78 configuration; 130 told to end before it was done (SIGINT, SIGTERM, SIGHUP).
 
 mod baseline;
 mod capture;
@@ -21,7 +21,6 @@ mod output;
 mod reload;
 mod replay;
 mod run;
-mod signals;
 mod sim;
 mod state;
 mod status;
@@ -101,6 +100,18 @@ pub fn main() -> ExitCode {
     } else {
         "warn"
     });
+    // All others see to signals themselves, or wait for an answer and leave nothing behind.
+    let works_offline = matches!(
+        arguments.command,
+        Command::Identify(_)
+            | Command::Compare(_)
+            | Command::Convert(_)
+            | Command::History(_)
+            | Command::Check(_)
+    );
+    if works_offline && let Err(error) = crate::signals::end_on_signal() {
+        return CliError::failed(error).report();
+    }
     let outcome = match arguments.command {
         Command::Demo(arguments) => demo::execute(&arguments),
         Command::Run(arguments) => run::execute(&arguments),

@@ -4,10 +4,10 @@ use core::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use tokio::signal::unix::{SignalKind, signal};
 
 use super::CliError;
 use super::status::WhichService;
+use crate::signals::Signals;
 use didim::service::metrics::{Limits, exposition, serve};
 use didim::service::status::fetch;
 
@@ -42,13 +42,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         .build()
         .map_err(CliError::failed)?;
     runtime.block_on(async {
-        let mut stop = signal(SignalKind::terminate()).map_err(CliError::failed)?;
+        let mut signals = Signals::register(false).map_err(CliError::failed)?;
         tokio::select! {
             served = serve(arguments.listen, Limits::default(), ready, metrics) => {
                 served.map(|never| match never {}).map_err(CliError::failed)
             }
-            _ = stop.recv() => Ok(()),
-            _ = tokio::signal::ctrl_c() => Ok(()),
+            () = signals.end() => Ok(()),
         }
     })?;
     // A scrape may still wait for the service; nobody waits for the scrape.

@@ -16,7 +16,9 @@ pub(super) fn identified(
 ) -> Result<LastWindow, CliError> {
     let snapshot = &report.snapshot;
     if report.end == ServiceEnd::Signal {
-        return Err(CliError::failed("interrupted; results stored before are whole"));
+        return Err(CliError::Interrupted(
+            "interrupted; results stored before are whole".to_owned(),
+        ));
     }
     if let Some(status) = &snapshot.estimation {
         if let Some(unstored) = not_stored(status) {

@@ -6,6 +6,7 @@ use std::path::Path;
 use didim_core::identification::Identification;
 
 use super::CliError;
+use crate::files::replace;
 use didim::cell::Cell;
 use didim::report::figure::torque_figure;
 use didim::report::html::Report;
@@ -22,25 +23,20 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Writes a file beside its place first, so that nothing half written is ever there.
+/// Writes a file whole or not at all; see [`replace`].
 pub(super) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
-    let folder = check_place(path)?;
-    let failed = |error| not_written(path, &error);
-    // The error's own text has the name of the temporary file, which helps nobody.
-    let mut file =
-        tempfile::NamedTempFile::new_in(folder).map_err(|error| failed(error.kind().into()))?;
-    let mut buffered = std::io::BufWriter::new(&mut file);
-    write(&mut buffered)?;
-    buffered.flush().map_err(failed)?;
-    drop(buffered);
-    // The file is as readable as any other that the user makes, not private as temporary ones are.
-    use std::os::unix::fs::PermissionsExt;
-    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(failed)?;
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
+    check_place(path)?;
+    let mut refused = None;
+    let replaced = replace(path, |out| {
+        write(out).map_err(|error| {
+            refused = Some(error);
+            std::io::ErrorKind::Other.into()
+        })
+    });
+    replaced.map_err(|error| refused.unwrap_or_else(|| not_written(path, &error)))
 }
 
 /// The folder of a file that is to be written: it has to be there, and in the file's place nothing
@@ -49,7 +45,7 @@ pub(super) fn write_whole(
 ///
 /// # Errors
 /// Names the file and what to do.
-pub(super) fn check_place(path: &Path) -> Result<&Path, CliError> {
+pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return Err(CliError::in_file(
             path,
@@ -60,8 +56,7 @@ pub(super) fn check_place(path: &Path) -> Result<&Path, CliError> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    std::fs::read_dir(folder).map_err(|error| not_written(path, &error))?;
-    Ok(folder)
+    std::fs::read_dir(folder).map(drop).map_err(|error| not_written(path, &error))
 }
 
 fn not_written(path: &Path, error: &std::io::Error) -> CliError {

@@ -8,7 +8,7 @@ use super::CliError;
 use didim::cell::{Cell, Processes};
 use didim::offline::identify::LastIdentification;
 use didim::service::pipeline::{
-    PipelineError, Places, acquisition, estimation, keeper, open_source,
+    PipelineError, Places, acquisition, estimation, keeper, make_recordings, open_source,
 };
 use didim::service::reload::reload_of;
 use didim::service::supervision::{
@@ -51,6 +51,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let part = which_part(arguments.part, cell.service.processes)?;
     places.make().map_err(CliError::failed)?;
+    make_recordings(&cell, &places).map_err(CliError::failed)?;
     let mut options = ServiceOptions::default();
     let estimate = || -> Result<_, PipelineError> {
         let mut part = estimation(&cell, &places, &LastIdentification::default())?;

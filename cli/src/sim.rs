@@ -1,8 +1,7 @@
 //! `didim sim`: the simulated arm as a device on a bus.
 
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
@@ -10,8 +9,9 @@ use didim_sim::{CandumpSink, Pace, Scenario, SocketCanSink, VirtualDevice, play}
 
 use super::CliError;
 use super::output::{print, write_whole};
-use super::signals::stop_on_signal;
 use didim::cell::{BusAddress, Cell};
+use didim::files::read_text;
+use didim::signals::stop_flag;
 use didim_lab::check_robot;
 
 #[derive(Debug, Args)]
@@ -50,8 +50,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let mut device = VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0)
         .map_err(CliError::configuration)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    stop_on_signal(&stop).map_err(CliError::failed)?;
+    let stop = stop_flag().map_err(CliError::failed)?;
     let pace = if arguments.fast { Pace::Unpaced } else { Pace::RealTime };
     let played = match &arguments.bus {
         BusAddress::Can(interface) => {
@@ -72,7 +71,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 );
                 sink.finish().map_err(CliError::failed)?;
                 if stop.load(Ordering::Relaxed) {
-                    return Err(CliError::failed(format!(
+                    return Err(CliError::Interrupted(format!(
                         "interrupted; {} was not written",
                         path.display()
                     )));
@@ -109,7 +108,7 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
     let scenario = match didim_sim::shipped(name) {
         Some(scenario) => scenario,
         None => {
-            let text = std::fs::read_to_string(name).map_err(|error| {
+            let text = read_text(Path::new(name)).map_err(|error| {
                 let shipped = didim_sim::SHIPPED.join(", ");
                 CliError::Usage(format!(
                     "--scenario {name}: {error}; name a file, or one of the shipped {shipped}"

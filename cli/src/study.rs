@@ -2,8 +2,7 @@
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -11,7 +10,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::output::{print, write_text};
-use super::signals::stop_on_signal;
+use didim::signals::stop_flag;
 use didim_lab::{
     Grid, Header, Progress, Store, Summary, execute as run_study, heat_maps, markdown, table,
 };
@@ -39,8 +38,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let grid = Grid::read(&arguments.plan).map_err(CliError::configuration)?;
     let header = Header::of(&grid);
     let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    stop_on_signal(&stop).map_err(CliError::failed)?;
+    let stop = stop_flag().map_err(CliError::failed)?;
     let threads = match arguments.jobs {
         Some(jobs) => usize::from(jobs),
         None => std::thread::available_parallelism().map_err(CliError::failed)?.get(),
@@ -64,7 +62,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(&arguments.out.join(file), &svg)?;
     }
     if stop.load(Ordering::Relaxed) && (summary.runs as u64) < summary.planned {
-        return Err(CliError::failed(format!(
+        return Err(CliError::Interrupted(format!(
             "interrupted after {} of {} runs; the same command goes on from there",
             summary.runs, summary.planned
         )));

@@ -3,7 +3,6 @@
 mod screen;
 
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
@@ -13,10 +12,10 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers
 use ratatui::{DefaultTerminal, try_init, try_restore};
 
 use super::CliError;
-use super::signals::stop_on_signal;
 use super::status::WhichService;
 use didim::service::pipeline::Places;
 use didim::service::status::{ClientError, Snapshot, fetch};
+use didim::signals::stop_flag;
 use screen::{View, draw};
 
 /// How often the service is asked: as often as it makes a status.
@@ -38,8 +37,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         ));
     }
     let places = arguments.service.places()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    stop_on_signal(&stop).map_err(CliError::failed)?;
+    let stop = stop_flag().map_err(CliError::failed)?;
     let answers = ask(places).map_err(CliError::failed)?;
     // From here on, every way out goes through the guard: an error, a signal and a panic.
     let restored = Restored;

@@ -33,7 +33,7 @@ fn child_runs_a_cell() {
 /// The command as nobody, without any capability or the way to one, with the limits that `prlimit`
 /// gives; nothing where this process cannot arrange that. The cell's folders become nobody's.
 fn unprivileged(child: &Command, cell: &Installation, limits: &[&str]) -> Option<Command> {
-    if !nix::unistd::geteuid().is_root() {
+    if !rustix::process::geteuid().is_root() {
         println!("SKIPPED: only root can become another user");
         return None;
     }

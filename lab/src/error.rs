@@ -3,17 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use didim::cell::CellError;
+use didim::files::TextError;
 
 /// Why a plan cannot be carried out. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// A file cannot be read: check path and permissions.
+    /// A file cannot be read: check path and permissions, and that it is text.
     #[error("{}: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
+        /// Why.
+        source: TextError,
     },
     /// Not TOML, a key that is missing, unknown, or of the wrong type.
     #[error("{}: {source}", file.display())]

@@ -12,6 +12,7 @@ use super::plan::Plan;
 use super::torque::ReferenceTorque;
 use crate::simulated::check_fit;
 use didim::cell::Cell;
+use didim::files::read_text;
 use didim::text::sha256;
 
 /// Which scenario, and what is moved otherwise.
@@ -167,7 +168,7 @@ fn read_scenario(name: &str, folder: &Path, cell: &Cell) -> Result<Scenario, Str
         Some(scenario) => scenario,
         None => {
             let file = folder.join(name);
-            let text = std::fs::read_to_string(&file).map_err(|error| {
+            let text = read_text(&file).map_err(|error| {
                 format!(
                     "scenario {}: {error}; name a file relative to the plan, or one of the shipped {}",
                     file.display(),

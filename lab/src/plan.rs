@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::PlanError;
 use super::level::Level;
+use didim::files::read_text;
 
 /// The whole file. Unknown keys are errors.
 #[derive(Clone, Debug, Deserialize)]
@@ -85,7 +86,7 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] names file and key.
     pub fn read(path: &Path) -> Result<Self, PlanError> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|source| PlanError::Read { file: path.to_path_buf(), source })?;
         let plan: Self = toml::from_str(&text).map_err(|source| PlanError::Format {
             file: path.to_path_buf(),

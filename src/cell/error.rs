@@ -8,18 +8,19 @@ use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
 
 use super::near::Instead;
+use crate::files::TextError;
 
 /// Why a cell cannot be used. Every variant names the file; the inner error names key and line
 /// where they are known.
 #[derive(Debug, thiserror::Error)]
 pub enum CellError {
-    /// A file cannot be read: check path and permissions.
+    /// A file cannot be read: check path and permissions, and that it is text.
     #[error("{}: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
+        /// Why.
+        source: TextError,
     },
     /// A file that the cell names cannot be read: correct the path, which is relative to the cell
     /// file.

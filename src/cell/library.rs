@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use super::CellError;
+use crate::files::{read_bytes, read_text};
 
 /// The shipped files by their path below `config/`.
 pub const SHIPPED: &[(&str, &str)] = &[
@@ -34,13 +35,13 @@ impl Library {
     /// [`CellError::Read`].
     pub fn read(self, path: &Path) -> Result<String, CellError> {
         let text = match self {
-            Self::Files => std::fs::read_to_string(path),
+            Self::Files => read_text(path),
             Self::Shipped => {
                 let path = normal(path);
                 let found = SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
                 found
                     .map(|(_, text)| (*text).to_owned())
-                    .ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound))
+                    .ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound).into())
             }
         };
         text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
@@ -54,21 +55,11 @@ impl Library {
     pub fn read_device_file(self, path: &Path) -> Result<String, CellError> {
         match self {
             Self::Shipped => self.read(path),
-            Self::Files => read_bounded(path)
+            Self::Files => read_bytes(path)
                 .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
                 .map_err(|source| CellError::Read { file: path.to_path_buf(), source }),
         }
     }
-}
-
-/// A file as far as any device file goes: the layout refuses a longer one.
-fn read_bounded(path: &Path) -> std::io::Result<Vec<u8>> {
-    use std::io::Read as _;
-
-    let mut bytes = Vec::new();
-    let most = didim_drivers::layout::MAX_DEVICE_FILE_BYTES as u64 + 1;
-    std::fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 /// `config/cells/../robots/x` is `config/robots/x`.

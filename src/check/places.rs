@@ -1,13 +1,16 @@
 //! Whether the folders of the service can be written and memory and disk have room.
 
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{Access, access};
+use rustix::process::geteuid;
 
 use super::finding::Finding;
 use super::machine::{Machine, space_left};
 use super::method::window_bytes;
 use crate::cell::Cell;
+use crate::files::check_folder;
 use crate::service::pipeline::Places;
 
 /// What one result takes with its report \[bytes\]: 172 kB with six joints and 28 parameters.
@@ -21,6 +24,8 @@ const RUNTIME: &str = "service.runtime_directory";
 pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     writable(STATE, &cell.service.state_directory, findings);
     writable(RUNTIME, &cell.service.runtime_directory, findings);
+    owned(STATE, &cell.service.state_directory, cell, findings);
+    owned(RUNTIME, &cell.service.runtime_directory, cell, findings);
     sockets(cell, findings);
     disk(cell, findings);
     memory(cell, machine, findings);
@@ -53,6 +58,30 @@ fn writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
             key,
             what,
             "the systemd unit makes it for the service's user; else make it, or name another one",
+        ));
+    }
+}
+
+/// Whose the service is. Root looks on behalf of the user whose results there are.
+fn service_user(cell: &Cell) -> u32 {
+    let user = geteuid();
+    let state = std::fs::metadata(&cell.service.state_directory);
+    match state {
+        Ok(state) if user.is_root() => state.uid(),
+        _ => user.as_raw(),
+    }
+}
+
+/// A folder that is there has to be of the service's user, and of nobody else.
+pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Finding>) {
+    if !folder.is_dir() {
+        return;
+    }
+    if let Err(error) = check_folder(folder, service_user(cell)) {
+        findings.push(Finding::error(
+            key,
+            error.to_string(),
+            "correct it, or run this as the service's user: `runuser -u didim -- didim check …`",
         ));
     }
 }

@@ -2,8 +2,9 @@
 
 use super::finding::Finding;
 use super::machine::space_left;
-use super::places::{existing, megabytes};
+use super::places::{existing, megabytes, owned};
 use crate::cell::Cell;
+use crate::live::recording::recording_folders;
 use crate::text::significant;
 
 /// What a frame takes in a recording beside its payload \[bytes\]: 131 with 64 bytes of payload, 75
@@ -14,6 +15,7 @@ const FRAME_BYTES: f64 = 67.0;
 const LATER_S: f64 = 30.0;
 
 const RING: &str = "service.recordings.ring_mb";
+const DIRECTORY: &str = "service.recordings.directory";
 
 /// What is wrong wherever the cell runs.
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
@@ -40,6 +42,9 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
 pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     let folder = options.folder(&cell.service.state_directory);
+    for part in [folder.clone()].iter().chain(&recording_folders(&folder)) {
+        owned(DIRECTORY, part, cell, findings);
+    }
     let there = existing(&folder);
     let Some(left) = space_left(&there) else { return };
     let needed = (options.ring_mb + options.keep_mb).saturating_mul(1_000_000);

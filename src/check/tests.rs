@@ -133,3 +133,22 @@ fn a_processor_that_is_not_there_is_refused() {
     let missing = |cell: &mut Cell| cell.service.real_time.cpu = Some(1_000_000);
     one(&Fake::new().found(missing), &["warning service.real_time.cpu", "no processor"]);
 }
+
+#[test]
+fn folders_have_to_be_of_the_own_user_and_of_nobody_else() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let fake = Fake::new();
+    let recordings = fake.folder.path().join("elsewhere");
+    std::fs::create_dir_all(recordings.join("ring")).unwrap();
+    let elsewhere = |cell: &mut Cell| {
+        let options = RecordingOptions { ring_mb: 200, keep_mb: 8, ..Default::default() };
+        let directory = Some(recordings.clone());
+        cell.service.recordings = Some(RecordingOptions { directory, ..options });
+    };
+    assert_eq!(fake.found(elsewhere), [""; 0]);
+    let open = std::fs::Permissions::from_mode(0o777);
+    std::fs::set_permissions(recordings.join("ring"), open).unwrap();
+    let says = ["error service.recordings.directory", "elsewhere/ring", "chmod o-w"];
+    one(&fake.found(elsewhere), &says);
+}

@@ -10,10 +10,14 @@ use didim_drivers::source::{
 
 use crate::archive::store::WindowProvenance;
 use crate::cell::{BusAddress, Cell};
+use crate::files::{FolderError, own_folder};
 use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
-use crate::live::recording::{KeeperOptions, RecorderOptions, RecordingOptions, open_log};
+use crate::live::recording::{
+    KeeperOptions, RecorderOptions, RecordingOptions, open_log, recording_folders,
+};
 use crate::live::stream::{
-    FOLDER, Pace, PrivateNetwork, SERVICE_PREFIX, StreamError, StreamOptions,
+    FOLDER, Pace, PrivateNetwork, RUN_PREFIX, SERVICE_PREFIX, SHARED_MEMORY, StreamError,
+    StreamOptions,
 };
 use crate::live::worker::{
     Configuration, Identified, RecordOptions, WindowOptionError, WorkerOptions,
@@ -53,13 +57,16 @@ pub enum PipelineError {
     /// Buses that do not go together.
     #[error("bus.source: {0}")]
     Sources(&'static str),
-    /// A folder cannot be made: check its parent's permissions, or name another one.
-    #[error("{}: {source}", folder.display())]
-    Folder {
-        /// The folder.
-        folder: PathBuf,
+    /// A folder cannot be made, or others may change what is in it.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A run of its own cannot have its files: check the rights on the folder, and the space left.
+    #[error("{}: {cause}; check the rights on it and the space left", place.display())]
+    OneRun {
+        /// Where they were to be.
+        place: PathBuf,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
 }
 
@@ -89,16 +96,13 @@ impl Places {
         Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
     }
 
-    /// Makes the folders.
+    /// Makes the folders, and refuses those that others may change.
     ///
     /// # Errors
     /// [`PipelineError::Folder`].
     pub fn make(&self) -> Result<(), PipelineError> {
-        for folder in [Some(&self.runtime), self.state.as_ref()].into_iter().flatten() {
-            std::fs::create_dir_all(folder)
-                .map_err(|source| PipelineError::Folder { folder: folder.clone(), source })?;
-        }
-        Ok(())
+        let folders = [Some(&self.runtime), self.state.as_ref()];
+        Ok(folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))?)
     }
 
     /// The socket that tells the status.
@@ -145,19 +149,20 @@ impl OneRun {
     /// Makes a folder for the run; results go to `state`, if it is given.
     ///
     /// # Errors
-    /// [`PipelineError::Folder`].
+    /// [`PipelineError::Folder`] and [`PipelineError::OneRun`].
     pub fn new(state: Option<PathBuf>) -> Result<Self, PipelineError> {
         let usual = std::env::temp_dir();
         let base = if usual.as_os_str().len() > MAX_TEMPORARY { "/tmp".into() } else { usual };
         let folder = tempfile::Builder::new()
             .prefix("didim-")
             .tempdir_in(&base)
-            .map_err(|source| PipelineError::Folder { folder: base, source })?;
+            .map_err(|cause| PipelineError::OneRun { place: base, cause })?;
         // Not one that begins with the service's own.
-        let prefix = format!("didim-run-{}_", std::process::id());
+        let prefix = format!("{RUN_PREFIX}{}_", std::process::id());
         let places = Places { runtime: folder.path().to_path_buf(), state, prefix };
         places.make()?;
-        let network = PrivateNetwork::new(&places.stream_root(), &places.prefix);
+        let network = PrivateNetwork::new(folder.path(), &places.prefix)
+            .map_err(|cause| PipelineError::OneRun { place: SHARED_MEMORY.into(), cause })?;
         Ok(Self { places, _network: network, _folder: folder })
     }
 }
@@ -189,6 +194,18 @@ pub fn acquisition(
         },
         recorder,
     }))
+}
+
+/// Makes the folders of the recordings, where there are any, and refuses those that others may
+/// change.
+///
+/// # Errors
+/// [`PipelineError::Folder`].
+pub fn make_recordings(cell: &Cell, places: &Places) -> Result<(), PipelineError> {
+    let Some(KeeperOptions { folder, .. }) = keeper(cell, places) else { return Ok(()) };
+    own_folder(&folder)?;
+    let parts = recording_folders(&folder);
+    Ok(parts.iter().try_for_each(|part| own_folder(part))?)
 }
 
 /// What is recorded, and the folder for it.

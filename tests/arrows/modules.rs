@@ -154,7 +154,9 @@ impl Reader<'_> {
         }
         let name = if name == "self" { path.last().cloned() } else { Some(name.to_string()) };
         // A module that bears its own name stands for itself.
-        if let Some(name) = name.filter(|name| [self.path, &[name.clone()]].concat() != target) {
+        if let Some(name) =
+            name.filter(|name| [self.path, std::slice::from_ref(name)].concat() != target)
+        {
             self.module.imported.insert(name, target);
         }
     }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use didim::live::stream::{PrivateNetwork, StreamOptions};
+use didim::live::stream::{PrivateNetwork, RUN_PREFIX, StreamOptions};
 use didim_core::JointSample;
 
 /// A network of its own for one test; everything it left is removed at the end.
@@ -27,8 +27,10 @@ impl Network {
     pub(crate) fn new() -> Self {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let id = format!("{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
-        let (root, prefix) = (PathBuf::from(format!("/tmp/dt{id}")), format!("dt{id}_"));
-        Self { _removed: Some(PrivateNetwork::new(&root, &prefix)), root, prefix }
+        let (root, prefix) =
+            (PathBuf::from(format!("/tmp/didim-t{id}")), format!("{RUN_PREFIX}t{id}_"));
+        let removed = PrivateNetwork::new(&root, &prefix).unwrap();
+        Self { _removed: Some(removed), root, prefix }
     }
 
     /// The network of the process that started this one.
@@ -59,12 +61,14 @@ impl Network {
         self.files().map(|file| file.metadata().map_or(0, |data| data.blocks() * 512)).sum()
     }
 
+    /// Files of this network in /dev/shm, but for the one that says whose they are.
     pub(crate) fn files(&self) -> impl Iterator<Item = std::fs::DirEntry> {
         let prefix = self.prefix.clone();
-        std::fs::read_dir("/dev/shm")
-            .unwrap()
-            .flatten()
-            .filter(move |file| file.file_name().to_string_lossy().starts_with(&prefix))
+        std::fs::read_dir("/dev/shm").unwrap().flatten().filter(move |file| {
+            let name = file.file_name();
+            let own = name.to_str().and_then(|name| name.strip_prefix(&prefix));
+            own.is_some_and(|own| own != "lock")
+        })
     }
 }
 

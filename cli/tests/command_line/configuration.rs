@@ -1,6 +1,6 @@
 //! Wrong cell, robot and DBC files: exit code 78 from every command that reads them.
 
-use crate::support::{Configuration, Folder, data, didim, shipped};
+use crate::support::{Configuration, Folder, data, didim, packed_cell, shipped};
 
 const CELL: &str = "cells/tx40-packed-fd.toml";
 const ROBOT: &str = "robots/tx40.toml";
@@ -427,4 +427,27 @@ fn every_command_refuses_a_wrong_cell_alike_and_writes_nothing() {
         commands.iter().map(|command| didim(command).refused(78, &["`zz9`", &cell])).collect();
     assert!(messages.windows(2).all(|pair| pair[0] == pair[1]), "{messages:#?}");
     assert_eq!(folder.names(), [""; 0]);
+}
+
+#[test]
+fn configuration_is_read_from_regular_files_only_and_up_to_a_limit() {
+    let folder = Folder::new();
+    let pipe = folder.path("pipe.toml");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let large = folder.path("large.toml");
+    std::fs::File::create(&large).unwrap().set_len(1 << 30).unwrap();
+    let log = folder.path("out.log");
+    for (odd, says) in
+        [(&pipe[..], "regular file"), ("/dev/zero", "regular file"), (&large, "16 MB")]
+    {
+        didim(&["check", "--cell", odd]).refused(78, &[odd, says]);
+        let cell = packed_cell();
+        let sim = ["sim", "--cell", &cell, "--scenario", odd, "--bus", &format!("log:{log}")];
+        didim(&sim).refused(2, &[odd, says]);
+        let study = ["study", "--plan", odd, "--out", &folder.path("study")];
+        didim(&study).refused(78, &[odd, says]);
+        let robot = format!("robot = \"{odd}\"");
+        let named = Configuration::with(CELL, "robot = \"../robots/tx40.toml\"", &robot);
+        didim(&["check", "--cell", &named.packed_cell()]).refused(78, &[odd, says]);
+    }
 }

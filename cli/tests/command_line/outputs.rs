@@ -117,7 +117,7 @@ fn an_interrupted_simulation_leaves_no_log() {
     assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0), "{stderr}");
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(130), 0), "{stderr}");
     assert!(stderr.contains("interrupted") && stderr.contains("out.log"), "{stderr}");
     assert_eq!(folder.names(), ["long.toml"]);
 }

@@ -1,5 +1,10 @@
 //! The commands around the service: `replay`, `status`, `window`, `run`, `demo`.
 
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
 use crate::support::{Folder, data, didim, head, packed_cell};
 
 #[test]
@@ -67,7 +72,7 @@ fn a_result_that_is_not_stored_is_a_failure() {
     std::fs::write(format!("{state}/result-18446744073709551614.json"), "{}").unwrap();
     std::fs::create_dir(format!("{state}/result-18446744073709551615.json")).unwrap();
     let command = ["replay", "--cell", &packed_cell(), &data().packed_log, "--state", &state];
-    didim(&command).refused(1, &["1 of 1 results were not stored", "window 0", "rename"]);
+    didim(&command).refused(1, &["1 of 1 results were not stored", "window 0", "Is a directory"]);
 }
 
 #[test]
@@ -85,22 +90,86 @@ fn rejected_windows_are_told_beside_the_result() {
     }
 }
 
-#[test]
-fn an_interrupted_demonstration_is_a_failure() {
-    let folder = Folder::new();
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_didim"))
+/// A demonstration that would take ten minutes, when its stream is in shared memory.
+fn long_demonstration(folder: &Folder) -> (Child, String) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_didim"))
         .args(["demo", "--seconds", "600", "--figure", &folder.path("out.svg")])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_secs(3));
-    assert_eq!(child.try_wait().unwrap(), None, "it ended by itself");
-    let pid = child.id().to_string();
-    assert!(std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("interrupted"), "{stderr}");
-    assert_eq!(folder.names(), [""; 0]);
+    let prefix = format!("didim-run-{}_", child.id());
+    let begin = Instant::now();
+    // Lock, management, and the samples' segment, which is the last and by far the largest.
+    while shared_bytes(&prefix) < 10_000_000 {
+        assert_eq!(child.try_wait().unwrap(), None, "it ended by itself");
+        assert!(begin.elapsed() < Duration::from_secs(60), "no stream within a minute");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    (child, prefix)
+}
+
+/// Bytes in shared memory of the files with a prefix.
+fn shared_bytes(prefix: &str) -> u64 {
+    let files = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    let files = files.filter(|file| file.file_name().to_str().unwrap().starts_with(prefix));
+    files.filter_map(|file| file.metadata().ok()).map(|data| data.len()).sum()
+}
+
+fn kill(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+#[test]
+fn an_interrupted_demonstration_leaves_nothing() {
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let folder = Folder::new();
+        let (child, prefix) = long_demonstration(&folder);
+        kill(&child, signal);
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(130), "{signal:?}: {stderr}");
+        assert!(stderr.contains("interrupted"), "{stderr}");
+        assert_eq!(folder.names(), [""; 0]);
+        assert_eq!(shared_bytes(&prefix), 0, "{signal:?}");
+    }
+}
+
+#[test]
+fn what_a_killed_run_left_in_shared_memory_goes_with_the_next_and_no_living_one_does() {
+    let folder = Folder::new();
+    let (mut living, of_living) = long_demonstration(&folder);
+    let (mut killed, of_killed) = long_demonstration(&folder);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let bytes = shared_bytes(&of_living);
+    assert!(shared_bytes(&of_killed) > 10_000_000);
+    didim(&["replay", "--cell", &packed_cell(), &data().packed_log, "--json"]).done();
+    assert_eq!(shared_bytes(&of_killed), 0);
+    assert_eq!(shared_bytes(&of_living), bytes);
+    kill(&living, Signal::INT);
+    living.wait().unwrap();
+    assert_eq!(shared_bytes(&of_living), 0);
+}
+
+#[test]
+fn an_interrupted_offline_command_says_so_and_leaves_no_file() {
+    let folder = Folder::new();
+    // A log that does not end: the command waits for more of it.
+    let pipe = folder.path("endless.log");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_didim"))
+            .args(["identify", "--cell", &packed_cell(), "--input", &pipe])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // It is opened for reading: the command is at work.
+        let writer = std::fs::File::options().write(true).open(&pipe).unwrap();
+        kill(&child, signal);
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal:?}");
+        drop(writer);
+    }
+    assert_eq!(folder.names(), ["endless.log"]);
 }

@@ -87,6 +87,23 @@ pub struct SourceCounters {
     pub stamped_late: u64,
 }
 
+impl SourceCounters {
+    /// These and others together, of several interfaces or of several files.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        // Without `..`: a count that is added to the structure is added here.
+        Self {
+            frames: self.frames + other.frames,
+            queue_drops: self.queue_drops + other.queue_drops,
+            error_frames: self.error_frames + other.error_frames,
+            link_down: self.link_down + other.link_down,
+            reopened: self.reopened + other.reopened,
+            passed_over: self.passed_over + other.passed_over,
+            stamped_late: self.stamped_late + other.stamped_late,
+        }
+    }
+}
+
 /// Why a source could not deliver.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
@@ -120,4 +137,34 @@ impl SourceError {
 /// The free places of a batch.
 fn room(batch: &Vec<Frame>) -> usize {
     batch.capacity() - batch.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_count_is_added() {
+        let ones = SourceCounters {
+            frames: 1,
+            queue_drops: 10,
+            error_frames: 100,
+            link_down: 1_000,
+            reopened: 10_000,
+            passed_over: 100_000,
+            stamped_late: 1_000_000,
+        };
+        let SourceCounters {
+            frames,
+            queue_drops,
+            error_frames,
+            link_down,
+            reopened,
+            passed_over,
+            stamped_late,
+        } = ones.plus(ones);
+        let sums =
+            [frames, queue_drops, error_frames, link_down, reopened, passed_over, stamped_late];
+        assert_eq!(sums, [2, 20, 200, 2_000, 20_000, 200_000, 2_000_000]);
+    }
 }

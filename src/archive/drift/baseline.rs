@@ -1,20 +1,19 @@
 //! The baseline: a result that later ones are compared with, in `baseline.json` of the state folder.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, Timestamp};
+use crate::files::{TextError, read_bytes, replace};
 
 /// Version of the file's layout.
 pub const BASELINE_SCHEMA: u32 = 1;
 
 const NAME: &str = "baseline.json";
-/// The largest file that is read \[bytes\]: 1,000 parameters take a tenth of it.
-const MAX_FILE: u64 = 1 << 20;
 
 /// A result to compare with, whole: it may be older than any result that is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,13 +73,14 @@ impl Baseline {
     pub fn read(folder: &Path) -> Result<Option<Self>, BaselineError> {
         let path = folder.join(NAME);
         let wrong = |problem: String| BaselineError::Format { path: path.clone(), problem };
-        match fs::metadata(&path) {
-            Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Ok(data) if data.len() > MAX_FILE => return Err(wrong("it is too large".into())),
-            _ => {}
-        }
-        let content =
-            fs::read(&path).map_err(|cause| BaselineError::Read { path: path.clone(), cause })?;
+        let content = match read_bytes(&path) {
+            Err(cause) if cause.is_missing() => return Ok(None),
+            Err(TextError::Io(cause)) => {
+                return Err(BaselineError::Read { path: path.clone(), cause });
+            }
+            Err(other) => return Err(wrong(other.to_string())),
+            Ok(content) => content,
+        };
         let baseline: Self =
             serde_json::from_slice(&content).map_err(|error| wrong(error.to_string()))?;
         if baseline.schema != BASELINE_SCHEMA {
@@ -93,7 +93,7 @@ impl Baseline {
         Ok(Some(baseline))
     }
 
-    /// Makes it that of a folder: written and synced beside its place, then renamed.
+    /// Makes it that of a folder.
     ///
     /// # Errors
     /// [`BaselineError::Io`]; the one of before is untouched.
@@ -103,18 +103,7 @@ impl Baseline {
         let mut json =
             serde_json::to_vec_pretty(self).map_err(|error| at("write", error.into()))?;
         json.push(b'\n');
-        let written = || -> io::Result<()> {
-            let mut file = tempfile::NamedTempFile::with_prefix_in(".baseline-", folder)?;
-            file.write_all(&json)?;
-            // As readable as the results are.
-            use std::os::unix::fs::PermissionsExt;
-            file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
-            file.as_file().sync_all()?;
-            file.persist(&path).map_err(|error| error.error)?;
-            File::open(folder)?.sync_all()
-        };
-        // The error's own text has the name of the temporary file, which helps nobody.
-        written().map_err(|cause| at("write", cause.kind().into()))
+        replace(&path, |out| out.write_all(&json)).map_err(|cause| at("write", cause))
     }
 
     /// Removes that of a folder; false when there is none.

@@ -1,10 +1,11 @@
 //! The configurations that results were made with, each kept once under its hash.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{StoreError, at};
+use crate::files::replace;
 use crate::text::is_digest;
 
 const FOLDER: &str = "configurations";
@@ -53,12 +54,8 @@ impl Configurations {
         fs::create_dir_all(&writing).map_err(at("make the folder", &writing))?;
         for (name, text) in texts.files() {
             let path = writing.join(name);
-            let written = File::create(&path).and_then(|mut file| {
-                file.write_all(text.as_bytes()).and_then(|()| file.sync_all())
-            });
-            written.map_err(at("write", &path))?;
+            replace(&path, |out| out.write_all(text.as_bytes())).map_err(at("write", &path))?;
         }
-        sync(&writing)?;
         fs::rename(&writing, &place).map_err(at("rename a configuration to", &place))?;
         sync(&self.folder)
     }

@@ -2,30 +2,35 @@
 
 mod configurations;
 mod history;
+mod owed;
 mod record;
 mod samples;
 mod timestamp;
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
+
+use crate::files::{remove_leftovers, replace};
 
 pub use configurations::ConfigurationTexts;
 use configurations::Configurations;
 pub use history::{HISTORY_SCHEMA, HistoryError, HistoryLine, ParameterValue, read_history};
 use history::{HistoryFile, TREND_LINES};
+use owed::Owed;
 pub use record::{ResultRecord, WindowProvenance};
 pub use samples::input_sha256;
 pub use timestamp::Timestamp;
+
+use crate::window::Note;
 
 /// Results kept unless the cell says otherwise.
 pub const DEFAULT_KEEP: usize = 1000;
 
 const LATEST: &str = "latest.json";
-const TEMPORARY: &str = ".writing.tmp";
 
 /// A folder of results, `result-00000000.json` and on, each with its report of the same number
 /// (`.html`), `latest.json`, a copy of the newest, and `history.jsonl`, a line per result with its
@@ -37,10 +42,12 @@ const TEMPORARY: &str = ".writing.tmp";
 pub struct Store {
     folder: PathBuf,
     /// The folder itself, locked.
-    locked: File,
+    _locked: File,
     keep: usize,
     next: u64,
     history: HistoryFile,
+    /// Lines of stored results that are not in the history yet.
+    owed: Owed,
     configurations: Configurations,
 }
 
@@ -100,24 +107,28 @@ impl Store {
             other => at("lock the folder", folder)(other.into()),
         })?;
         let lines = keep.max(TREND_LINES);
-        let (history, recent) = HistoryFile::open(folder, lines, RECENT_LINES)?;
+        let (history, mut recent) = HistoryFile::open(folder, lines, RECENT_LINES)?;
         let mut store = Self {
             folder: folder.to_owned(),
-            locked,
+            _locked: locked,
             keep: keep.max(1),
             next: 0,
             history,
+            owed: Owed::of(folder),
             configurations: Configurations::beside_results(folder),
         };
         store.configurations.clear_unfinished()?;
         // What a process was writing when it died.
-        match fs::remove_file(store.folder.join(TEMPORARY)) {
-            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                return Err(at("remove", &store.folder.join(TEMPORARY))(cause));
-            }
-            _ => {}
-        }
-        store.next = store.indices()?.last().map_or(0, |last| last.saturating_add(1));
+        let is_ours = |name: &str| {
+            let report = name.strip_suffix(".html").map(|stem| format!("{stem}.json"));
+            name == LATEST
+                || Owed::is_name(name)
+                || index(report.as_deref().unwrap_or(name)).is_some()
+        };
+        remove_leftovers(folder, is_ours).map_err(at("tidy the folder", folder))?;
+        let indices = store.indices()?;
+        store.next = indices.last().map_or(0, |last| last.saturating_add(1));
+        store.complete(&indices, &mut recent)?;
         Ok((store, recent))
     }
 
@@ -133,59 +144,102 @@ impl Store {
         self.configurations.keep(sha256, texts)
     }
 
-    /// Appends a result to the history.
-    ///
-    /// # Errors
-    /// [`StoreError::Io`]; the lines of before are untouched.
-    pub fn remember(&mut self, line: &HistoryLine) -> Result<(), StoreError> {
-        self.history.append(line)
-    }
-
-    /// Writes a result: into a temporary file, to the disk, and only then under its name. Then
-    /// writes its report, renews the copy and removes the oldest beyond the number to keep; a
-    /// failure of these is only logged, for the result is there.
+    /// Writes a result, and its line of the history, which is on disk before it: whoever is killed
+    /// from then on loses neither. Then writes its report, renews the copy and removes the oldest
+    /// beyond the number to keep; a failure of these is only logged, for the result is there, and a
+    /// line that cannot be appended yet is tried again with the next one and at the next start.
     ///
     /// # Errors
     /// [`StoreError`]; what was there before is untouched.
     pub fn write(
         &mut self,
         record: &ResultRecord<'_>,
-        report: Option<&str>,
+        beside: &Beside,
     ) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
         let number = self.next;
         let path = self.folder.join(name(number));
-        self.replace(&path, &json)?;
-        let beside = report.map_or(Ok(()), |report| {
-            self.replace(&self.folder.join(report_name(self.next)), report.as_bytes())
-        });
-        let number = self.next;
+        let line = HistoryLine::of(number, record, beside);
+        self.owed.add(line.clone());
+        let written = self.owed.write().and_then(|()| write(&path, &json));
+        if let Err(error) = written {
+            self.owed.take_back();
+            return Err(error);
+        }
         self.next = self.next.saturating_add(1);
-        let tidied = self
-            .sync_folder()
-            .and_then(|()| self.replace(&self.folder.join(LATEST), &json))
-            .and_then(|()| self.sync_folder());
+        let remembered = self.owed.settle(&mut self.history);
+        let report = beside.report.as_ref().map_or(Ok(()), |report| {
+            write(&self.folder.join(report_name(number)), report.as_bytes())
+        });
+        let copied = write(&self.folder.join(LATEST), &json);
         let pruned = self.prune(record.configuration);
-        for problem in [beside.err(), tidied.err(), pruned.err()].into_iter().flatten() {
+        for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
-        Ok(Stored { number, path, json })
+        Ok(Stored { number, path, json, line })
     }
 
-    /// Write, sync, rename: after a power cut the name has the old content or the new one (rename(2),
-    /// fsync(2)).
-    fn replace(&self, path: &Path, content: &[u8]) -> Result<(), StoreError> {
-        let temporary = self.folder.join(TEMPORARY);
-        let mut file = File::create(&temporary).map_err(at("create", &temporary))?;
-        file.write_all(content).and_then(|()| file.sync_all()).map_err(at("write", &temporary))?;
-        drop(file);
-        fs::rename(&temporary, path).map_err(at("rename a result to", path))
+    /// Finishes what a process had begun that was killed, or whose disk was full, when it had stored a
+    /// result and not yet its line of the history. Without the line that was put aside for it, one is
+    /// made of the result.
+    fn complete(
+        &mut self,
+        indices: &[u64],
+        recent: &mut VecDeque<HistoryLine>,
+    ) -> Result<(), StoreError> {
+        for line in self.owed.read() {
+            let known =
+                |other: &HistoryLine| (other.result, other.time) == (line.result, line.time);
+            if indices.contains(&line.result) && !recent.iter().any(known) {
+                self.owed.add(line);
+            }
+        }
+        for number in indices.iter().copied().filter(|number| self.history.lacks(*number)) {
+            if self.owed.has(number) {
+                continue;
+            }
+            let path = self.folder.join(name(number));
+            match owed::line_of(&path, number, recent) {
+                Some(line) => self.owed.add(line),
+                None => {
+                    tracing::warn!("{}: no line of the history can be made of it", path.display())
+                }
+            }
+        }
+        if self.owed.is_empty() {
+            return self.owed.forget();
+        }
+        if let Some(newest) = indices.last() {
+            let path = self.folder.join(name(*newest));
+            let copied = fs::read(&path).map_err(at("read", &path));
+            let copied = copied.and_then(|json| write(&self.folder.join(LATEST), &json));
+            if let Err(problem) = copied {
+                tracing::warn!("{problem}");
+            }
+        }
+        tracing::warn!(
+            "{}: lines of the history that an earlier run had not written: {}",
+            self.folder.display(),
+            self.owed.lines().len()
+        );
+        recent.extend(self.owed.lines().cloned());
+        while recent.len() > RECENT_LINES {
+            recent.pop_front();
+        }
+        self.owed.write()?;
+        if let Err(problem) = self.owed.settle(&mut self.history) {
+            tracing::warn!("they are not written yet: {problem}");
+        }
+        Ok(())
     }
 
-    /// Makes the new names outlast a power cut.
-    fn sync_folder(&self) -> Result<(), StoreError> {
-        self.locked.sync_all().map_err(at("sync", &self.folder))
+    /// Appends the lines that the history lacks.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`]; they are tried again.
+    pub fn settle(&mut self) -> Result<(), StoreError> {
+        self.owed.settle(&mut self.history)
     }
 
     /// Removes every result beyond the number to keep that can be removed, each with its report, and
@@ -250,7 +304,7 @@ struct Referring {
 }
 
 /// A result that is on disk.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
     /// The number in its name.
     pub number: u64,
@@ -258,6 +312,23 @@ pub struct Stored {
     pub path: PathBuf,
     /// Its content.
     pub json: Vec<u8>,
+    /// Its line of the history.
+    pub line: HistoryLine,
+}
+
+/// What is stored of a result beside its record.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// A report (HTML).
+    pub report: Option<String>,
+    /// What was noted with its window.
+    pub note: Option<Note>,
+    /// Hash of how the base parameters are made up.
+    pub regrouping: String,
+}
+
+fn write(path: &Path, content: &[u8]) -> Result<(), StoreError> {
+    replace(path, |out| out.write_all(content)).map_err(at("write", path))
 }
 
 fn name(index: u64) -> String {

@@ -64,6 +64,9 @@ impl WindowProvenance {
 }
 
 impl<'a> ResultRecord<'a> {
+    /// Version of the layout.
+    pub const SCHEMA: u32 = 1;
+
     /// The record of an estimate.
     pub fn new(
         cell: &'a str,
@@ -72,7 +75,7 @@ impl<'a> ResultRecord<'a> {
         estimate: &'a Estimate,
     ) -> Self {
         Self {
-            schema: 1,
+            schema: Self::SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
             cell,
             configuration,

@@ -36,7 +36,9 @@ fn window() -> Window {
 
 fn write(store: &mut Store, value: f64) -> Stored {
     let (window, estimate) = (window(), estimate(value));
-    store.write(&ResultRecord::new("cell", "c0ffee", &window, &estimate), None).unwrap()
+    store
+        .write(&ResultRecord::new("cell", "c0ffee", &window, &estimate), &Beside::default())
+        .unwrap()
 }
 
 const CONFIGURATIONS: [&str; 2] = [
@@ -53,7 +55,8 @@ fn texts() -> ConfigurationTexts {
 fn write_with(store: &mut Store, configuration: &str) {
     let (window, estimate) = (window(), estimate(1.0));
     store.keep_configuration(configuration, &texts()).unwrap();
-    store.write(&ResultRecord::new("cell", configuration, &window, &estimate), None).unwrap();
+    let record = ResultRecord::new("cell", configuration, &window, &estimate);
+    store.write(&record, &Beside::default()).unwrap();
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -70,7 +73,10 @@ fn a_result_says_where_it_comes_from_and_is_the_latest() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(&folder.path().join("a/b"), 10).unwrap();
     let stored = write(&mut store, 7.0);
-    assert_eq!(names(&folder.path().join("a/b")), ["latest.json", "result-00000000.json"]);
+    assert_eq!(
+        names(&folder.path().join("a/b")),
+        ["history.jsonl", "latest.json", "result-00000000.json"]
+    );
     let json: serde_json::Value = serde_json::from_slice(&stored.json).unwrap();
     assert_eq!(json["window"]["first_sequence"], 10);
     assert_eq!(json["window"]["last_sequence"], 15);
@@ -107,6 +113,7 @@ fn the_oldest_give_way_and_numbers_go_on_after_a_restart() {
     assert_eq!(
         names(folder.path()),
         [
+            "history.jsonl",
             "latest.json",
             "notes.txt",
             "result-00000003.json",
@@ -121,11 +128,13 @@ fn the_oldest_give_way_and_numbers_go_on_after_a_restart() {
 #[test]
 fn what_a_dying_process_left_is_removed_and_never_read() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join(TEMPORARY), "{\"half").unwrap();
+    for name in ["latest.json", "result-00000007.json", "result-00000007.html", ".owed.jsonl"] {
+        fs::write(folder.path().join(format!(".{name}.a1B2c3.tmp")), "{\"half").unwrap();
+    }
     let mut store = Store::open(folder.path(), 3).unwrap();
     assert_eq!(names(folder.path()), Vec::<String>::new());
     write(&mut store, 1.0);
-    assert!(!names(folder.path()).contains(&TEMPORARY.to_owned()));
+    assert_eq!(names(folder.path()), ["history.jsonl", "latest.json", "result-00000000.json"]);
 }
 
 #[test]
@@ -133,13 +142,16 @@ fn a_failed_write_leaves_the_old_result_and_the_number() {
     let folder = tempfile::tempdir().unwrap();
     let mut store = Store::open(folder.path(), 3).unwrap();
     let before = write(&mut store, 1.0);
-    // A folder where the temporary file should be: the write fails, for root as well.
-    fs::create_dir(folder.path().join(TEMPORARY)).unwrap();
+    // A folder where the result should be: the write fails, for root as well.
+    let in_the_way = folder.path().join("result-00000001.json");
+    fs::create_dir(&in_the_way).unwrap();
     let (window, next) = (window(), estimate(2.0));
-    let failed = store.write(&ResultRecord::new("cell", "c0ffee", &window, &next), None);
-    assert!(matches!(failed, Err(StoreError::Io { action: "create", .. })), "{failed:?}");
+    let record = ResultRecord::new("cell", "c0ffee", &window, &next);
+    let failed = store.write(&record, &Beside::default());
+    assert!(matches!(failed, Err(StoreError::Io { action: "write", .. })), "{failed:?}");
     assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
-    fs::remove_dir(folder.path().join(TEMPORARY)).unwrap();
+    assert_eq!(read_history(folder.path()).unwrap().0.len(), 1);
+    fs::remove_dir(in_the_way).unwrap();
     let after = write(&mut store, 2.0);
     assert!(after.path.ends_with("result-00000001.json"));
 }
@@ -156,7 +168,7 @@ fn names_that_are_not_ours_neither_count_nor_go() {
         let stored = write(&mut store, f64::from(value));
         assert!(stored.path.ends_with(format!("result-0000000{value}.json")));
     }
-    let mut expected = vec!["latest.json", "result-00000002.json"];
+    let mut expected = vec!["history.jsonl", "latest.json", "result-00000002.json"];
     expected.extend(foreign);
     expected.sort_unstable();
     assert_eq!(names(folder.path()), expected);
@@ -196,11 +208,13 @@ fn a_report_has_the_number_of_its_result_and_goes_with_it() {
     let (window, estimate) = (window(), estimate(1.0));
     let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
     for text in ["first", "second", "third"] {
-        store.write(&record, Some(text)).unwrap();
+        let beside = Beside { report: Some(text.into()), ..Beside::default() };
+        store.write(&record, &beside).unwrap();
     }
     assert_eq!(
         names(folder.path()),
         [
+            "history.jsonl",
             "latest.json",
             "result-00000001.html",
             "result-00000001.json",
@@ -253,4 +267,83 @@ fn a_name_that_is_no_hash_is_never_a_folder() {
         store.keep_configuration(name, &texts()).unwrap();
     }
     assert_eq!(names(folder.path()), Vec::<String>::new());
+}
+
+/// A line as a store writes it, with what its result's file does not have.
+fn noted() -> Beside {
+    let note = Some(Note { payload_kg: Some(2.0), ..Note::default() });
+    Beside { note, regrouping: "feed".into(), report: None }
+}
+
+fn write_noted(folder: &Path) -> Vec<HistoryLine> {
+    let mut store = Store::open(folder, 9).unwrap();
+    let (window, estimate) = (window(), estimate(1.0));
+    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    (0..3).map(|_| store.write(&record, &noted()).unwrap().line).collect()
+}
+
+/// Cuts the history after so many bytes of its last line.
+fn cut_last_line(folder: &Path, bytes: usize) {
+    let path = folder.join("history.jsonl");
+    let text = fs::read(&path).unwrap();
+    let begin = text[..text.len() - 1].iter().rposition(|byte| *byte == b'\n').unwrap() + 1;
+    fs::write(&path, &text[..begin + bytes]).unwrap();
+}
+
+#[test]
+fn a_line_that_was_put_aside_is_written_at_the_next_start() {
+    // Killed before the line, within it, behind it, and before its result.
+    for (cut, has_result) in [(Some(0), true), (Some(40), true), (None, true), (Some(0), false)] {
+        let folder = tempfile::tempdir().unwrap();
+        let lines = write_noted(folder.path());
+        let aside = serde_json::to_string(&lines[2]).unwrap() + "\n";
+        fs::write(folder.path().join(".owed.jsonl"), aside).unwrap();
+        if let Some(bytes) = cut {
+            cut_last_line(folder.path(), bytes);
+        }
+        if !has_result {
+            fs::remove_file(folder.path().join("result-00000002.json")).unwrap();
+        }
+        let (_, recent) = Store::open_with_history(folder.path(), 9).unwrap();
+        let expected = if has_result { &lines[..] } else { &lines[..2] };
+        assert_eq!(read_history(folder.path()).unwrap(), (expected.to_vec(), 0), "{cut:?}");
+        assert_eq!(recent, expected, "{cut:?}");
+        assert!(!folder.path().join(".owed.jsonl").exists());
+    }
+}
+
+#[test]
+fn a_result_without_a_line_gets_one_at_the_next_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = write_noted(folder.path());
+    cut_last_line(folder.path(), 40);
+    fs::write(folder.path().join("latest.json"), "of before").unwrap();
+    drop(Store::open(folder.path(), 9).unwrap());
+    let (found, passed_over) = read_history(folder.path()).unwrap();
+    // All but what was noted; the date is the file's.
+    let expected = HistoryLine { note: None, time: found[2].time, ..lines[2].clone() };
+    assert_eq!((&found[..2], &found[2], passed_over), (&lines[..2], &expected, 0));
+    assert!(found[2].time.unix_s().abs_diff(lines[2].time.unix_s()) <= 2);
+    let newest = fs::read(folder.path().join("result-00000002.json")).unwrap();
+    assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), newest);
+    // Once, and not again.
+    drop(Store::open(folder.path(), 9).unwrap());
+    assert_eq!(read_history(folder.path()).unwrap().0.len(), 3);
+}
+
+#[test]
+fn a_line_that_cannot_be_appended_is_written_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 9).unwrap();
+    let history = folder.path().join("history.jsonl");
+    fs::create_dir(&history).unwrap();
+    write(&mut store, 1.0);
+    write(&mut store, 2.0);
+    assert!(store.settle().is_err());
+    fs::remove_dir(&history).unwrap();
+    write(&mut store, 3.0);
+    let results: Vec<u64> =
+        read_history(folder.path()).unwrap().0.iter().map(|line| line.result).collect();
+    assert_eq!(results, [0, 1, 2]);
+    assert!(!folder.path().join(".owed.jsonl").exists());
 }

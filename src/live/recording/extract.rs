@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use didim_drivers::source::mcap::{McapInfo, McapScan, McapWriteError};
 use didim_drivers::source::{McapError, McapSource, McapWriter};
 
-use super::output::{Output, create_file};
 use super::ring::segments;
+use crate::files::replace;
 
 /// Stamps from one to another, both included \[ns\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,23 +129,38 @@ fn overlapping(scan: &McapScan, stretch: Stretch) -> u64 {
     overlaps.map(|chunk| (chunk.end - chunk.offset) * 3 / 2 + 512).sum()
 }
 
-/// Writes a stretch and closes the file on disk; tells how many frames it has. `more` is for its
-/// metadata.
+/// Writes a stretch into a file; tells how many frames it has. `more` is for its metadata.
 pub(super) fn extract(
     found: &Found,
     path: &Path,
     more: &BTreeMap<String, String>,
 ) -> Result<u64, ExtractError> {
+    let mut failed = None;
+    let replaced = replace(path, |out| {
+        copy(found, out, path, more).map_err(|error| {
+            failed = Some(error);
+            io::ErrorKind::Other.into()
+        })
+    });
+    let refused =
+        |cause| ExtractError::Write { path: path.to_owned(), cause: McapWriteError::Output(cause) };
+    replaced.map_err(|cause| failed.unwrap_or_else(|| refused(cause)))
+}
+
+fn copy(
+    found: &Found,
+    out: &mut dyn io::Write,
+    path: &Path,
+    more: &BTreeMap<String, String>,
+) -> Result<u64, ExtractError> {
     let failed = |cause| ExtractError::Write { path: path.to_owned(), cause };
-    let output = |error| failed(McapWriteError::Output(error));
-    let mut writer: Option<McapWriter<Box<dyn Output>>> = None;
+    let (mut out, mut writer) = (Some(out), None::<McapWriter<&mut dyn io::Write>>);
     for (file, _) in &found.files {
         let interfaces = writer.as_ref().map_or(&[][..], |writer| &writer.info().interfaces);
         let mut source = open(file, interfaces)?;
         let Some(info) = source.info().cloned() else { continue };
-        if writer.is_none() {
+        if let Some(out) = out.take() {
             let info = McapInfo { more: more.clone(), ..info };
-            let out = create_file(path).map_err(output)?;
             writer = Some(McapWriter::new(out, &info).map_err(failed)?);
         }
         let Some(writer) = &mut writer else { continue };
@@ -159,8 +174,7 @@ pub(super) fn extract(
     }
     let writer = writer.ok_or(ExtractError::NotThere)?;
     let frames = writer.frames();
-    let mut file = writer.finish().map_err(failed)?;
-    file.sync().map_err(output)?;
+    writer.finish().map_err(failed)?;
     Ok(frames)
 }
 

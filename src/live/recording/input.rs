@@ -102,14 +102,7 @@ impl Source for RingSource {
     }
 
     fn counters(&self) -> SourceCounters {
-        let (before, now) = (self.before, self.current.counters());
-        SourceCounters {
-            frames: before.frames + now.frames,
-            queue_drops: before.queue_drops + now.queue_drops,
-            error_frames: before.error_frames + now.error_frames,
-            passed_over: before.passed_over + now.passed_over,
-            ..now
-        }
+        self.before.plus(self.current.counters())
     }
 
     fn interfaces(&self) -> &[InterfaceName] {

@@ -3,18 +3,15 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
-use super::keeping::Keeping;
+use super::archive::Archive;
 use super::options::{RecordingOptions, kept_folder, ring_folder};
+use super::request::{CaptureAnswer, CaptureError, QUEUE, Request, SharedKept, lock};
 use super::window::RecordedWindow;
 
-/// Requests that may wait, in the queue and for the ring.
-pub(super) const QUEUE: usize = 16;
 /// How long the end waits for what is still to be kept.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(4);
 /// How long a command waits for its answer.
@@ -29,56 +26,6 @@ pub struct KeeperOptions {
     pub recordings: RecordingOptions,
 }
 
-/// What the keeper tells about itself.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct KeptStatus {
-    /// Recordings kept in this run.
-    pub kept: u64,
-    /// Recordings that could not be kept in this run.
-    pub failed: u64,
-    /// Why the last one could not.
-    pub last_failure: Option<String>,
-    /// Faults that were not kept, because others were shortly before.
-    pub faults_passed_over: u64,
-    /// Recordings in the folder.
-    pub files: usize,
-    /// Their size \[bytes\].
-    pub bytes: u64,
-    /// The capture that is running.
-    pub capture: Option<String>,
-}
-
-/// A command did not start or stop a capture.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CaptureError {
-    /// One is running: stop it first.
-    #[error("the capture `{0}` is running; stop it first")]
-    Running(String),
-    /// None is.
-    #[error("no capture is running")]
-    NotRunning,
-    /// The name would be no name of a file.
-    #[error("a capture's name has 1 to 32 letters, digits, `_` or `-`")]
-    Name,
-    /// The ring has no frames.
-    #[error("nothing is recorded: {0}")]
-    NothingRecorded(String),
-    /// Too much waits: ask again later.
-    #[error("the recordings are busy; ask again")]
-    Busy,
-}
-
-pub(super) type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
-
-/// What is asked of the thread.
-pub(super) enum Request {
-    Result { number: u64, window: RecordedWindow },
-    Fault { cause: &'static str, stamp_ns: u64 },
-    Start { name: String, answer: CaptureAnswer },
-    Stop { answer: CaptureAnswer },
-}
-
 /// Takes requests. It never waits but for the answer of a capture.
 #[derive(Clone, Debug)]
 pub struct Keeper {
@@ -88,33 +35,11 @@ pub struct Keeper {
     fault_every: Duration,
 }
 
-/// The keeper's counts.
-#[derive(Clone, Debug, Default)]
-pub struct SharedKept(pub(super) Arc<Mutex<KeptStatus>>);
-
 /// The thread of a keeper.
 #[derive(Debug)]
 pub struct KeeperThread {
     thread: JoinHandle<()>,
     ending: Arc<AtomicBool>,
-}
-
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl SharedKept {
-    /// A copy of the counts.
-    pub fn snapshot(&self) -> KeptStatus {
-        lock(&self.0).clone()
-    }
-
-    pub(super) fn fail(&self, what: &str, why: &dyn core::fmt::Display) {
-        tracing::warn!("no recording of {what}: {why}");
-        let mut status = lock(&self.0);
-        status.failed += 1;
-        status.last_failure = Some(format!("{what}: {why}"));
-    }
 }
 
 impl Keeper {
@@ -125,7 +50,7 @@ impl Keeper {
     pub fn start(options: &KeeperOptions) -> std::io::Result<(Self, KeeperThread)> {
         let (requests, received) = sync_channel(QUEUE);
         let (shared, ending) = (SharedKept::default(), Arc::new(AtomicBool::new(false)));
-        let mut keeping = Keeping {
+        let mut archive = Archive {
             ring: ring_folder(&options.folder),
             kept: kept_folder(&options.folder),
             options: options.recordings.clone(),
@@ -136,7 +61,7 @@ impl Keeper {
         let told = Arc::clone(&ending);
         let thread = std::thread::Builder::new()
             .name("keeper".into())
-            .spawn(move || keeping.run(&received, &told))?;
+            .spawn(move || archive.run(&received, &told))?;
         let fault_every = Duration::from_secs_f64(options.recordings.fault_every_s);
         let last_fault = Arc::default();
         Ok((Self { requests, shared, last_fault, fault_every }, KeeperThread { thread, ending }))

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::ring::{RingError, at};
+use crate::files::remove_leftovers;
 
 /// What a recording is kept for; its name begins so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +27,6 @@ impl Kind {
 
 const KINDS: [Kind; 3] = [Kind::Result, Kind::Fault, Kind::Capture];
 const END: &str = ".mcap";
-const TEMPORARY: &str = ".keeping.tmp";
 
 #[derive(Clone, Debug)]
 struct KeptFile {
@@ -52,18 +52,9 @@ impl KeptFolder {
         fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
         let kept = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
         // What a process was writing when it died.
-        kept.discard();
+        remove_leftovers(folder, |name| parse(name).is_some())
+            .map_err(at("tidy the folder", folder))?;
         Ok(kept)
-    }
-
-    /// Where a recording is written before it has its name.
-    pub(super) fn temporary(&self) -> PathBuf {
-        self.folder.join(TEMPORARY)
-    }
-
-    /// Removes what was written in part.
-    pub(super) fn discard(&self) {
-        let _ = fs::remove_file(self.temporary());
     }
 
     /// Removes the oldest until `bytes` more fit; false when they never do.
@@ -84,14 +75,14 @@ impl KeptFolder {
         Ok(true)
     }
 
-    /// Gives the recording at [`Self::temporary`] its name, on disk, and removes the oldest of its
-    /// kind beyond the number to keep.
-    pub(super) fn add(&self, kind: Kind, number: u64, label: &str) -> Result<PathBuf, RingError> {
+    /// Where a recording goes.
+    pub(super) fn path(&self, kind: Kind, number: u64, label: &str) -> PathBuf {
         let label = if label.is_empty() { String::new() } else { format!("-{label}") };
-        let path = self.folder.join(format!("{}-{number:08}{label}{END}", kind.name()));
-        fs::rename(self.temporary(), &path).map_err(at("rename to", &path))?;
-        let synced = fs::File::open(&self.folder).and_then(|folder| folder.sync_all());
-        synced.map_err(at("sync", &self.folder))?;
+        self.folder.join(format!("{}-{number:08}{label}{END}", kind.name()))
+    }
+
+    /// Removes the oldest of a kind beyond the number to keep.
+    pub(super) fn prune(&self, kind: Kind) -> Result<(), RingError> {
         let mut files = self.files()?;
         files.retain(|file| file.kind == kind);
         files.sort_by_key(|file| (file.number, file.modified));
@@ -99,7 +90,7 @@ impl KeptFolder {
         for file in files.into_iter().take(surplus) {
             fs::remove_file(&file.path).map_err(at("remove", &file.path))?;
         }
-        Ok(path)
+        Ok(())
     }
 
     /// A number that none of this kind has had.

@@ -9,25 +9,27 @@
 //! Everything is bounded: the queue, the ring with the file being written, the number and size of
 //! what is kept, the requests that wait. Nothing of it can cost a frame or a result.
 
+mod archive;
 mod extract;
 mod input;
 mod keeper;
-mod keeping;
 mod kept;
 mod options;
 mod output;
 mod recorder;
+mod request;
 mod ring;
 mod status;
 mod tap;
 mod window;
-mod writing;
+mod writer;
 
 pub use input::{is_mcap, open_log};
-pub use keeper::{CaptureError, Keeper, KeeperOptions, KeeperThread, KeptStatus, SharedKept};
-pub use options::RecordingOptions;
+pub use keeper::{Keeper, KeeperOptions, KeeperThread};
+pub use options::{RecorderOptions, RecordingOptions, recording_folders};
 pub use output::{CreateOutput, Output, create_file};
-pub use recorder::{Recorder, RecorderOptions};
+pub use recorder::Recorder;
+pub use request::{CaptureError, KeptStatus, SharedKept};
 pub use ring::{Ring, RingError, Segment};
 pub use status::{RecordingState, RecordingStatus, SharedRecording};
 pub use tap::{FrameTap, Recorded, frame_queue};

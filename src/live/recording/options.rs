@@ -1,8 +1,11 @@
 //! `[service.recordings]`
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::Deserialize;
+
+use super::output::{CreateOutput, create_file};
 
 /// What is recorded and kept. Without the section nothing is.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -99,6 +102,48 @@ impl RecordingOptions {
     pub fn keep_bytes(&self) -> u64 {
         self.keep_mb.saturating_mul(MB)
     }
+}
+
+/// What the recorder needs.
+#[derive(Clone)]
+pub struct RecorderOptions {
+    /// Folder of the ring.
+    pub folder: PathBuf,
+    /// The most that it takes \[bytes\].
+    pub ring_bytes: u64,
+    /// A file is closed after this long.
+    pub segment: Duration,
+    /// Name of the cell.
+    pub cell: String,
+    /// Hash of its configuration.
+    pub configuration: String,
+    /// How files are made.
+    pub create: CreateOutput,
+}
+
+impl RecorderOptions {
+    /// Those of a cell, whose recordings are in `folder`.
+    pub fn new(options: &RecordingOptions, folder: &Path, cell: &str, configuration: &str) -> Self {
+        Self {
+            folder: ring_folder(folder),
+            ring_bytes: options.ring_bytes(),
+            segment: Duration::from_secs_f64(options.segment_s),
+            cell: cell.to_owned(),
+            configuration: configuration.to_owned(),
+            create: std::sync::Arc::new(create_file),
+        }
+    }
+}
+
+impl core::fmt::Debug for RecorderOptions {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("RecorderOptions").field("folder", &self.folder).finish_non_exhaustive()
+    }
+}
+
+/// The folders within the folder of everything recorded.
+pub fn recording_folders(folder: &Path) -> [PathBuf; 2] {
+    [ring_folder(folder), kept_folder(folder)]
 }
 
 /// The ring in the folder of everything recorded.

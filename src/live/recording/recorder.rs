@@ -1,7 +1,6 @@
 //! The thread that writes the ring.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -9,51 +8,13 @@ use didim_drivers::socket::clock_pair;
 use didim_drivers::source::mcap::McapInfo;
 use didim_drivers::source::{InterfaceName, StampClock};
 
-use super::options::{RecordingOptions, ring_folder};
-use super::output::{CreateOutput, create_file};
+use super::options::RecorderOptions;
 use super::status::{RecordingState, SharedRecording};
 use super::tap::{FrameTap, frame_queue};
-use super::writing::Writing;
+use super::writer::RingWriter;
 
 /// How long the end of the bus waits for the last file.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(3);
-
-/// What the recorder needs.
-#[derive(Clone)]
-pub struct RecorderOptions {
-    /// Folder of the ring.
-    pub folder: PathBuf,
-    /// The most that it takes \[bytes\].
-    pub ring_bytes: u64,
-    /// A file is closed after this long.
-    pub segment: Duration,
-    /// Name of the cell.
-    pub cell: String,
-    /// Hash of its configuration.
-    pub configuration: String,
-    /// How files are made.
-    pub create: CreateOutput,
-}
-
-impl RecorderOptions {
-    /// Those of a cell, whose recordings are in `folder`.
-    pub fn new(options: &RecordingOptions, folder: &Path, cell: &str, configuration: &str) -> Self {
-        Self {
-            folder: ring_folder(folder),
-            ring_bytes: options.ring_bytes(),
-            segment: Duration::from_secs_f64(options.segment_s),
-            cell: cell.to_owned(),
-            configuration: configuration.to_owned(),
-            create: std::sync::Arc::new(create_file),
-        }
-    }
-}
-
-impl core::fmt::Debug for RecorderOptions {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("RecorderOptions").field("folder", &self.folder).finish_non_exhaustive()
-    }
-}
 
 /// A running recorder.
 #[derive(Debug)]
@@ -94,9 +55,9 @@ impl Recorder {
             interfaces: interfaces.to_vec(),
             ..McapInfo::default()
         };
-        let mut writing = Writing::new(options, info, clock, shared.clone());
+        let mut writer = RingWriter::new(options, info, clock, shared.clone());
         let watched = shared.clone();
-        let body = move || guarded(&watched, || writing.run(frames));
+        let body = move || guarded(&watched, || writer.run(frames));
         let thread = std::thread::Builder::new().name("recorder".into()).spawn(body)?;
         Ok((Self { thread, shared }, tap))
     }

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use didim_drivers::source::mcap::{McapError, McapScan, RepairError, repair};
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FlockOperation, flock, statvfs};
 
 /// A file of the ring.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,10 +45,27 @@ pub enum RingError {
     Repair(#[from] RepairError),
 }
 
+impl RingError {
+    /// Whether there was no room.
+    pub fn is_full(&self) -> bool {
+        use io::ErrorKind::{QuotaExceeded, StorageFull};
+        match self {
+            Self::Io { cause, .. } => matches!(cause.kind(), StorageFull | QuotaExceeded),
+            Self::Repair(RepairError::Write { source, .. }) => source.is_full(),
+            Self::Repair(_) | Self::InUse { .. } => false,
+        }
+    }
+}
+
 /// Ends of names: of a file that is whole, of the one being written, and of one being repaired.
 const WHOLE: &str = ".mcap";
 const PART: &str = ".mcap.part";
 const TEMPORARY: &str = ".repairing.tmp";
+
+/// What the ring leaves free on its file system for results, which are worth more: a sixteenth, and
+/// no more than this \[bytes\]: some 150 results with their reports.
+const RESERVED_PART: u64 = 16;
+const RESERVED_BYTES: u64 = 32_000_000;
 
 /// A folder of files, of which the oldest go so that all of them stay below the limit. Locked as long
 /// as this lives. Files with other names are let be.
@@ -94,11 +111,18 @@ impl Ring {
             // While it is repaired it is there twice.
             let waiting: u64 = parts.iter().map(|part| part.bytes).sum();
             let needed = part.bytes.saturating_mul(2).saturating_add(waiting);
-            if ring.make_room(needed)? {
-                ring.close(&part)?;
-            } else {
-                // Larger than the whole ring may be.
-                fs::remove_file(&part.path).map_err(at("remove", &part.path))?;
+            let mut fits = ring.make_room(needed)?;
+            while fits {
+                match ring.close(&part) {
+                    Ok(()) => break,
+                    // Older files give way to it, and at last it gives way itself.
+                    Err(error) if error.is_full() => fits = ring.remove_oldest()?,
+                    Err(error) => return Err(error),
+                }
+            }
+            if !fits {
+                // Larger than the whole ring may be, or than the disk has room for.
+                remove_if_there(&part.path)?;
             }
         }
         ring.make_room(0)?;
@@ -137,17 +161,39 @@ impl Ring {
         Ok(())
     }
 
+    /// Removes the oldest file; false when there is none.
+    ///
+    /// # Errors
+    /// [`RingError::Io`].
+    pub fn remove_oldest(&mut self) -> Result<bool, RingError> {
+        let Some(oldest) = self.whole.front() else { return Ok(false) };
+        remove_if_there(&oldest.path)?;
+        self.whole.pop_front();
+        Ok(true)
+    }
+
     /// Removes the oldest files until `bytes` more fit; false when not even an empty ring has room.
     ///
     /// # Errors
     /// [`RingError::Io`].
     pub fn make_room(&mut self, bytes: u64) -> Result<bool, RingError> {
         while self.bytes().saturating_add(bytes) > self.limit {
-            let Some(oldest) = self.whole.front() else { return Ok(false) };
-            remove_if_there(&oldest.path)?;
-            self.whole.pop_front();
+            if !self.remove_oldest()? {
+                return Ok(false);
+            }
         }
         Ok(true)
+    }
+
+    /// Room on its file system beside what is left to results \[bytes\].
+    ///
+    /// # Errors
+    /// [`RingError::Io`].
+    pub fn spare(&self) -> Result<u64, RingError> {
+        let space = statvfs(&self.folder)
+            .map_err(|cause| at("look at the disk of", &self.folder)(cause.into()))?;
+        let (all, left) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
+        Ok(left.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES)))
     }
 
     /// The path of the next file.

@@ -42,6 +42,10 @@ pub struct RecordingStatus {
     pub frames_unrecorded: u64,
     /// Times that writing failed.
     pub write_errors: u64,
+    /// Files of the ring that were removed before their time, for want of room on the disk.
+    pub segments_given_way: u64,
+    /// The disk has no room for the whole ring, and the ring gives way to results.
+    pub gives_way: bool,
     /// Files that an earlier run had left without an end, and that were closed.
     pub segments_repaired: u64,
 }

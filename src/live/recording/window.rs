@@ -19,7 +19,7 @@ use crate::window::{Window, WindowEnd};
 /// A window as it was.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedWindow {
-    /// [`Window::number`].
+    /// Windows opened before this one since the stream began.
     pub number: u64,
     /// Sequence number of the first sample.
     pub first_sequence: u64,

@@ -6,18 +6,9 @@ use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use super::StreamError;
 use super::node::StreamNode;
-
-/// The longest document \[bytes\]: an estimate of 100 parameters takes about 15 kB.
-pub const MAX_DOCUMENT_BYTES: usize = 64 * 1024;
-/// Processes that read a topic.
-const MAX_READERS: usize = 4;
-/// Documents that wait for a reader; older ones give way.
-const BUFFER: usize = 2;
-/// Shared memory of one writer of a topic \[bytes\]: readers × (buffer + borrowed) + history + loaned.
-pub(super) const DOCUMENT_WRITER_BYTES: u64 =
-    (MAX_READERS * (BUFFER + 1) + 1 + 1) as u64 * (MAX_DOCUMENT_BYTES as u64 + 128);
+use super::options::MAX_DOCUMENT_BYTES;
+use super::{StreamError, options};
 
 /// What the documents are about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,14 +38,35 @@ fn service(node: &StreamNode, topic: Topic) -> Result<(String, DocumentService),
         .publish_subscribe::<[u8]>()
         // The acquisition and the estimation of a cell may be two processes, each with a status.
         .max_publishers(2)
-        .max_subscribers(MAX_READERS)
+        .max_subscribers(options::MAX_DOCUMENT_READERS)
         .history_size(1)
-        .subscriber_max_buffer_size(BUFFER)
+        .subscriber_max_buffer_size(options::DOCUMENT_BUFFER)
         .subscriber_max_borrowed_samples(1)
         .enable_safe_overflow(true)
         .open_or_create()
         .map_err(|cause| StreamError::service(&name, cause))?;
     Ok((name, service))
+}
+
+impl StreamNode {
+    /// The writing end of a topic.
+    ///
+    /// # Errors
+    /// As [`Self::sample_writer`].
+    pub fn document_writer(&self, topic: Topic) -> Result<DocumentWriter, StreamError> {
+        self.check_room(options::DOCUMENT_WRITER_BYTES)?;
+        let writer = DocumentWriter::new(self, topic)?;
+        self.prefault()?;
+        Ok(writer)
+    }
+
+    /// A reading end of a topic.
+    ///
+    /// # Errors
+    /// As [`Self::sample_reader`].
+    pub fn document_reader(&self, topic: Topic) -> Result<DocumentReader, StreamError> {
+        DocumentReader::new(self, topic)
+    }
 }
 
 /// The writing end of a topic. A late reader gets the last document when the writer next publishes
@@ -66,7 +78,7 @@ pub struct DocumentWriter {
 }
 
 impl DocumentWriter {
-    pub(super) fn new(node: &StreamNode, topic: Topic) -> Result<Self, StreamError> {
+    fn new(node: &StreamNode, topic: Topic) -> Result<Self, StreamError> {
         let (name, service) = service(node, topic)?;
         let publisher = service
             .publisher_builder()
@@ -119,7 +131,7 @@ pub struct DocumentReader {
 }
 
 impl DocumentReader {
-    pub(super) fn new(node: &StreamNode, topic: Topic) -> Result<Self, StreamError> {
+    fn new(node: &StreamNode, topic: Topic) -> Result<Self, StreamError> {
         let (name, service) = service(node, topic)?;
         let subscriber = service
             .subscriber_builder()

@@ -8,11 +8,8 @@ use iceoryx2::prelude::{
     SignalHandlingMode, ipc, set_log_level,
 };
 
-use super::document::{DOCUMENT_WRITER_BYTES, DocumentReader, DocumentWriter, Topic};
 use super::options::MANAGEMENT_BYTES;
 use super::prefault::{SHARED_MEMORY, check_free, populate};
-use super::reader::SampleReader;
-use super::writer::{Pace, SampleWriter};
 use super::{StreamError, StreamOptions};
 
 /// Membership in the network: makes the ports. Ports stay on the thread that made them, so each
@@ -45,49 +42,6 @@ impl StreamNode {
         Ok(Self { node, options: options.clone() })
     }
 
-    /// The writing end of the samples; a cell has one.
-    ///
-    /// # Errors
-    /// [`StreamError::SharedMemoryFull`], [`StreamError::Service`], [`StreamError::Port`] (another
-    /// acquisition runs), [`StreamError::Prefault`].
-    pub fn sample_writer(&self, pace: Pace) -> Result<SampleWriter, StreamError> {
-        let needed = self.options.samples_bytes() + MANAGEMENT_BYTES;
-        check_free(Path::new(SHARED_MEMORY), needed)?;
-        let writer = SampleWriter::new(self, pace)?;
-        self.prefault()?;
-        Ok(writer)
-    }
-
-    /// A reading end of the samples. It sees what is sent from now on.
-    ///
-    /// # Errors
-    /// [`StreamError::Service`], [`StreamError::Port`].
-    pub fn sample_reader(self) -> Result<SampleReader, StreamError> {
-        let reader = SampleReader::new(self)?;
-        reader.prefault()?;
-        Ok(reader)
-    }
-
-    /// The writing end of a topic.
-    ///
-    /// # Errors
-    /// As [`Self::sample_writer`].
-    pub fn document_writer(&self, topic: Topic) -> Result<DocumentWriter, StreamError> {
-        let needed = DOCUMENT_WRITER_BYTES + MANAGEMENT_BYTES;
-        check_free(Path::new(SHARED_MEMORY), needed)?;
-        let writer = DocumentWriter::new(self, topic)?;
-        self.prefault()?;
-        Ok(writer)
-    }
-
-    /// A reading end of a topic.
-    ///
-    /// # Errors
-    /// As [`Self::sample_reader`].
-    pub fn document_reader(&self, topic: Topic) -> Result<DocumentReader, StreamError> {
-        DocumentReader::new(self, topic)
-    }
-
     /// The options it was made with.
     pub fn options(&self) -> &StreamOptions {
         &self.options
@@ -99,6 +53,11 @@ impl StreamNode {
         if cleaned.cleanups > 0 {
             tracing::warn!(processes = cleaned.cleanups, "cleaned up after processes that died");
         }
+    }
+
+    /// Whether shared memory has room for a port with so much payload \[bytes\].
+    pub(super) fn check_room(&self, bytes: u64) -> Result<(), StreamError> {
+        check_free(Path::new(SHARED_MEMORY), bytes + MANAGEMENT_BYTES)
     }
 
     pub(super) fn prefault(&self) -> Result<(), StreamError> {

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use didim_core::sample::MAX_JOINTS;
 
 use super::StreamError;
-use super::document::DOCUMENT_WRITER_BYTES;
 use super::message::{BATCH_SAMPLES, SampleBatch};
 
 /// Folder of the library's files in a service's runtime folder.
@@ -53,6 +52,17 @@ pub const MAX_BORROWED: usize = 2;
 pub const MAX_LOANED: usize = 1;
 /// After this long without a batch a reader looks for dead processes and cleans up after them.
 pub const DEAD_NODE_DEADLINE: Duration = Duration::from_secs(1);
+
+/// The longest document \[bytes\]: an estimate of 100 parameters takes about 15 kB.
+pub const MAX_DOCUMENT_BYTES: usize = 64 * 1024;
+/// Processes that read a topic of documents.
+pub(super) const MAX_DOCUMENT_READERS: usize = 4;
+/// Documents that wait for a reader; older ones give way.
+pub(super) const DOCUMENT_BUFFER: usize = 2;
+/// Shared memory of one writer of a topic \[bytes\]: readers × (buffer + borrowed) + history + loaned.
+pub(super) const DOCUMENT_WRITER_BYTES: u64 = (MAX_DOCUMENT_READERS * (DOCUMENT_BUFFER + 1) + 1 + 1)
+    as u64
+    * (MAX_DOCUMENT_BYTES as u64 + 128);
 
 /// Where a cell's stream is and how much it holds.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,7 +16,7 @@ use rustix::mm::{Advice, madvise};
 use super::StreamError;
 
 /// Where the library's segments lie.
-pub(super) const SHARED_MEMORY: &str = "/dev/shm";
+pub const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Populates every writable mapping of this process whose file in [`SHARED_MEMORY`] begins with
 /// `prefix`; returns their size \[bytes\]. A kernel before 5.14 does not know how: 0, and the pages

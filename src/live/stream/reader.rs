@@ -70,6 +70,18 @@ pub(super) fn acknowledgement_service(
     Ok((name, service))
 }
 
+impl StreamNode {
+    /// A reading end of the samples. It sees what is sent from now on.
+    ///
+    /// # Errors
+    /// [`StreamError::Service`], [`StreamError::Port`].
+    pub fn sample_reader(self) -> Result<SampleReader, StreamError> {
+        let reader = SampleReader::new(self)?;
+        reader.node.prefault()?;
+        Ok(reader)
+    }
+}
+
 /// A reading end.
 #[derive(Debug)]
 pub struct SampleReader {
@@ -115,7 +127,7 @@ impl Batch {
 }
 
 impl SampleReader {
-    pub(super) fn new(node: StreamNode) -> Result<Self, StreamError> {
+    fn new(node: StreamNode) -> Result<Self, StreamError> {
         let (name, acknowledgements) = acknowledgement_service(&node)?;
         let acknowledgements = acknowledgements
             .publisher_builder()
@@ -208,9 +220,5 @@ impl SampleReader {
             .send_copy(Acknowledgement { session, batches })
             .map(|_| ())
             .map_err(|cause| StreamError::transport("sending", "acknowledgements", cause))
-    }
-
-    pub(super) fn prefault(&self) -> Result<(), StreamError> {
-        self.node.prefault()
     }
 }

@@ -27,6 +27,20 @@ pub enum Pace {
     Replay,
 }
 
+impl StreamNode {
+    /// The writing end of the samples; a cell has one.
+    ///
+    /// # Errors
+    /// [`StreamError::SharedMemoryFull`], [`StreamError::Service`], [`StreamError::Port`] (another
+    /// acquisition runs), [`StreamError::Prefault`].
+    pub fn sample_writer(&self, pace: Pace) -> Result<SampleWriter, StreamError> {
+        self.check_room(self.options().samples_bytes())?;
+        let writer = SampleWriter::new(self, pace)?;
+        self.prefault()?;
+        Ok(writer)
+    }
+}
+
 /// The writing end. Each sample is written once, into the slot that the reader will read.
 ///
 /// [`Self::write`] neither allocates nor locks, but for the first sample of a batch: the library
@@ -51,7 +65,7 @@ pub struct SampleWriter {
 }
 
 impl SampleWriter {
-    pub(super) fn new(node: &StreamNode, pace: Pace) -> Result<Self, StreamError> {
+    fn new(node: &StreamNode, pace: Pace) -> Result<Self, StreamError> {
         let options = node.options();
         let (name, service) = sample_service(node)?;
         let publisher = service

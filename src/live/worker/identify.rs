@@ -11,8 +11,9 @@ use super::configuration::Identifier;
 use super::records::Records;
 use super::run::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
+use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::ResultRecord;
+use crate::archive::store::{Beside, StoreError, WindowProvenance, input_sha256};
 use crate::live::recording::{Keeper, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -87,7 +88,9 @@ impl Identification {
                 // Ports stay on the thread that makes them.
                 let node = StreamNode::join(&options.stream)?;
                 let estimates = node.document_writer(Topic::Estimates)?;
-                let mut job = Job { options, records, estimates, shared: job_shared, keeper };
+                let unstored = Unstored::default();
+                let shared = job_shared;
+                let mut job = Job { options, records, estimates, shared, keeper, unstored };
                 job.run(&windows);
                 Ok(())
             })
@@ -178,6 +181,7 @@ struct Job {
     estimates: DocumentWriter,
     shared: SharedEstimation,
     keeper: Option<Keeper>,
+    unstored: Unstored,
 }
 
 impl Job {
@@ -186,9 +190,16 @@ impl Job {
         loop {
             let Queued { window, identifier } = match windows.recv_timeout(WELCOME_EVERY) {
                 Ok(queued) => queued,
-                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Disconnected) => return self.finish(),
                 Err(RecvTimeoutError::Timeout) => {
                     self.look();
+                    if let Some(records) = &mut self.records {
+                        // Why it was refused is logged; it is tried again.
+                        let _ = records.settle();
+                    }
+                    if self.unstored.is_due(Instant::now()) {
+                        self.store_waiting();
+                    }
                     if let Err(cause) = self.estimates.welcome() {
                         tracing::debug!("{cause}");
                     }
@@ -228,25 +239,6 @@ impl Job {
         if !self.shared.claim(window.number) {
             return Err(Rejection::Stopped);
         }
-        let record =
-            ResultRecord::new(&self.options.stream.cell, identifier.sha256(), window, &estimate);
-        let json = match &mut self.records {
-            Some(records) => records
-                .take(&record, report.as_deref(), window.note.clone(), identifier.records())
-                .map(|stored| {
-                    if let Some(keeper) = &self.keeper {
-                        let window = RecordedWindow::of(window, identifier.sha256());
-                        keeper.keep_result(stored.number, &window);
-                    }
-                    stored.json
-                }),
-            None => serde_json::to_vec(&record).map_err(Into::into),
-        };
-        let json = json.map_err(|why| Rejection::NotStored { why: why.to_string() })?;
-        // The result is safe on disk; who listens in may miss it.
-        if let Err(cause) = self.estimates.publish(&json) {
-            tracing::warn!("the estimate of window {} is not published: {cause}", window.number);
-        }
         tracing::info!(
             window = window.number,
             samples = window.counted.len(),
@@ -254,12 +246,97 @@ impl Job {
             applicable = estimate.verdict.applicable,
             "window identified"
         );
+        let options = identifier.records().clone();
+        let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
+        let dropped = self.unstored.add(Finished {
+            cell: self.options.stream.cell.clone(),
+            configuration: identifier.sha256().to_owned(),
+            input_sha256: input_sha256(window),
+            provenance: WindowProvenance::of(window),
+            summary: EstimateSummary::new(window, &estimate),
+            rejected: RejectedWindow::new(window, Rejection::Stopped),
+            recorded: RecordedWindow::of(window, identifier.sha256()),
+            beside: Beside { report, note, regrouping },
+            options,
+            estimate,
+        });
+        if let Some(oldest) = dropped {
+            self.give_up(oldest, "too many results waited for the disk");
+        }
+        self.store_waiting();
+        Ok(())
+    }
+
+    /// Stores and tells what waits, until the disk refuses.
+    fn store_waiting(&mut self) {
+        let mut why = None;
+        while let Some(finished) = self.unstored.first(Instant::now()) {
+            let record = finished.record();
+            let stored = match &mut self.records {
+                Some(records) => records.take(&record, &finished.beside, &finished.options),
+                None => {
+                    let json = serde_json::to_vec(&record).map_err(StoreError::from);
+                    self.publish(json);
+                    continue;
+                }
+            };
+            match stored {
+                Ok(stored) => {
+                    if let Some(keeper) = &self.keeper {
+                        keeper.keep_result(stored.number, &finished.recorded);
+                    }
+                    self.publish(Ok(stored.json));
+                }
+                Err(error) => {
+                    why = Some(error.to_string());
+                    break;
+                }
+            }
+        }
+        let mut status = self.shared.update();
+        status.results_waiting = self.unstored.len() as u64;
+        if why.is_some() && why != status.results_wait_for {
+            tracing::warn!(
+                "a result is not stored, and is tried again: {}",
+                why.as_deref().unwrap_or_default()
+            );
+        }
+        status.results_wait_for = why;
+    }
+
+    /// Tells of the oldest result that waited: it is stored, or is only published, or has no form.
+    fn publish(&mut self, json: Result<Vec<u8>, StoreError>) {
+        let Some(finished) = self.unstored.take_first() else { return };
+        let json = match json {
+            Ok(json) => json,
+            Err(why) => return self.give_up(finished, &why.to_string()),
+        };
+        // The result is safe on disk; who listens in may miss it.
+        if let Err(cause) = self.estimates.publish(&json) {
+            let window = finished.summary.window;
+            tracing::warn!("the estimate of window {window} is not published: {cause}");
+        }
         let mut status = self.shared.update();
         status.windows_identified += 1;
-        status.last_estimate = Some(EstimateSummary::new(window, &estimate));
+        status.last_estimate = Some(finished.summary);
         if let Some(records) = &self.records {
             records.tell(&mut status);
         }
-        Ok(())
+    }
+
+    /// A result is lost.
+    fn give_up(&self, finished: Finished, why: &str) {
+        let rejection = Rejection::NotStored { why: why.to_owned() };
+        self.shared.reject(RejectedWindow { rejection, ..finished.rejected });
+    }
+
+    /// A last attempt at the end; what the disk refuses then is lost, and counted.
+    fn finish(&mut self) {
+        self.store_waiting();
+        let why = self.shared.update().results_wait_for.take().unwrap_or_default();
+        while let Some(finished) = self.unstored.take_first() {
+            self.give_up(finished, &why);
+        }
+        self.shared.update().results_waiting = 0;
     }
 }

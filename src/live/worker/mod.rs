@@ -13,6 +13,7 @@ mod records;
 mod run;
 mod silence;
 mod state;
+mod unstored;
 mod window;
 mod windower;
 

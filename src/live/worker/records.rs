@@ -7,10 +7,8 @@ use super::EstimationStatus;
 use super::run::WorkerOptions;
 use crate::archive::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::archive::store::{
-    ConfigurationTexts, HISTORY_SCHEMA, HistoryLine, ParameterValue, RECENT_LINES, ResultRecord,
-    Store, StoreError, Stored, Timestamp,
+    Beside, ConfigurationTexts, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
 };
-use crate::window::Note;
 
 /// What is kept beside the results, so that they can be made again and compared.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -90,6 +88,11 @@ impl Records {
         true
     }
 
+    /// Writes what the history lacks.
+    pub(super) fn settle(&mut self) -> Result<(), StoreError> {
+        self.store.settle()
+    }
+
     /// Tells the status of the drift and of what hinders its judgement.
     pub(super) fn tell(&self, status: &mut EstimationStatus) {
         status.drift = self.drift();
@@ -130,47 +133,23 @@ impl Records {
     pub(super) fn take(
         &mut self,
         record: &ResultRecord<'_>,
-        report: Option<&str>,
-        note: Option<Note>,
+        beside: &Beside,
         options: &RecordOptions,
     ) -> Result<Stored, StoreError> {
         // Before the result that refers to it.
         let configured = self.store.keep_configuration(record.configuration, &options.texts);
-        let stored = self.store.write(record, report)?;
-        let line = line(stored.number, record, note, &options.regrouping);
-        if !line.time.is_set() {
+        let stored = self.store.write(record, beside)?;
+        if !stored.line.time.is_set() {
             tracing::warn!(
                 "the clock is not set: result {} will be no part of plots and trends",
-                line.result
+                stored.number
             );
         }
-        for problem in [configured.err(), self.store.remember(&line).err()].into_iter().flatten() {
+        if let Err(problem) = configured {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
-        self.follow(line, options.drift);
+        self.follow(stored.line.clone(), options.drift);
         Ok(stored)
-    }
-}
-
-fn line(
-    result: u64,
-    record: &ResultRecord<'_>,
-    note: Option<Note>,
-    regrouping: &str,
-) -> HistoryLine {
-    let estimate = record.estimate;
-    HistoryLine {
-        schema: HISTORY_SCHEMA,
-        time: Timestamp::now(),
-        result,
-        robot: estimate.robot.clone(),
-        configuration: record.configuration.to_owned(),
-        regrouping: regrouping.to_owned(),
-        method: estimate.method.clone(),
-        applicable: estimate.verdict.applicable,
-        relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
-        note,
-        parameters: ParameterValue::of(estimate),
     }
 }
 

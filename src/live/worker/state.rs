@@ -104,6 +104,11 @@ pub struct EstimationStatus {
     pub windows_identified: u64,
     /// Windows rejected, by cause.
     pub windows_rejected: BTreeMap<String, u64>,
+    /// Results that are not on disk yet, and are tried again.
+    pub results_waiting: u64,
+    /// Why they are not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub results_wait_for: Option<String>,
     /// Windows waiting for the identification or in it.
     pub windows_pending: u64,
     /// The first rejection.

@@ -136,6 +136,7 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
             status.windows_opened, status.windows_identified, status.windows_pending
         ),
     );
+    rows.counted("results not stored yet", status.results_waiting);
     if let Some(kept) = &status.kept_recordings {
         kept_rows(rows, kept);
     }
@@ -190,6 +191,7 @@ fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
     }
     rows.counted("frames unrecorded", status.frames_unrecorded);
     rows.counted("recording failures", status.write_errors);
+    rows.counted("recordings given way", status.segments_given_way);
 }
 
 fn kept_rows(rows: &mut Rows, status: &KeptStatus) {

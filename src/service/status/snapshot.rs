@@ -114,6 +114,13 @@ impl Health {
                 let why = recording.why.as_deref().unwrap_or("see the log");
                 reasons.push(format!("the bus is not recorded: {why}"));
             }
+            if let Some(recording) = &acquisition.recording
+                && recording.gives_way
+            {
+                let why = "the disk is nearly full: the ring of recordings gives way to results; \
+                           make room on the disk, or have a smaller ring";
+                reasons.push(why.to_owned());
+            }
             let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
             if let (Some(granted), Some(asked)) = buffer
                 && granted < asked
@@ -141,6 +148,10 @@ impl Health {
                     "the last estimate is not applicable: {}",
                     estimate.reasons.join("; ")
                 ));
+            }
+            if let Some(why) = &estimation.results_wait_for {
+                let waiting = estimation.results_waiting;
+                reasons.push(format!("{waiting} results wait to be stored: {why}"));
             }
             if let Some(why) = &estimation.baseline_unreadable {
                 reasons.push(format!(

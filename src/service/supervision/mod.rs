@@ -9,7 +9,6 @@ mod manager;
 mod readiness;
 mod reload;
 mod running;
-mod signals;
 mod supervise;
 mod threads;
 
@@ -99,7 +98,7 @@ impl Parts {
 /// How the service ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServiceEnd {
-    /// By SIGTERM or SIGINT.
+    /// By SIGTERM or SIGINT, or by SIGHUP where there is nothing to read again.
     Signal,
     /// The log, or the simulated arm, is at its end, and every window is dealt with.
     SourceEnded,

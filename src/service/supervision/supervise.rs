@@ -11,10 +11,10 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use super::manager::Manager;
 use super::reload::{Event, Reload, Reloader};
 use super::running::Running;
-use super::signals::{Signals, Told};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
 use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
+use crate::signals::{Signals, Told};
 
 /// How often the status is taken.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
@@ -60,7 +60,8 @@ async fn supervise(
     if options.control.is_some() && matches!(parts, Parts::Acquisition(_)) {
         return Err(ServiceError::NothingToControl);
     }
-    let mut signals = Signals::register(reload.is_some())?;
+    let mut signals = Signals::register(reload.is_some())
+        .map_err(|cause| ServiceError::System { action: "register for signals", cause })?;
     let mut manager = Manager::from_environment();
     // First the sockets: they tell a second service of the same cell from the first.
     let status_socket = listen(options.status.as_ref())?;

@@ -39,6 +39,14 @@ pub enum McapWriteError {
     Format(::mcap::McapError),
 }
 
+impl McapWriteError {
+    /// Whether there is no room for it.
+    pub fn is_full(&self) -> bool {
+        use std::io::ErrorKind::{QuotaExceeded, StorageFull};
+        matches!(self, Self::Output(error) if matches!(error.kind(), StorageFull | QuotaExceeded))
+    }
+}
+
 impl From<::mcap::McapError> for McapWriteError {
     fn from(error: ::mcap::McapError) -> Self {
         match error {

@@ -125,7 +125,8 @@ impl Source for SocketCanSource {
     }
 
     fn counters(&self) -> SourceCounters {
-        self.links.iter().map(|link| link.report().counters).fold(SourceCounters::default(), sum)
+        let counters = self.links.iter().map(|link| link.report().counters);
+        counters.fold(SourceCounters::default(), SourceCounters::plus)
     }
 
     fn interfaces(&self) -> &[InterfaceName] {
@@ -134,17 +135,5 @@ impl Source for SocketCanSource {
 
     fn stamp_clock(&self) -> StampClock {
         StampClock::Realtime
-    }
-}
-
-fn sum(a: SourceCounters, b: SourceCounters) -> SourceCounters {
-    SourceCounters {
-        frames: a.frames + b.frames,
-        queue_drops: a.queue_drops + b.queue_drops,
-        error_frames: a.error_frames + b.error_frames,
-        link_down: a.link_down + b.link_down,
-        reopened: a.reopened + b.reopened,
-        passed_over: a.passed_over + b.passed_over,
-        stamped_late: a.stamped_late + b.stamped_late,
     }
 }

@@ -1,7 +1,7 @@
 //! The file of the history: appended to, synced, bounded; a line that was torn is passed over.
 
 use std::collections::VecDeque;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -9,9 +9,9 @@ use serde::Deserialize;
 
 use super::{HISTORY_SCHEMA, HistoryLine};
 use crate::archive::store::{StoreError, at};
+use crate::files::{remove_leftovers, replace};
 
 const NAME: &str = "history.jsonl";
-const TEMPORARY: &str = ".history.tmp";
 /// The longest line \[bytes\]: 1,000 parameters and a note take a tenth of it.
 const MAX_LINE: u64 = 1 << 20;
 
@@ -66,25 +66,29 @@ struct Scan {
     lines: usize,
     /// Lines that could not be read, those of a later version among them.
     passed_over: usize,
+    /// The number of the result of the last line of ours, where that says so.
+    last_result: Option<u64>,
 }
 
 /// What every version of a line has.
 #[derive(Deserialize)]
 struct Version {
     schema: u32,
+    #[serde(default)]
+    result: Option<u64>,
 }
 
-/// A line of ours: as it is read, or nothing when a later version wrote it. An older program, put back
+/// A line of ours, its result's number and itself: as it is read, or nothing when a later version wrote it. An older program, put back
 /// into its place, does not understand such a line, and keeps it for the newer one.
-fn understand(text: &[u8]) -> Option<Option<HistoryLine>> {
+fn understand(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
     let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
-    let schema = match &line {
-        Some(line) => line.schema,
-        None => serde_json::from_slice::<Version>(text).ok()?.schema,
+    let Version { schema, result } = match &line {
+        Some(line) => Version { schema: line.schema, result: Some(line.result) },
+        None => serde_json::from_slice(text).ok()?,
     };
     match schema {
-        HISTORY_SCHEMA => line.map(Some),
-        later if later > HISTORY_SCHEMA => Some(None),
+        HISTORY_SCHEMA => line.map(|line| (result, Some(line))),
+        later if later > HISTORY_SCHEMA => Some((result, None)),
         _ => None,
     }
 }
@@ -106,8 +110,9 @@ fn scan(file: File, mut take: impl FnMut(&[u8], Option<HistoryLine>)) -> io::Res
             scan.whole = scan.length;
         }
         match understand(&line).filter(|_| whole) {
-            Some(known) => {
+            Some((result, known)) => {
                 scan.lines += 1;
+                scan.last_result = result;
                 scan.passed_over += usize::from(known.is_none());
                 take(&line, known);
             }
@@ -124,6 +129,8 @@ pub(in crate::archive::store) struct HistoryFile {
     /// Bytes of the whole lines: what is behind them is an append that failed.
     length: u64,
     lines: usize,
+    /// As in the file when it was opened.
+    last_result: Option<u64>,
     /// Lines to keep.
     keep: usize,
 }
@@ -137,12 +144,7 @@ impl HistoryFile {
         recent: usize,
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         let path = folder.join(NAME);
-        match fs::remove_file(folder.join(TEMPORARY)) {
-            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                return Err(at("remove", &folder.join(TEMPORARY))(cause));
-            }
-            _ => {}
-        }
+        remove_leftovers(folder, |name| name == NAME).map_err(at("tidy the folder", folder))?;
         let mut last = VecDeque::new();
         let scan = match File::open(&path) {
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Scan::default(),
@@ -170,6 +172,7 @@ impl HistoryFile {
             path,
             length: scan.whole,
             lines: scan.lines,
+            last_result: scan.last_result,
             keep: keep.max(1),
         };
         if scan.whole < scan.length {
@@ -179,7 +182,8 @@ impl HistoryFile {
     }
 
     /// Appends a line and syncs it. When it is a tenth more than the lines to keep, the oldest are
-    /// removed: not with each result, for that writes the whole file.
+    /// removed: not with each result, for that writes the whole file. A failure of that is only
+    /// logged, for the line is there.
     pub(in crate::archive::store) fn append(
         &mut self,
         line: &HistoryLine,
@@ -204,10 +208,19 @@ impl HistoryFile {
         }
         self.length += json.len() as u64;
         self.lines += 1;
-        if is_new {
-            self.sync_folder()?;
+        let synced = if is_new { self.sync_folder() } else { Ok(()) };
+        let many = self.lines > self.keep + self.keep / 10;
+        let tidied = if many { self.remove_oldest() } else { Ok(()) };
+        for problem in [synced.err(), tidied.err()].into_iter().flatten() {
+            tracing::warn!("the history has its line, but: {problem}");
         }
-        if self.lines > self.keep + self.keep / 10 { self.remove_oldest() } else { Ok(()) }
+        Ok(())
+    }
+
+    /// Whether a result with this number came after the last line, when the file was opened. Of lines
+    /// that do not say whose they are nothing is known.
+    pub(in crate::archive::store) fn lacks(&self, result: u64) -> bool {
+        self.last_result.map_or(self.lines == 0, |last| result > last)
     }
 
     /// Finds the end of a file that is not as this writer left it. Somebody else put lines into it,
@@ -226,7 +239,7 @@ impl HistoryFile {
         cut.map_err(at("cut a torn line off", &self.path))
     }
 
-    /// Writes the lines to keep beside the file, as they are, and renames them to it.
+    /// Writes the lines to keep in the place of the file, as they are.
     fn remove_oldest(&mut self) -> Result<(), StoreError> {
         let mut kept = VecDeque::new();
         let file = File::open(&self.path).map_err(at("read", &self.path))?;
@@ -238,14 +251,10 @@ impl HistoryFile {
         });
         scanned.map_err(at("read", &self.path))?;
         let content = kept.iter().flatten().copied().collect::<Vec<u8>>();
-        let temporary = self.folder.join(TEMPORARY);
-        let written = File::create(&temporary)
-            .and_then(|mut file| file.write_all(&content).and_then(|()| file.sync_all()));
-        written.map_err(at("write", &temporary))?;
-        fs::rename(&temporary, &self.path).map_err(at("rename the history to", &self.path))?;
+        replace(&self.path, |out| out.write_all(&content)).map_err(at("write", &self.path))?;
         self.length = content.len() as u64;
         self.lines = kept.len();
-        self.sync_folder()
+        Ok(())
     }
 
     fn sync_folder(&self) -> Result<(), StoreError> {

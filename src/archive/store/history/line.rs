@@ -3,7 +3,7 @@
 use didim_core::identification::Estimate;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::super::Timestamp;
+use super::super::{Beside, ResultRecord, Timestamp};
 use crate::window::Note;
 
 /// Version of a line's layout: it changes when a key changes its meaning or goes away.
@@ -71,6 +71,24 @@ pub struct HistoryLine {
 }
 
 impl HistoryLine {
+    /// That of a result which is stored now under a number.
+    pub fn of(result: u64, record: &ResultRecord<'_>, beside: &Beside) -> Self {
+        let estimate = record.estimate;
+        Self {
+            schema: HISTORY_SCHEMA,
+            time: Timestamp::now(),
+            result,
+            robot: estimate.robot.clone(),
+            configuration: record.configuration.to_owned(),
+            regrouping: beside.regrouping.clone(),
+            method: estimate.method.clone(),
+            applicable: estimate.verdict.applicable,
+            relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
+            note: beside.note.clone(),
+            parameters: ParameterValue::of(estimate),
+        }
+    }
+
     /// A parameter by its name.
     pub fn parameter(&self, name: &str) -> Option<&ParameterValue> {
         self.parameters.iter().find(|parameter| parameter.name == name)

@@ -95,7 +95,7 @@ fn an_append_that_failed_half_way_leaves_no_trace() {
 #[test]
 fn the_oldest_lines_go_and_nothing_is_left_beside() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join(".history.tmp"), "half").unwrap();
+    fs::write(folder.path().join(".history.jsonl.a1B2c3.tmp"), "half").unwrap();
     append(folder.path(), 20, 0..23);
     // One more than 20 and a tenth: back to 20.
     assert_eq!(numbers(folder.path()).0, (3..23).collect::<Vec<_>>());

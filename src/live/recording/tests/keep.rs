@@ -1,8 +1,8 @@
 //! What is kept of a ring.
 
 use super::*;
-use crate::live::recording::keeper::Request;
-use crate::live::recording::keeping::Keeping;
+use crate::live::recording::archive::Archive;
+use crate::live::recording::request::Request;
 use crate::window::WindowEnd;
 
 /// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
@@ -110,7 +110,7 @@ fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
 #[test]
 fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
     let recorded = Recorded::of(0..100);
-    let mut keeping = Keeping {
+    let mut keeping = Archive {
         ring: recorded.folder.path().join("ring"),
         kept: recorded.folder.path().join("kept"),
         options: recorded.options.clone(),

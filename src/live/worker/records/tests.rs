@@ -58,7 +58,7 @@ fn take_with(records: &mut Records, fc3: f64, drift: DriftOptions) {
     };
     let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
     let options = RecordOptions { drift, ..RecordOptions::default() };
-    records.take(&record, None, None, &options).unwrap();
+    records.take(&record, &Beside::default(), &options).unwrap();
 }
 
 fn set_baseline(folder: &Path, result: usize) {

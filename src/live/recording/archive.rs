@@ -7,9 +7,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
-use super::keeper::{CaptureError, QUEUE, Request, SharedKept, lock};
 use super::kept::{KeptFolder, Kind};
 use super::options::RecordingOptions;
+use super::request::{CaptureError, QUEUE, Request, SharedKept, lock};
 use super::ring::RingError;
 
 /// How often the ring is looked at while something waits for it.
@@ -46,7 +46,7 @@ pub(super) struct Capture {
 }
 
 /// The state of the thread.
-pub(super) struct Keeping {
+pub(super) struct Archive {
     pub(super) ring: PathBuf,
     pub(super) kept: PathBuf,
     pub(super) options: RecordingOptions,
@@ -66,7 +66,7 @@ enum KeepError {
     TooLarge { bytes: u64 },
 }
 
-impl Keeping {
+impl Archive {
     pub(super) fn run(&mut self, requests: &Receiver<Request>, ending: &AtomicBool) {
         self.count();
         let mut since: Option<Instant> = None;
@@ -231,12 +231,9 @@ impl Keeping {
                 return Err(KeepError::TooLarge { bytes: found.bytes });
             }
             let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
-            let extracted = extract(&found, &folder.temporary(), &one.more);
-            if extracted.is_err() {
-                folder.discard();
-            }
-            let frames = extracted?;
-            let path = folder.add(one.kind, number, &one.label)?;
+            let path = folder.path(one.kind, number, &one.label);
+            let frames = extract(&found, &path, &one.more)?;
+            folder.prune(one.kind)?;
             Ok((path, frames))
         });
         match kept {

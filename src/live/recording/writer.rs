@@ -11,8 +11,8 @@ use didim_drivers::source::mcap::{McapInfo, McapWriteError};
 use didim_drivers::source::{McapWriter, StampClock};
 use rtrb::Consumer;
 
+use super::options::RecorderOptions;
 use super::output::Output;
-use super::recorder::RecorderOptions;
 use super::ring::{Ring, RingError};
 use super::status::{RecordingState, SharedRecording};
 use super::tap::Recorded;
@@ -40,10 +40,25 @@ enum WritingError {
     Write { path: PathBuf, source: McapWriteError },
     #[error("the ring of {limit} bytes has no room for one file: raise service.recordings.ring_mb")]
     TooSmall { limit: u64 },
+    #[error(
+        "the disk of {} is nearly full, and the ring has given way to results; make room on it",
+        folder.display()
+    )]
+    Short { folder: PathBuf },
+}
+
+impl WritingError {
+    fn is_full(&self) -> bool {
+        match self {
+            Self::Ring(error) => error.is_full(),
+            Self::Write { source, .. } => source.is_full(),
+            Self::TooSmall { .. } | Self::Short { .. } => false,
+        }
+    }
 }
 
 /// The state of the thread.
-pub(super) struct Writing {
+pub(super) struct RingWriter {
     options: RecorderOptions,
     info: McapInfo,
     clock: StampClock,
@@ -54,18 +69,22 @@ pub(super) struct Writing {
     /// When to try again after a failure.
     retry: Option<Instant>,
     pause: Duration,
+    /// When the disk's room was last looked at.
+    looked: Instant,
 }
 
 /// The file being written.
 struct Current {
     writer: McapWriter<Box<dyn Output>>,
     path: PathBuf,
+    /// It is closed at this size \[bytes\].
+    largest: u64,
     opened: Instant,
     flushed: Instant,
     first_log_time: u64,
 }
 
-impl Writing {
+impl RingWriter {
     pub(super) fn new(
         options: RecorderOptions,
         info: McapInfo,
@@ -73,7 +92,8 @@ impl Writing {
         shared: SharedRecording,
     ) -> Self {
         let (ring, current, retry, pause) = (None, None, None, FIRST_PAUSE);
-        Self { options, info, clock, shared, ring, current, retry, pause }
+        let looked = Instant::now();
+        Self { options, info, clock, shared, ring, current, retry, pause, looked }
     }
 
     pub(super) fn run(&mut self, mut frames: Consumer<Recorded>) {
@@ -123,15 +143,61 @@ impl Writing {
     /// After a failure everything is opened anew, later.
     fn note(&mut self, done: Result<(), WritingError>) {
         let Err(error) = done else { return };
+        // What a full disk needs is room: the oldest file is worth less than what comes.
+        let room = error.is_full()
+            && self.ring.as_mut().is_some_and(|ring| ring.remove_oldest().unwrap_or(false));
         // Its chunks are on disk as far as they got there; the next attempt closes it.
         self.current = None;
         self.ring = None;
+        if room {
+            self.gave_way(1);
+            return;
+        }
         tracing::warn!("recording stops for {} s: {error}", self.pause.as_secs());
         self.retry = Some(Instant::now() + self.pause);
         self.pause = (2 * self.pause).min(LONGEST_PAUSE);
         let mut status = self.shared.update();
         status.write_errors += 1;
         (status.state, status.why) = (RecordingState::Failed, Some(error.to_string()));
+    }
+
+    /// Removes the oldest files, and at last the one being written, while the disk has less room than
+    /// is left to results.
+    fn give_way(&mut self) -> Result<(), WritingError> {
+        let Some(ring) = &mut self.ring else { return Ok(()) };
+        let mut removed = 0;
+        while ring.spare()? == 0 && ring.remove_oldest()? {
+            removed += 1;
+        }
+        if ring.spare()? == 0
+            && let Some(current) = self.current.take()
+        {
+            let path = current.path.clone();
+            drop(current);
+            removed += u64::from(std::fs::remove_file(path).is_ok());
+        }
+        let (left, written) =
+            (ring.spare()?, self.current.as_ref().map_or(0, |c| c.writer.bytes()));
+        let wanted = ring.limit().saturating_sub(ring.bytes().saturating_add(written));
+        self.shared.update().gives_way &= left < wanted;
+        self.gave_way(removed);
+        if left == 0 {
+            return Err(WritingError::Short { folder: self.options.folder.clone() });
+        }
+        Ok(())
+    }
+
+    fn gave_way(&self, files: u64) {
+        if files == 0 {
+            return;
+        }
+        tracing::warn!(
+            "{}: the disk is nearly full: {files} of the ring's files gave way; make room on it",
+            self.options.folder.display()
+        );
+        let mut status = self.shared.update();
+        status.segments_given_way += files;
+        status.gives_way = true;
     }
 
     fn open_ring(&mut self) -> Result<&mut Ring, WritingError> {
@@ -147,12 +213,9 @@ impl Writing {
     }
 
     fn write(&mut self, frame: &Frame, sequence: u32) -> Result<(), WritingError> {
-        let largest = (self.options.ring_bytes / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
-        if self
-            .current
-            .as_ref()
-            .is_some_and(|current| current.writer.frames() > 0 && current.writer.bytes() >= largest)
-        {
+        if self.current.as_ref().is_some_and(|current| {
+            current.writer.frames() > 0 && current.writer.bytes() >= current.largest
+        }) {
             self.close(true)?;
         }
         if self.current.is_none() {
@@ -186,13 +249,20 @@ impl Writing {
             info.offset_ns = now.realtime_ns.wrapping_sub(now.monotonic_ns).cast_signed();
         }
         let create = std::sync::Arc::clone(&self.options.create);
+        self.open_ring()?;
+        self.give_way()?;
         let path = self.open_ring()?.next_path();
         let failed = |source| WritingError::Write { path: path.clone(), source };
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
         let writer = McapWriter::new(file, &info).map_err(failed)?;
         let now = Instant::now();
+        // A ring for which the disk has no room is one of the size that it has.
+        let ring = self.open_ring()?;
+        let room = ring.limit().min(ring.bytes().saturating_add(ring.spare()?));
+        let largest = (room / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
         self.current = Some(Current {
             writer,
+            largest,
             path,
             opened: now,
             flushed: now,
@@ -201,8 +271,12 @@ impl Writing {
         Ok(())
     }
 
-    /// Closes chunks and files when they are due.
+    /// Closes chunks and files when they are due, and gives way to results.
     fn tend(&mut self, ended: bool) -> Result<(), WritingError> {
+        if self.looked.elapsed() >= FLUSH_EVERY {
+            self.looked = Instant::now();
+            self.give_way()?;
+        }
         let segment = self.options.segment;
         let Some(current) = &mut self.current else { return Ok(()) };
         let failed = |path: &Path, source| WritingError::Write { path: path.to_owned(), source };

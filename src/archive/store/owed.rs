@@ -1,0 +1,145 @@
+//! Lines of the history that are not in it yet: put aside on disk before their results are written.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+use std::{fs, io};
+
+use serde::Deserialize;
+
+use super::history::HistoryFile;
+use super::{HISTORY_SCHEMA, HistoryLine, ParameterValue, StoreError, Timestamp, at, write};
+use crate::files::read_bytes;
+
+const NAME: &str = ".owed.jsonl";
+/// Lines that may be owed: a disk that takes results and no line for longer loses the oldest.
+const MOST: usize = 1000;
+
+/// The lines, and their file, which is there as long as one is owed.
+#[derive(Debug)]
+pub(super) struct Owed {
+    path: PathBuf,
+    lines: VecDeque<HistoryLine>,
+}
+
+impl Owed {
+    pub(super) fn of(folder: &Path) -> Self {
+        Self { path: folder.join(NAME), lines: VecDeque::new() }
+    }
+
+    pub(super) fn is_name(name: &str) -> bool {
+        name == NAME
+    }
+
+    /// What a process before this one had put aside. A file that cannot be read owes nothing.
+    pub(super) fn read(&self) -> Vec<HistoryLine> {
+        let content = read_bytes(&self.path).unwrap_or_default();
+        let lines = content.split(|byte| *byte == b'\n');
+        lines.filter_map(|line| serde_json::from_slice(line).ok()).collect()
+    }
+
+    pub(super) fn lines(&self) -> impl ExactSizeIterator<Item = &HistoryLine> {
+        self.lines.iter()
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    pub(super) fn has(&self, result: u64) -> bool {
+        self.lines.iter().any(|line| line.result == result)
+    }
+
+    pub(super) fn add(&mut self, line: HistoryLine) {
+        self.lines.push_back(line);
+        if self.lines.len() > MOST {
+            tracing::warn!("the history could not be written for {MOST} results, and loses a line");
+            self.lines.pop_front();
+        }
+    }
+
+    /// The line that was added last has no result.
+    pub(super) fn take_back(&mut self) {
+        self.lines.pop_back();
+    }
+
+    /// Puts them aside on disk.
+    pub(super) fn write(&self) -> Result<(), StoreError> {
+        let mut content = Vec::new();
+        for line in &self.lines {
+            serde_json::to_writer(&mut content, line)?;
+            content.push(b'\n');
+        }
+        write(&self.path, &content)
+    }
+
+    /// Appends them to the history.
+    pub(super) fn settle(&mut self, history: &mut HistoryFile) -> Result<(), StoreError> {
+        if self.lines.is_empty() {
+            return Ok(());
+        }
+        while let Some(line) = self.lines.front() {
+            history.append(line)?;
+            self.lines.pop_front();
+        }
+        self.forget()
+    }
+
+    /// Nothing is owed: removes the file.
+    pub(super) fn forget(&self) -> Result<(), StoreError> {
+        match fs::remove_file(&self.path) {
+            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                Err(at("remove", &self.path)(cause))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Of a result's file, what its line of the history has.
+#[derive(Deserialize)]
+struct ResultFile {
+    configuration: String,
+    estimate: Estimate,
+}
+
+#[derive(Deserialize)]
+struct Estimate {
+    robot: String,
+    method: String,
+    relative_error: Option<f64>,
+    verdict: Verdict,
+    parameters: Vec<ParameterValue>,
+}
+
+#[derive(Deserialize)]
+struct Verdict {
+    applicable: bool,
+}
+
+/// The line of a result that has none, as far as its file tells: without what was noted with it. Its
+/// date is the file's; how its parameters are made up is what other lines say of its configuration.
+pub(super) fn line_of(
+    path: &Path,
+    number: u64,
+    others: &VecDeque<HistoryLine>,
+) -> Option<HistoryLine> {
+    let ResultFile { configuration, estimate } =
+        serde_json::from_slice(&fs::read(path).ok()?).ok()?;
+    let stored = fs::metadata(path).and_then(|data| data.modified()).ok()?;
+    let alike = others.iter().rev().find(|line| line.configuration == configuration);
+    let Estimate { robot, method, relative_error, verdict, parameters } = estimate;
+    Some(HistoryLine {
+        schema: HISTORY_SCHEMA,
+        time: Timestamp::from_unix_s(stored.duration_since(UNIX_EPOCH).ok()?.as_secs()),
+        result: number,
+        robot,
+        regrouping: alike.map(|line| line.regrouping.clone()).unwrap_or_default(),
+        configuration,
+        method,
+        applicable: verdict.applicable,
+        relative_error,
+        note: None,
+        parameters,
+    })
+}

@@ -1,0 +1,116 @@
+//! Folders of a service: of its own user, and of nobody else.
+
+use std::fs::{self, DirBuilder};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use rustix::process::geteuid;
+
+/// Anybody may write.
+const WRITABLE_BY_OTHERS: u32 = 0o002;
+
+/// Why a folder cannot be the service's.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// It cannot be made or looked at: check its parent's rights, or name another one.
+    #[error("{}: {cause}; check the rights on the folder above it, or name another one", folder.display())]
+    Io {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// Something else has the name.
+    #[error("{} is not a folder; name another one", folder.display())]
+    NotAFolder {
+        /// The path.
+        folder: PathBuf,
+    },
+    /// Whoever owns it may change what is in it.
+    #[error(
+        "{} belongs to user {owner}, and the service is user {user}: who owns it may change what is in it; \
+         give it away with `chown {user} {}`, run as its owner, or name another folder",
+        folder.display(), folder.display()
+    )]
+    OtherOwner {
+        /// The folder.
+        folder: PathBuf,
+        /// Whose it is.
+        owner: u32,
+        /// Whose the service is.
+        user: u32,
+    },
+    /// Anybody may change what is in it.
+    #[error(
+        "{} can be written by everybody; take that away with `chmod o-w {}`, or name another folder",
+        folder.display(), folder.display()
+    )]
+    Writable {
+        /// The folder.
+        folder: PathBuf,
+    },
+}
+
+/// Makes a folder of the own user if need be, and refuses one that others may change.
+///
+/// # Errors
+/// [`FolderError`].
+pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
+    let made = DirBuilder::new().recursive(true).mode(0o755).create(folder);
+    match made {
+        // What there is instead is told by what follows.
+        Err(cause) if cause.kind() != io::ErrorKind::AlreadyExists => {
+            Err(FolderError::Io { folder: folder.to_owned(), cause })
+        }
+        _ => check_folder(folder, geteuid().as_raw()),
+    }
+}
+
+/// Refuses a folder that others than a user may change.
+///
+/// # Errors
+/// [`FolderError`].
+pub fn check_folder(folder: &Path, user: u32) -> Result<(), FolderError> {
+    let data = fs::metadata(folder)
+        .map_err(|cause| FolderError::Io { folder: folder.to_owned(), cause })?;
+    let (owner, folder) = (data.uid(), folder.to_owned());
+    if !data.is_dir() {
+        Err(FolderError::NotAFolder { folder })
+    } else if owner != user {
+        Err(FolderError::OtherOwner { folder, owner, user })
+    } else if data.mode() & WRITABLE_BY_OTHERS != 0 {
+        Err(FolderError::Writable { folder })
+    } else {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    #[test]
+    fn a_folder_that_others_may_change_is_refused() {
+        let above = tempfile::tempdir().unwrap();
+        let folder = above.path().join("a/b");
+        own_folder(&folder).unwrap();
+        fs::set_permissions(&folder, fs::Permissions::from_mode(0o777)).unwrap();
+        let refused = own_folder(&folder).unwrap_err();
+        assert!(matches!(refused, FolderError::Writable { .. }), "{refused}");
+        let file = above.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(matches!(own_folder(&file), Err(FolderError::NotAFolder { .. })));
+        // Root may give a folder away; anybody else has none but the system's.
+        let of_another = if geteuid().is_root() {
+            std::os::unix::fs::chown(above.path().join("a"), Some(65_534), None).unwrap();
+            above.path().join("a")
+        } else {
+            PathBuf::from("/usr")
+        };
+        let refused = own_folder(&of_another).unwrap_err();
+        assert!(refused.to_string().contains("chown"), "{refused}");
+    }
+}

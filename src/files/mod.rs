@@ -1,0 +1,9 @@
+//! Files on disk: written whole or not at all, read within bounds, in folders of the own user.
+
+mod folder;
+mod replace;
+mod text;
+
+pub use folder::{FolderError, check_folder, own_folder};
+pub use replace::{discard_unfinished, remove_leftovers, replace};
+pub use text::{MAX_TEXT_BYTES, TextError, read_bytes, read_text};

@@ -1,0 +1,149 @@
+//! A file in the place of another, whole or not at all.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs::{self, File, Permissions};
+use std::io::{self, BufWriter, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// End of the name of a file that is being written: `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
+const END: &str = ".tmp";
+
+/// Files that this process is writing.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Writes a file beside its place, syncs it, renames it to its place and syncs the folder: after a
+/// power cut the name has the old content or the new one (rename(2), fsync(2)). It is as readable as
+/// any other file that the user makes.
+///
+/// # Errors
+/// That of `write` or of the file system; the file of before is untouched, unless the very last step
+/// failed, the folder's sync.
+pub fn replace<T>(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+) -> io::Result<T> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut prefix = OsString::from(".");
+    prefix.push(path.file_name().ok_or(io::ErrorKind::InvalidInput)?);
+    prefix.push(".");
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(END).permissions(Permissions::from_mode(0o666));
+    // The error's own text has the name of the temporary file, which helps nobody.
+    let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
+    let listed = Listed::new(file.path());
+    let mut buffered = BufWriter::new(file.as_file());
+    let written = write(&mut buffered)?;
+    buffered.flush()?;
+    drop(buffered);
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|error| error.error)?;
+    drop(listed);
+    File::open(folder)?.sync_all()?;
+    Ok(written)
+}
+
+/// Removes what this process is writing, before it ends in the midst of it.
+pub fn discard_unfinished() {
+    for path in &*unfinished() {
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Removes from a folder what processes that were killed had begun to write there, of files with the
+/// names that `is_ours` knows. Nobody else may be writing them.
+///
+/// # Errors
+/// The file system's.
+pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let of = name.to_str().and_then(|name| {
+            name.strip_prefix('.')?.strip_suffix(END)?.rsplit_once('.').map(|(of, _)| of)
+        });
+        if of.is_some_and(&is_ours) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// In the list of what is being written as long as it lives.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path) -> Self {
+        unfinished().insert(path.to_owned());
+        Self(path.to_owned())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().remove(&self.0);
+    }
+}
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_the_old_one_or_the_new_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        replace(&path, |out| out.write_all(b"old")).unwrap();
+        let failed: io::Result<()> = replace(&path, |out| {
+            out.write_all(b"ne")?;
+            assert_eq!(names(folder.path()).len(), 2, "beside its place");
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.json"], "nothing is left beside");
+        replace(&path, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn what_is_being_written_can_be_discarded() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        let written = replace(&path, |out| {
+            out.write_all(b"half")?;
+            discard_unfinished();
+            assert_eq!(names(folder.path()), Vec::<String>::new());
+            Ok(())
+        });
+        assert!(written.is_err() && !path.exists());
+    }
+
+    #[test]
+    fn only_the_own_leftovers_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let all = [".a.json.Xy3aBc.tmp", ".b.json.Xy3aBc.tmp", ".a.json.tmp", "a.json"];
+        for name in all {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        remove_leftovers(folder.path(), |name| name == "a.json").unwrap();
+        assert_eq!(names(folder.path()), [".a.json.tmp", ".b.json.Xy3aBc.tmp", "a.json"]);
+    }
+}

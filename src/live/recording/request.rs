@@ -1,0 +1,83 @@
+//! What is asked of the keeper's thread, and what it tells.
+
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use super::window::RecordedWindow;
+
+/// Requests that may wait, in the queue and for the ring.
+pub(super) const QUEUE: usize = 16;
+
+/// What the keeper tells about itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct KeptStatus {
+    /// Recordings kept in this run.
+    pub kept: u64,
+    /// Recordings that could not be kept in this run.
+    pub failed: u64,
+    /// Why the last one could not.
+    pub last_failure: Option<String>,
+    /// Faults that were not kept, because others were shortly before.
+    pub faults_passed_over: u64,
+    /// Recordings in the folder.
+    pub files: usize,
+    /// Their size \[bytes\].
+    pub bytes: u64,
+    /// The capture that is running.
+    pub capture: Option<String>,
+}
+
+/// A command did not start or stop a capture.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CaptureError {
+    /// One is running: stop it first.
+    #[error("the capture `{0}` is running; stop it first")]
+    Running(String),
+    /// None is.
+    #[error("no capture is running")]
+    NotRunning,
+    /// The name would be no name of a file.
+    #[error("a capture's name has 1 to 32 letters, digits, `_` or `-`")]
+    Name,
+    /// The ring has no frames.
+    #[error("nothing is recorded: {0}")]
+    NothingRecorded(String),
+    /// Too much waits: ask again later.
+    #[error("the recordings are busy; ask again")]
+    Busy,
+}
+
+pub(super) type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
+
+/// What is asked of the thread.
+pub(super) enum Request {
+    Result { number: u64, window: RecordedWindow },
+    Fault { cause: &'static str, stamp_ns: u64 },
+    Start { name: String, answer: CaptureAnswer },
+    Stop { answer: CaptureAnswer },
+}
+
+/// The keeper's counts.
+#[derive(Clone, Debug, Default)]
+pub struct SharedKept(pub(super) Arc<Mutex<KeptStatus>>);
+
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl SharedKept {
+    /// A copy of the counts.
+    pub fn snapshot(&self) -> KeptStatus {
+        lock(&self.0).clone()
+    }
+
+    pub(super) fn fail(&self, what: &str, why: &dyn core::fmt::Display) {
+        tracing::warn!("no recording of {what}: {why}");
+        let mut status = lock(&self.0);
+        status.failed += 1;
+        status.last_failure = Some(format!("{what}: {why}"));
+    }
+}

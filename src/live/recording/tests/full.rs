@@ -1,0 +1,107 @@
+//! A disk that has less room than the ring may take: a file system of its own, in memory.
+
+use std::process::Command;
+
+use didim_core::JointSample;
+use didim_core::identification::Estimate;
+
+use super::*;
+use crate::archive::store::{Beside, ResultRecord, Store};
+use crate::window::{Window, WindowEnd};
+
+/// Of the file system.
+const DISK: u64 = 24 << 20;
+
+#[test]
+fn on_a_full_disk_the_ring_gives_way_to_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let mount = "mount -t tmpfs -o size=24m tmpfs \"$DIDIM_TEST_DISK\" && exec \"$@\"";
+    let ended = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "sh", "-euc", mount, "sh"])
+        .arg(std::env::current_exe().unwrap())
+        .args(["--exact", "recording::tests::full::child_on_a_small_disk"])
+        .args(["--ignored", "--nocapture", "--test-threads=1"])
+        .env("DIDIM_TEST_DISK", folder.path())
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&ended.stdout) + String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success(), "{told}");
+    assert!(told.contains("1 passed"), "{told}");
+}
+
+/// As a service of a cell with some parameters does, with a report.
+fn store_result(store: &mut Store) -> Result<(), String> {
+    let samples = vec![JointSample::zero(0, 0)];
+    let window = Window {
+        number: 0,
+        sample_rate_hz: 500.0,
+        samples,
+        counted: 0..1,
+        end: WindowEnd::Rest,
+        note: None,
+    };
+    let estimate = Estimate::default();
+    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let beside = Beside { report: Some("x".repeat(200_000)), ..Beside::default() };
+    store.write(&record, &beside).map(drop).map_err(|error| error.to_string())
+}
+
+#[test]
+#[ignore = "the other process of a test"]
+fn child_on_a_small_disk() {
+    let disk = PathBuf::from(std::env::var_os("DIDIM_TEST_DISK").unwrap());
+    let space = rustix::fs::statvfs(&disk).unwrap();
+    assert_eq!(space.f_frsize * space.f_blocks, DISK, "not the file system of the test");
+    let ring = disk.join("ring");
+    let options = options(&ring, 1_000_000_000);
+    let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
+    let shared = recorder.shared().clone();
+    let mut store = Store::open(&disk.join("results"), 20).unwrap();
+    // Three times what the disk has room for; results come between.
+    let total = 3 * DISK / 131;
+    let mut taken = 0;
+    let mut results = 0;
+    while taken < total {
+        tap.take(&(taken..taken + 5_000).map(frame).collect::<Vec<_>>(), 0);
+        taken += 5_000;
+        eventually("the recorder follows", || {
+            let status = shared.snapshot();
+            status.frames_recorded + status.frames_unrecorded == taken
+        });
+        if taken.is_multiple_of(50_000) {
+            eventually("a result is stored", || store_result(&mut store).is_ok());
+            results += 1;
+        }
+    }
+    assert!(results > 5);
+    let status = shared.snapshot();
+    assert!(status.gives_way && status.segments_given_way > 5, "{status:?}");
+    assert_eq!(status.state, RecordingState::Recording, "{status:?}");
+    assert!(status.frames_unrecorded < total / 10, "{status:?}");
+    assert!(status.ring_bytes > DISK / 4, "it keeps what the disk has room for: {status:?}");
+    // Others take what they can: the ring gives way to the last file, and results go on.
+    let filler = disk.join("filler");
+    let mut filling = File::create(&filler).unwrap();
+    eventually("the ring is gone", || {
+        while filling.write_all(&[1; 4096]).is_ok() {}
+        tap.take(&[frame(taken)], 0);
+        taken += 1;
+        shared.snapshot().state == RecordingState::Failed
+    });
+    let why = shared.snapshot().why.unwrap();
+    assert!(why.contains("make room"), "{why}");
+    while filling.write_all(&[1; 4096]).is_ok() {}
+    assert!(store_result(&mut store).is_err(), "there is no room at all");
+    filling.set_len(filling.metadata().unwrap().len() - 2 * DISK / 16).unwrap();
+    store_result(&mut store).unwrap();
+    drop(filling);
+    fs::remove_file(filler).unwrap();
+    eventually("it records again", || {
+        tap.take(&[frame(taken)], 0);
+        taken += 1;
+        shared.snapshot().state == RecordingState::Recording
+    });
+    end(recorder, tap);
+    let files = files(&ring);
+    assert_eq!(read(files.last().unwrap(), false).last(), Some(&(taken - 1)));
+}

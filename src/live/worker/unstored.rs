@@ -1,0 +1,82 @@
+//! Results that are not on disk yet: each waits for its turn, and none for ever.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use super::records::RecordOptions;
+use super::state::EstimateSummary;
+use super::window::RejectedWindow;
+use crate::archive::store::{Beside, ResultRecord, WindowProvenance};
+use crate::live::recording::RecordedWindow;
+use didim_core::identification::Estimate;
+
+/// Results that wait for a disk which refuses them; some 200 kB each, mostly their report.
+const MOST: usize = 32;
+/// How often they are tried again.
+const RETRY_EVERY: Duration = Duration::from_secs(2);
+
+/// A result with all that is to be stored and told of it.
+#[derive(Clone, Debug)]
+pub(super) struct Finished {
+    pub(super) cell: String,
+    pub(super) configuration: String,
+    pub(super) input_sha256: String,
+    pub(super) provenance: WindowProvenance,
+    pub(super) estimate: Estimate,
+    pub(super) beside: Beside,
+    pub(super) options: RecordOptions,
+    pub(super) recorded: RecordedWindow,
+    pub(super) summary: EstimateSummary,
+    /// What is counted when it is not stored at all.
+    pub(super) rejected: RejectedWindow,
+}
+
+impl Finished {
+    pub(super) fn record(&self) -> ResultRecord<'_> {
+        ResultRecord {
+            schema: ResultRecord::SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            cell: &self.cell,
+            configuration: &self.configuration,
+            input_sha256: self.input_sha256.clone(),
+            window: self.provenance.clone(),
+            estimate: &self.estimate,
+        }
+    }
+}
+
+/// The results that wait, oldest first.
+#[derive(Debug, Default)]
+pub(super) struct Unstored {
+    waiting: VecDeque<Finished>,
+    tried: Option<Instant>,
+}
+
+impl Unstored {
+    /// Adds one; gives the oldest when there are too many.
+    pub(super) fn add(&mut self, finished: Finished) -> Option<Finished> {
+        self.waiting.push_back(finished);
+        if self.waiting.len() > MOST { self.waiting.pop_front() } else { None }
+    }
+
+    /// Whether it is time to try again.
+    pub(super) fn is_due(&self, now: Instant) -> bool {
+        let waited = |tried| now.saturating_duration_since(tried) >= RETRY_EVERY;
+        !self.waiting.is_empty() && self.tried.is_none_or(waited)
+    }
+
+    /// The oldest, to be tried now.
+    pub(super) fn first(&mut self, now: Instant) -> Option<&Finished> {
+        self.tried = Some(now);
+        self.waiting.front()
+    }
+
+    /// The oldest is stored, or given up.
+    pub(super) fn take_first(&mut self) -> Option<Finished> {
+        self.waiting.pop_front()
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.waiting.len()
+    }
+}
