@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::signals::INTERRUPTED;
+use didim::signals::INTERRUPTED;
 
 /// Why a command did not do its work; each kind has its exit code.
 #[derive(Debug)]

@@ -109,7 +109,7 @@ pub fn main() -> ExitCode {
             | Command::History(_)
             | Command::Check(_)
     );
-    if works_offline && let Err(error) = crate::signals::end_on_signal() {
+    if works_offline && let Err(error) = didim::signals::end_on_signal() {
         return CliError::failed(error).report();
     }
     let outcome = match arguments.command {

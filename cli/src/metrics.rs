@@ -7,9 +7,9 @@ use clap::Args;
 
 use super::CliError;
 use super::status::WhichService;
-use crate::signals::Signals;
 use didim::service::metrics::{Limits, exposition, serve};
 use didim::service::status::fetch;
+use didim::signals::Signals;
 
 /// Only this machine, unless another address is named.
 const LISTEN: &str = "127.0.0.1:9752";

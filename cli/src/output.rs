@@ -6,8 +6,8 @@ use std::path::Path;
 use didim_core::identification::Identification;
 
 use super::CliError;
-use crate::files::replace;
 use didim::cell::Cell;
+use didim::files::replace;
 use didim::report::figure::torque_figure;
 use didim::report::html::Report;
 use didim::report::panels;

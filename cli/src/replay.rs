@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use didim_core::identification::Identification;
-use didim_drivers::assemble::Assembler;
 
 use super::CliError;
 use super::outcome::identified;

@@ -114,8 +114,9 @@ fn labels_are_bounded() {
     assert_eq!(told.count(), MAX_LABELS);
 }
 
-/// The checker of Prometheus itself, where it is installed.
+/// The checker of Prometheus itself.
 #[test]
+#[ignore = "needs promtool (Debian: prometheus): tests/run"]
 fn promtool_finds_nothing() {
     for snapshot in [Some(snapshot()), None] {
         let checked = Command::new("promtool")
@@ -124,10 +125,7 @@ fn promtool_finds_nothing() {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn();
-        let Ok(mut promtool) = checked else {
-            println!("SKIPPED: promtool is not installed (Debian: prometheus)");
-            return;
-        };
+        let mut promtool = checked.unwrap();
         let text = exposition(snapshot.as_ref());
         promtool.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
         let output = promtool.wait_with_output().unwrap();

@@ -1,10 +1,5 @@
 //! What the service needs of the system: a user of its own, and no capability.
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "a test fails by panicking"
-)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 #[path = "../../tests/common/mod.rs"]
 mod common;
@@ -12,7 +7,7 @@ mod program;
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use common::manager::{Manager, terminate};
 use common::{Process, eventually};
@@ -31,36 +26,20 @@ fn child_runs_a_cell() {
 }
 
 /// The command as nobody, without any capability or the way to one, with the limits that `prlimit`
-/// gives; nothing where this process cannot arrange that. The cell's folders become nobody's.
-fn unprivileged(child: &Command, cell: &Installation, limits: &[&str]) -> Option<Command> {
-    if !rustix::process::geteuid().is_root() {
-        println!("SKIPPED: only root can become another user");
-        return None;
-    }
-    let arguments = |command: &mut Command| {
-        command.args(limits).args([
-            "setpriv",
-            "--reuid=65534",
-            "--regid=65534",
-            "--clear-groups",
-            "--bounding-set=-all",
-            "--inh-caps=-all",
-            "--ambient-caps=-all",
-            "--no-new-privs",
-        ]);
-    };
-    let mut attempt = Command::new("prlimit");
-    arguments(&mut attempt);
-    let listed = attempt.arg(child.get_program()).arg("--help").output();
-    match listed {
-        Ok(output) if output.status.success() => {}
-        other => {
-            println!("SKIPPED: prlimit and setpriv do not start a program as nobody: {other:?}");
-            return None;
-        }
-    }
+/// gives. The cell's folders become nobody's.
+fn unprivileged(child: &Command, cell: &Installation, limits: &[&str]) -> Command {
+    assert!(rustix::process::geteuid().is_root(), "only root can become another user");
     let mut command = Command::new("prlimit");
-    arguments(&mut command);
+    command.stdout(Stdio::null()).args(limits).args([
+        "setpriv",
+        "--reuid=65534",
+        "--regid=65534",
+        "--clear-groups",
+        "--bounding-set=-all",
+        "--inh-caps=-all",
+        "--ambient-caps=-all",
+        "--no-new-privs",
+    ]);
     command.arg(child.get_program()).args(child.get_args());
     for (name, value) in child.get_envs() {
         command.env(name, value.unwrap());
@@ -71,7 +50,7 @@ fn unprivileged(child: &Command, cell: &Installation, limits: &[&str]) -> Option
         chown(path, Some(NOBODY), Some(NOBODY)).unwrap();
     }
     fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
-    Some(command)
+    command
 }
 
 const WISHES: (&str, &str) =
@@ -106,10 +85,10 @@ fn has_no_privilege(process: u32) {
 
 /// Runs the service as nobody and has it identify; what it was granted, and the child's number is
 /// handed to `look` meanwhile.
-fn runs(limits: &[&str], look: impl Fn(u32)) -> Option<(RealTimeGrants, Vec<String>)> {
+fn runs(limits: &[&str], look: impl Fn(u32)) -> (RealTimeGrants, Vec<String>) {
     let site = Site::new(&[("min_s = 3.0", "min_s = 1.0"), WISHES]);
     let child = site.network.child("child_runs_a_cell");
-    let command = unprivileged(&child, &site.cell, limits)?;
+    let command = unprivileged(&child, &site.cell, limits);
     let (mut child, mut manager) = site.start_as("both", command);
     manager.expect(0, "READY=1");
     has_no_privilege(child.0.id());
@@ -119,17 +98,17 @@ fn runs(limits: &[&str], look: impl Fn(u32)) -> Option<(RealTimeGrants, Vec<Stri
     let status = site.status();
     let (ended, _) = terminate(&mut child);
     assert!(ended.success(), "{ended}");
-    Some((status.acquisition.unwrap().real_time.unwrap(), status.health.reasons))
+    (status.acquisition.unwrap().real_time.unwrap(), status.health.reasons)
 }
 
 #[test]
+#[ignore = "needs root and a CAN bus: tests/run"]
 fn it_runs_as_nobody_without_a_capability_and_says_what_it_was_not_granted() {
     let limits = ["--rtprio=0:0", "--memlock=65536:65536"];
-    let told = runs(&limits, |process| {
+    let (grants, reasons) = runs(&limits, |process| {
         assert_eq!(policy_of_the_bus_thread(process).0, 0);
         assert_eq!(process_status(process, "VmLck"), "0 kB");
     });
-    let Some((grants, reasons)) = told else { return };
     let Grant::Refused { why: priority } = &grants.priority else { panic!("{grants:?}") };
     assert!(priority.contains("LimitRTPRIO"), "{priority}");
     let Grant::Refused { why: memory } = &grants.memory else { panic!("{grants:?}") };
@@ -140,28 +119,25 @@ fn it_runs_as_nobody_without_a_capability_and_says_what_it_was_not_granted() {
 }
 
 #[test]
+#[ignore = "needs root and a CAN bus: tests/run"]
 fn limits_are_all_it_needs_for_its_priority_and_its_memory() {
     // As LimitRTPRIO and LimitMEMLOCK do in the units.
     let limits = ["--rtprio=20:20", "--memlock=unlimited:unlimited"];
-    let told = runs(&limits, |process| {
+    let (grants, reasons) = runs(&limits, |process| {
         assert_eq!(policy_of_the_bus_thread(process), (1, 20), "SCHED_FIFO 20");
         let locked = process_status(process, "VmLck");
         let kib: u64 = locked.strip_suffix(" kB").unwrap().parse().unwrap();
         // The stream's shared memory alone is more.
         assert!(kib > 10_000, "{locked}");
     });
-    let Some((grants, reasons)) = told else { return };
     assert_eq!((&grants.priority, &grants.memory), (&Grant::Granted, &Grant::Granted));
     assert!(!reasons.iter().any(|reason| reason.contains("not granted")), "{reasons:?}");
 }
 
 #[test]
+#[ignore = "needs root and a CAN bus: tests/run"]
 fn nobody_may_listen_to_a_real_bus() {
-    let Some(interfaces) = std::env::var_os("DIDIM_VCAN") else {
-        println!("SKIPPED: DIDIM_VCAN is not set");
-        return;
-    };
-    let interface = interfaces.to_str().unwrap().split(',').next().unwrap().to_owned();
+    let interface = common::bus::vcan();
     let bus = format!("\"can:{interface}\"");
     let cell = Installation::of("tx40-packed-fd", &[("\"can:vcan0\"", &bus)]);
     let runs = command(&[
@@ -173,7 +149,7 @@ fn nobody_may_listen_to_a_real_bus() {
         &"--runtime",
         &cell.runtime(),
     ]);
-    let Some(mut runs) = unprivileged(&runs, &cell, &["--rtprio=0:0"]) else { return };
+    let mut runs = unprivileged(&runs, &cell, &["--rtprio=0:0"]);
     let mut manager = Manager::listen(&cell.path(""), "notify");
     manager.manages(&mut runs, None);
     let mut daemon = Process(runs.spawn().unwrap());

@@ -151,8 +151,8 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
 
 /// What an independent reader is given: see `tests/independent/recordings.py`.
 #[test]
-#[ignore = "writes files for tests/independent"]
-fn write_files_for_an_independent_reader() {
+#[ignore = "the other process of a test: tests/independent"]
+fn child_writes_files_for_an_independent_reader() {
     let folder = PathBuf::from(std::env::var_os("DIDIM_RECORDINGS").unwrap());
     let cell = Installation::of("tx40-packed-fd", &[]);
     let (log, _) = simulate(&cell);

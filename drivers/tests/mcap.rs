@@ -288,8 +288,8 @@ fn what_is_no_recording_is_named() {
 
 /// What an independent reader is given: see `tests/independent/recordings.py`.
 #[test]
-#[ignore = "writes files for tests/independent"]
-fn write_files_for_an_independent_reader() {
+#[ignore = "the other process of a test: tests/independent"]
+fn child_writes_files_for_an_independent_reader() {
     let folder = std::env::var_os("DIDIM_RECORDINGS").unwrap();
     let folder = Path::new(&folder);
     let mut frames = some_frames(200);

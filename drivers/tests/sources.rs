@@ -13,8 +13,8 @@ use conformance::{Rig, conforms, interfaces, number, numbered, take};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::McapInfo;
 use didim_drivers::source::{
-    CandumpSource, CandumpWriter, InterfaceName, McapSource, McapWriter, Received, Source,
-    StampDigits, WhenFull, in_process_bus,
+    CandumpSource, CandumpWriter, InterfaceName, McapSource, McapWriter, Received,
+    SocketCanOptions, SocketCanSource, Source, StampDigits, WhenFull, in_process_bus,
 };
 
 struct InProcess {
@@ -170,4 +170,11 @@ fn a_sender_learns_that_nobody_listens() {
         drop(source);
         assert!(sender.send(numbered(1)[0]).is_err());
     }
+}
+
+#[test]
+fn a_kernel_without_can_is_told() {
+    let opened = SocketCanSource::open(&interfaces(&["can77"]), &SocketCanOptions::default());
+    let text = opened.unwrap_err().to_string();
+    assert!(text.contains("modprobe can-raw") || text.contains("no interface can77"), "{text}");
 }

@@ -62,3 +62,9 @@ pub(crate) fn frames(length: u64, turns: impl Fn(u64) -> bool) -> Vec<Frame> {
 pub(crate) fn interface() -> InterfaceName {
     InterfaceName::new("sim0").unwrap()
 }
+
+/// The real CAN interface to test on.
+pub(crate) fn vcan() -> String {
+    let names = std::env::var("DIDIM_VCAN").expect("DIDIM_VCAN names the interfaces: tests/run");
+    names.split(',').next().unwrap().to_owned()
+}

@@ -2,6 +2,7 @@
 #![allow(
     dead_code,
     clippy::unwrap_used,
+    clippy::expect_used,
     clippy::panic,
     reason = "each test binary uses its part, and a helper of tests may panic as they do"
 )]
@@ -45,6 +46,8 @@ impl Network {
         let mut command = std::process::Command::new(std::env::current_exe().unwrap());
         command
             .args(["--exact", test, "--ignored", "--nocapture"])
+            // What it counts is no test.
+            .stdout(std::process::Stdio::null())
             .env("DIDIM_TEST_ROOT", &self.root)
             .env("DIDIM_TEST_PREFIX", &self.prefix);
         command

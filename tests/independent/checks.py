@@ -167,13 +167,7 @@ class OurTools(Folder):
 
     def setUp(self):
         super().setUp()
-        self.didim = os.environ.get("DIDIM", str(ROOT / "target" / "debug" / "didim"))
-        try:
-            help_text = subprocess.run([self.didim, "convert", "--help"], capture_output=True)
-        except OSError:
-            self.skipTest(f"{self.didim} is not built")
-        if help_text.returncode != 0:
-            self.skipTest("this didim has no convert")
+        self.didim = os.environ["DIDIM_PROGRAM"]
         self.cells = sorted((ROOT / "config" / "cells").glob("*.toml"))
 
     def convert(self, *arguments):
@@ -224,10 +218,7 @@ class TheMetrics(unittest.TestCase):
     """`didim metrics` read by the parser of Prometheus's own Python client."""
 
     def scrape(self, folder):
-        didim = os.environ.get("DIDIM", str(ROOT / "target" / "debug" / "didim"))
-        if not os.access(didim, os.X_OK):
-            self.skipTest(f"{didim} is not built")
-        command = [didim, "metrics", "--runtime", folder, "--listen", "127.0.0.1:0"]
+        command = [os.environ["DIDIM_PROGRAM"], "metrics", "--runtime", folder, "--listen", "127.0.0.1:0"]
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
             try:
                 url = next(word for line in process.stderr for word in line.split() if "http://" in word)

@@ -17,7 +17,7 @@ import mcap.stream_reader
 import mcap_ros2.decoder
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-WRITE = "write_files_for_an_independent_reader"
+WRITE = "child_writes_files_for_an_independent_reader"
 LINE = re.compile(r"\((\d+)\.(\d{9})\) (\S+) ([0-9A-F]+)#(#[0-9A-F])?(R\d?)?([0-9A-F]*)( [TR])?")
 
 
@@ -64,8 +64,9 @@ class Recordings(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = pathlib.Path(temporary.name)
-        for package, test in [("didim-drivers", "mcap"), ("didim", "recordings")]:
-            cargo = ["cargo", "test", "--quiet", "-p", package, "--test", test, "--", "--ignored", "--exact", WRITE]
+        # Of the whole workspace, as tests/run builds it: of one package, its dependencies are built anew.
+        for test in ["mcap", "recordings"]:
+            cargo = ["cargo", "test", "--quiet", "--workspace", "--test", test, "--", "--ignored", "--exact", WRITE]
             subprocess.run(cargo, cwd=ROOT, check=True, env=os.environ | {"DIDIM_RECORDINGS": cls.folder}, stdout=subprocess.DEVNULL)
 
     def lines(self, name):

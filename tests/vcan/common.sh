@@ -1,4 +1,4 @@
-# What `setup` and `run` share; sourced, not run.
+# What `setup` and `run` share; sourced by them, with their folder in `here`.
 # shellcheck shell=bash
 
 # Where the guest's parts are kept: outside the repository, shared by all its clones.
@@ -33,6 +33,16 @@ host_offers_vcan() {
     "${namespace[@]}" ip link add dev vcan0 type vcan mtu "$can_fd_mtu" 2>/dev/null
 }
 
+# Whether this run may use the machine's own vcan; DIDIM_VCAN_KERNEL=guest insists on the guest.
+host_is_used() {
+    [[ ${DIDIM_VCAN_KERNEL:-host} == host ]] && host_offers_vcan
+}
+
+# What lets the guest's kernel run on processors with AMX. Named after its source, because clones of
+# several versions share the folder.
+xstate_source=$here/xstate.c
+xstate_library=$guest_folder/xstate-$(sha256sum "$xstate_source" | cut -c 1-16).so
+
 guest_is_set_up() {
-    [[ -x $guest_folder/linux ]]
+    [[ -x $guest_folder/linux && -e $xstate_library ]]
 }

@@ -53,13 +53,8 @@ pub(crate) fn rounding(rms_nm: &[f64]) -> f64 {
 }
 
 /// The folder of the data sets, which are not part of the project.
-#[expect(clippy::print_stdout, reason = "says why a test did nothing")]
-pub(crate) fn datasets() -> Option<PathBuf> {
-    let folder = std::env::var_os("DIDIM_DATASETS").map(PathBuf::from);
-    if folder.is_none() {
-        println!("SKIPPED: DIDIM_DATASETS is not set");
-    }
-    folder
+pub(crate) fn datasets() -> PathBuf {
+    std::env::var_os("DIDIM_DATASETS").expect("DIDIM_DATASETS names the folder of the data").into()
 }
 
 /// Writes the recording as one CSV experiment without a time column.

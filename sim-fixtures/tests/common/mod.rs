@@ -1,6 +1,11 @@
 //! What several tests need: the buses of the shipped cells, as the drives of the scenarios speak.
 #![allow(dead_code, reason = "every test takes what it needs")]
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test fails by panicking"
+)]
 
 pub(crate) mod experiment;
 pub(crate) mod parallel;

@@ -15,21 +15,24 @@ mod on_purpose;
 use cells::Cell;
 use common::experiment::experiment;
 use common::parallel::in_parallel;
-use common::table::{Column, Table};
+use common::table::{Column, Table, writing};
 use deviations::{Limit, Run, Summary};
 use methods::methods;
 
 /// Seeds 1 to this many, unless `DIDIM_STUDY_SEEDS` says otherwise.
 const SEEDS: usize = 40;
 
+/// The first alone where the study is not written: it tells whether the table is of this code.
 fn seeds() -> usize {
     match std::env::var("DIDIM_STUDY_SEEDS") {
         Ok(text) => text.parse().expect("DIDIM_STUDY_SEEDS is a number"),
-        Err(_) => SEEDS,
+        Err(_) if writing() => SEEDS,
+        Err(_) => 1,
     }
 }
 
-/// Every cell by every method: z of all parameters over all seeds.
+/// Every cell by every method: z of all parameters over all seeds, held to the limits where the table is
+/// written.
 #[test]
 fn standard_deviations_say_how_far_the_truth_is() {
     let (cells, methods, seeds) = (Cell::all(), methods(), seeds());
@@ -58,8 +61,10 @@ fn standard_deviations_say_how_far_the_truth_is() {
                 not_excused.push(format!("{row:?}, {}: {missed:?} {summary:?}", method.name));
             }
             let missed: Vec<_> = missed.into_iter().map(Limit::name).collect();
+            let first = Summary::new(runs[..1].iter().map(|by_method| &by_method[index]));
             row.extend([
                 method.name.to_owned(),
+                format!("{:.4}", first.rms),
                 format!("{:.2}", summary.classical_rms),
                 format!("{:.2}", summary.rms),
                 format!("{:.2}", summary.scatter),
@@ -77,15 +82,16 @@ fn standard_deviations_say_how_far_the_truth_is() {
         Column::exact("noise"),
         Column::exact("disturbance"),
         Column::exact("method"),
-        Column::within("rms z, classical σ", 0.02),
-        Column::within("rms z", 0.02),
-        Column::within("scatter", 0.02),
-        Column::within("within 2 σ [%]", 0.5),
-        Column::within("within 3 σ [%]", 0.5),
-        Column::within("largest mean z", 0.05),
-        // Some are close to a limit, and the last digits differ between machines.
-        Column::within("applicable", 3.0),
-        Column::exact("limits missed"),
+        // Differs by rounding between processors.
+        Column::within("rms z of seed 1", 0.001),
+        Column::of_the_whole("rms z, classical σ"),
+        Column::of_the_whole("rms z"),
+        Column::of_the_whole("scatter"),
+        Column::of_the_whole("within 2 σ [%]"),
+        Column::of_the_whole("within 3 σ [%]"),
+        Column::of_the_whole("largest mean z"),
+        Column::of_the_whole("applicable"),
+        Column::of_the_whole("limits missed"),
     ];
     let table = Table { document: "truth.md", name: "study", columns, rows };
     println!("{}", table.markdown());
@@ -93,7 +99,7 @@ fn standard_deviations_say_how_far_the_truth_is() {
     if seeds >= SEEDS {
         assert!(not_excused.is_empty(), "limits missed:\n{}", not_excused.join("\n"));
     }
-    if seeds == SEEDS {
+    if seeds == SEEDS || seeds == 1 {
         table.check();
     }
 }
