@@ -31,6 +31,7 @@ mod window;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use tracing::level_filters::LevelFilter;
 
 pub use error::CliError;
 pub use manual::{Generated, completions, man_pages};
@@ -96,9 +97,9 @@ pub fn main() -> ExitCode {
     };
     // A daemon tells what it does; a command that a person waits for tells what is wrong.
     log_to_stderr(if matches!(arguments.command, Command::Run(_) | Command::Metrics(_)) {
-        "info"
+        LevelFilter::INFO
     } else {
-        "warn"
+        LevelFilter::WARN
     });
     // All others see to signals themselves, or wait for an answer and leave nothing behind.
     let works_offline = matches!(
@@ -138,21 +139,26 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Logs go to stderr, so that stdout carries results only. `RUST_LOG` chooses what is logged.
-fn log_to_stderr(usual: &str) {
+/// Logs go to stderr, so that stdout carries results only. `RUST_LOG` chooses what is logged: levels by
+/// module, as `warn,didim=debug`.
+fn log_to_stderr(usual: LevelFilter) {
     use std::io::IsTerminal as _;
 
-    use tracing_subscriber::EnvFilter;
+    use tracing_subscriber::filter::Targets;
+    use tracing_subscriber::prelude::*;
 
-    let filter = EnvFilter::try_from_default_env()
-        // The library of the stream warns, with all its memory, of an end that goes while another comes.
-        .unwrap_or_else(|_| {
-            EnvFilter::new(format!("warn,iceoryx2_bb_loggers=error,didim={usual}"))
-        });
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let chosen = std::env::var("RUST_LOG").ok().filter(|filter| !filter.is_empty());
+    let chosen = chosen.and_then(|filter| filter.parse().ok());
+    let filter: Targets = chosen.unwrap_or_else(|| {
+        Targets::new()
+            .with_default(LevelFilter::WARN)
+            // The library of the stream warns, with all its memory, of an end that goes while another comes.
+            .with_target("iceoryx2_bb_loggers", LevelFilter::ERROR)
+            .with_target("didim", usual)
+    });
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        .init();
+        .with_target(false);
+    tracing_subscriber::registry().with(lines).with(filter).init();
 }

@@ -18,9 +18,8 @@ use criterion::{
     BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
 };
 use didim_core::dynamics::{Model, Workspace};
-use didim_core::lanes::Lanes;
+use didim_core::numeric::{Lanes, Scalar};
 use didim_core::robot::{Robot, SignModel};
-use didim_core::scalar::Scalar;
 use states::{L, N, State, in_lanes, states};
 
 const STATES: usize = 1024;

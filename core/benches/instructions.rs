@@ -19,9 +19,8 @@ use didim_core::control::{
     ControlLaw, ControlTiming, ControllerConfig, FeedForward, JointController,
 };
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
-use didim_core::lanes::Lanes;
+use didim_core::numeric::{Lanes, Scalar};
 use didim_core::robot::Robot;
-use didim_core::scalar::Scalar;
 use didim_core::signal::ParallelDecimation;
 use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::SampledReference;

@@ -8,19 +8,15 @@
 //! be wrong is an error with a remedy.
 //!
 //! Dependencies point one way: `identification → simulation → {dynamics, control, trajectory,
-//! signal, regression} → robot`.
+//! signal, regression} → robot → numeric`.
 
 pub mod control;
-mod dispatch;
-pub mod dual;
 pub mod dynamics;
-mod elementary;
 pub mod identification;
-pub mod lanes;
+pub mod numeric;
 pub mod regression;
 pub mod robot;
 pub mod sample;
-pub mod scalar;
 pub mod signal;
 pub mod simulation;
 pub mod trajectory;

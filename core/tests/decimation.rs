@@ -3,8 +3,8 @@
 
 use core::ops::Range;
 
-use didim_core::lanes::Lanes;
-use didim_core::signal::{ParallelDecimation, SignalError};
+use didim_core::numeric::Lanes;
+use didim_core::signal::{Group, ParallelDecimation, SignalError};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
@@ -34,7 +34,7 @@ fn decimated(
     counted: Range<usize>,
 ) -> Result<DMatrix<f64>, SignalError> {
     let mut next = None;
-    decimation.decimate(signals.ncols(), signals.nrows(), counted, |k, values| {
+    decimation.decimate(signals.ncols(), signals.nrows(), counted, &mut |k, values| {
         assert!(next.is_none_or(|next| next == k), "sample {k} after {next:?} was due");
         next = Some(k + 1);
         values.copy_from_slice(signals.column(k).as_slice());
@@ -48,12 +48,12 @@ fn with_differences(
     counted: Range<usize>,
 ) -> [DMatrix<f64>; 2] {
     let (count, samples) = signals.shape();
-    let read = |first: usize, group: &mut [Lanes<3>]| {
+    let mut read = |first: usize, group: &mut [Group]| {
         for (group, signal) in group.iter_mut().zip(signals.row_iter()) {
             *group = Lanes::from_fn(|l| signal[(first + l).min(samples - 1)]);
         }
     };
-    decimation.decimate_with_differences(samples, count, counted, read).unwrap()
+    decimation.decimate_with_differences(samples, count, counted, &mut read).unwrap()
 }
 
 /// The same by the recursion over every sample of one signal after the other.

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use didim_core::lanes::{self, Lanes};
+use didim_core::numeric::{Lanes, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -22,7 +22,7 @@ pub(crate) fn states(count: usize) -> Vec<State> {
 }
 
 /// States side by side.
-pub(crate) const L: usize = lanes::WIDTH;
+pub(crate) const L: usize = WIDTH;
 
 /// The states by groups of so many.
 pub(crate) fn in_lanes(states: &[State]) -> Vec<[[Lanes<L>; N]; 4]> {

@@ -1,4 +1,6 @@
-//! The direct dynamic model: the acceleration that torques cause.
+//! The direct dynamic model: the acceleration that torques cause, by the composite-rigid-body algorithm
+//! (Featherstone, *Rigid Body Dynamics Algorithms*, ch. 6.2) with a U D Uᵀ factorisation row by row (Golub &
+//! Van Loan, *Matrix Computations*, section 4.1).
 
 use thiserror::Error;
 
@@ -6,8 +8,7 @@ use super::inertia::Wrench;
 use super::mass_matrix::OuterLinks;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
-use crate::scalar::Scalar;
+use crate::numeric::Scalar;
 
 /// The parameters do not make an arm: its mass matrix is not positive definite at this posture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -78,7 +79,7 @@ impl Model {
     ///
     /// # Errors
     /// When the mass matrix is not positive definite; `ddq` is then undefined. Of several arms side
-    /// by side ([`Lanes`](crate::lanes::Lanes)), one such fails all.
+    /// by side ([`Lanes`](crate::numeric::Lanes)), one such fails all.
     ///
     /// # Panics
     /// When a slice is not of the model's size: p parameters, n entries for each of the others.
@@ -111,7 +112,7 @@ impl Model {
         self.check_joints(dq);
         self.check_joints(tau);
         self.check_joints(ddq);
-        vectorised(
+        T::vectorised(
             #[inline(always)]
             || self.solve_inward(ws, parameters, less, q, dq, tau, ddq),
         )

@@ -7,10 +7,9 @@
 //! fv_i, and into ia_i where motor i is not coupled itself.
 
 use crate::MAX_JOINTS;
-use crate::dual::Dual;
+use crate::numeric::Scalar;
 use crate::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, Off};
 use crate::robot::{Robot, SignModel};
-use crate::scalar::Scalar;
 
 /// τ\[row\] += factor · φ\[column\] · x\[input\].
 #[derive(Clone, Copy, Debug)]
@@ -159,15 +158,15 @@ impl Drives {
             add(row, input, factor * parameters[column]);
         }
         for terms in self.coulomb.chunks(TOGETHER) {
-            let mut signs = [Dual::<1>::variable(0.0, 0); TOGETHER];
+            let mut signs = [0.0; TOGETHER];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
-                speed.value = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
+                *speed = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
             }
             self.sign_model.replace(signs);
             for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
                 // fc s sign(s · q̇) has the derivative fc s sign'(s · q̇) sᵀ.
-                let slope = parameters[*column] * sign.slope[0];
+                let slope = parameters[*column] * self.sign_model.slope(*sign);
                 for &(row, s) in direction {
                     for &(joint, by) in direction {
                         add(row, joint, slope * s * by);

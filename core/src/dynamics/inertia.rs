@@ -2,8 +2,8 @@
 
 use super::kinematics::{Motion, Pose};
 use super::vector::Vector3;
+use crate::numeric::Scalar;
 use crate::robot::JointKind;
-use crate::scalar::Scalar;
 
 /// Inertia about the frame's origin, first moments and mass. Nothing here divides by the mass or
 /// asks for a centre of mass, so that parameter sets that are no physical bodies work.

@@ -3,8 +3,7 @@
 use super::inertia::Wrench;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
-use crate::scalar::Scalar;
+use crate::numeric::Scalar;
 
 impl Model {
     /// Joint torques τ = M(φ, q) q̈ + h(φ, q, q̇) \[N·m or N\] by the recursive Newton–Euler
@@ -80,7 +79,7 @@ impl Model {
         self.check_joints(q);
         self.check_joints(dq);
         self.check_joints(tau);
-        vectorised(
+        T::vectorised(
             #[inline(always)]
             || {
                 let mut torques = self.friction_torques(parameters, dq);

@@ -3,8 +3,8 @@
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
+use crate::numeric::Scalar;
 use crate::robot::{Angle, Joint, JointKind};
-use crate::scalar::Scalar;
 
 /// The frame of a link in that of the previous one: RotX(α) · TransX(d) · RotZ(θ) · TransZ(r).
 #[derive(Clone, Copy, Debug)]

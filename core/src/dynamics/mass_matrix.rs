@@ -5,9 +5,8 @@ use super::kinematics::Pose;
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
+use crate::numeric::Scalar;
 use crate::robot::JointKind;
-use crate::scalar::Scalar;
 
 impl Model {
     /// The mass matrix M(φ, q), n × n, row-major, symmetric: links by composite bodies
@@ -26,7 +25,7 @@ impl Model {
         self.check_joints(q);
         let n = self.joints();
         assert_eq!(out.len(), n * n, "one row and one column per joint");
-        vectorised(
+        T::vectorised(
             #[inline(always)]
             || {
                 self.place(ws, q);

@@ -27,8 +27,8 @@ use inertia::Inertia;
 use kinematics::{Motion, Pose};
 
 use crate::MAX_JOINTS;
+use crate::numeric::Scalar;
 use crate::robot::{Joint, Parameter, ParameterKind, ParameterTable, Robot, SignModel};
-use crate::scalar::Scalar;
 
 /// The dynamics of one robot, prepared for evaluation.
 #[derive(Clone, Debug)]
@@ -145,33 +145,58 @@ impl<T: Scalar> Default for Workspace<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::{Lanes, WIDTH};
+
+    type Four = Lanes<WIDTH>;
 
     /// The kernels as they are compiled for the baseline, called beside the choice.
     #[test]
-    fn every_instruction_set_gives_the_same_bits() {
+    fn every_instruction_set_gives_the_same() {
         let file = include_str!("../../../config/robots/tx40-physical.toml");
         let robot = Robot::from_toml(file).unwrap();
         let model = Model::new(&robot);
-        let (n, parameters) = (model.joints(), robot.nominal().unwrap().standard());
-        let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        let [mut chosen, mut plain] = [[0.0; MAX_JOINTS]; 2];
-        let width = parameters.len();
-        let [mut chosen_matrix, mut plain_matrix] = [vec![0.0; n * width], vec![0.0; n * width]];
+        let n = model.joints();
+        let parameters: Vec<_> = robot
+            .nominal()
+            .unwrap()
+            .standard()
+            .iter()
+            .map(|&value| Four::constant(value))
+            .collect();
+        let [mut chosen, mut plain] = [[Four::zero(); MAX_JOINTS]; 2];
+        let size = n * parameters.len();
+        let [mut chosen_matrix, mut plain_matrix] =
+            [vec![Four::zero(); size], vec![Four::zero(); size]];
         let mut ws = Workspace::new();
-        for k in 0..200 {
-            let state = |what: i32| -> Vec<f64> {
-                (0..n).map(|joint| (f64::from(what + 4 * k) + joint as f64).sin() * 5.0).collect()
+        let mut compared = 0;
+        let mut same = |chosen: &[Four], plain: &[Four]| {
+            for (chosen, plain) in chosen.iter().zip(plain) {
+                for (chosen, plain) in chosen.0.iter().zip(plain.0) {
+                    assert!((chosen - plain).abs() <= 1e-9 * plain.abs(), "{chosen}, {plain}");
+                    compared += 1;
+                }
+            }
+        };
+        for k in 0..50 {
+            let state = |what: i32| -> Vec<Four> {
+                let value = |joint, lane| (f64::from(what + 4 * k + 7 * lane) + joint as f64).sin();
+                (0..n)
+                    .map(|joint| {
+                        Four::from_fn(|lane| value(joint, i32::try_from(lane).unwrap()) * 5.0)
+                    })
+                    .collect()
             };
             let [q, dq, ddq, tau] = [0, 1, 2, 3].map(state);
             let (chosen, plain) = (&mut chosen[..n], &mut plain[..n]);
-            model.direct_dynamics(&mut ws, parameters, &q, &dq, &tau, chosen).unwrap();
-            model.solve_inward(&mut ws, parameters, &[], &q, &dq, &tau, plain).unwrap();
-            assert_eq!(bits(chosen), bits(plain));
+            model.direct_dynamics(&mut ws, &parameters, &q, &dq, &tau, chosen).unwrap();
+            model.solve_inward(&mut ws, &parameters, &[], &q, &dq, &tau, plain).unwrap();
+            same(chosen, plain);
             model.regressor(&mut ws, &q, &dq, &ddq, &mut chosen_matrix);
             model.place(&mut ws, &q);
             let columns = &model.all_columns;
             model.regressor_of_poses(&mut ws, columns, &dq, &ddq, &mut plain_matrix);
-            assert_eq!(bits(&chosen_matrix), bits(&plain_matrix));
+            same(&chosen_matrix, &plain_matrix);
         }
+        assert_eq!(compared, 50 * 4 * (n + size));
     }
 }

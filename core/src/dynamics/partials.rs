@@ -9,7 +9,6 @@ use super::inertia::{Inertia, Wrench};
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
 use crate::robot::JointKind;
 
 /// A velocity or an acceleration: of turning, and of the body's point at the base's origin.
@@ -20,23 +19,19 @@ struct Twist {
 }
 
 impl Twist {
-    #[inline(always)]
     fn zero() -> Self {
         Self { angular: Vector3::zero(), linear: Vector3::zero() }
     }
 
-    #[inline(always)]
     fn plus(self, other: Self) -> Self {
         Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
     }
 
-    #[inline(always)]
     fn scale(self, factor: f64) -> Self {
         Self { angular: self.angular.scale(factor), linear: self.linear.scale(factor) }
     }
 
     /// v × m: how a motion m changes that is carried along with v.
-    #[inline(always)]
     fn cross(self, m: Self) -> Self {
         Self {
             angular: self.angular.cross(m.angular),
@@ -45,7 +40,6 @@ impl Twist {
     }
 
     /// v ×* f: how a wrench f changes that is carried along with v.
-    #[inline(always)]
     fn carry(self, f: Wrench<f64>) -> Wrench<f64> {
         Wrench {
             moment: self.angular.cross(f.moment) + self.linear.cross(f.force),
@@ -54,7 +48,6 @@ impl Twist {
     }
 
     /// The power of a wrench.
-    #[inline(always)]
     fn dot(self, f: Wrench<f64>) -> f64 {
         self.angular.dot(f.moment) + self.linear.dot(f.force)
     }
@@ -89,7 +82,6 @@ struct Moving {
 }
 
 impl Moving {
-    #[inline(always)]
     fn new(inertia: Inertia<f64>, velocity: Twist, acceleration: Twist) -> Self {
         let momentum = times(&inertia, velocity);
         // f = I a + v ×* I v
@@ -107,7 +99,6 @@ impl Moving {
         Self { inertia, wrench, coriolis, momentum: momentum.force }
     }
 
-    #[inline(always)]
     fn join(self, other: Self) -> Self {
         let [a, b, c] = self.coriolis;
         let [d, e, f] = other.coriolis;
@@ -120,14 +111,12 @@ impl Moving {
     }
 
     /// 2 B w.
-    #[inline(always)]
     fn double_coriolis(&self, w: Twist) -> Wrench<f64> {
         let ([x, y, z], c) = (self.coriolis, w.angular.scale(-2.0));
         Wrench { moment: x.scale(c.x) + y.scale(c.y) + z.scale(c.z), force: self.momentum.cross(c) }
     }
 
     /// (2 B)ᵀ s, which has no force.
-    #[inline(always)]
     fn double_coriolis_transposed(&self, s: Twist) -> Vector3<f64> {
         let ([x, y, z], c) = (self.coriolis, s.angular);
         let turned = Vector3::new(x.dot(c), y.dot(c), z.dot(c));
@@ -142,7 +131,6 @@ const UNIT: [Vector3<f64>; 3] = [
 ];
 
 /// I w = (J c + h × b, m b − h × c) for w = (c, b).
-#[inline(always)]
 fn times(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
     let h = inertia.first_moment;
     Wrench {
@@ -169,13 +157,8 @@ impl Model {
         by_velocity: &mut [f64],
     ) {
         self.check_joints(q);
-        vectorised(
-            #[inline(always)]
-            || {
-                self.place(ws, q);
-                self.partials_of_poses(ws, parameters, dq, ddq, by_position, by_velocity);
-            },
-        );
+        self.place(ws, q);
+        self.partials_of_poses(ws, parameters, dq, ddq, by_position, by_velocity);
     }
 
     /// The same with the poses in the workspace.
@@ -186,7 +169,6 @@ impl Model {
     /// ∂τ_i/∂q_j = S_iᵀ (I Ψ̈_j + 2 B Ψ̇_j)     and S_iᵀ (S_j ×* f) besides where i ≤ j
     /// ∂τ_i/∂q̇_j = S_iᵀ (2 I Ψ̇_j + 2 B S_j)
     /// ```
-    #[inline(always)]
     pub(super) fn partials_of_poses(
         &self,
         ws: &Workspace<f64>,
@@ -242,7 +224,6 @@ impl Model {
 
     /// Fills the axes and the links that have inertia, from base to tip:
     /// v_j = v + S_j q̇_j and a_j = a + S_j q̈_j + v × S_j q̇_j.
-    #[inline(always)]
     fn move_in_base(
         &self,
         ws: &Workspace<f64>,

@@ -6,9 +6,8 @@ use super::kinematics::{Motion, Pose};
 use super::vector::Vector3;
 use super::{Model, Workspace};
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
+use crate::numeric::Scalar;
 use crate::robot::{JointKind, SignModel};
-use crate::scalar::Scalar;
 
 /// Which columns of the regressor are wanted, prepared for evaluation: as a matrix, or only those
 /// entries that can differ from 0.
@@ -136,7 +135,7 @@ impl Model {
         out: &mut [T],
     ) {
         self.check_joints(q);
-        vectorised(
+        T::vectorised(
             #[inline(always)]
             || {
                 self.place(ws, q);

@@ -1,7 +1,7 @@
 //! How the acceleration changes with parameters, motion and torques.
 
 use super::{Model, RegressorColumns, Workspace};
-use crate::dispatch::vectorised;
+use crate::numeric::vectorised;
 
 /// Scratch memory for the variations of one model.
 #[derive(Clone, Debug)]
@@ -54,12 +54,13 @@ impl Model {
         variation: Variation<'_>,
         out: &mut [f64],
     ) {
+        let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
+        self.partials_of_poses(solved, parameters, dq, ddq, by_position, by_velocity);
+        self.regressor_of_poses(solved, columns, dq, ddq, regressor);
+        // Rows of many parameters.
         vectorised(
             #[inline(always)]
             || {
-                let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
-                self.partials_of_poses(solved, parameters, dq, ddq, by_position, by_velocity);
-                self.regressor_of_poses(solved, columns, dq, ddq, regressor);
                 let (n, width) = (self.joints(), columns.width());
                 for (i, out) in out.chunks_exact_mut(width).enumerate() {
                     let row = i * width..(i + 1) * width;

@@ -5,7 +5,7 @@
 
 use core::ops::{Add, Sub};
 
-use crate::scalar::Scalar;
+use crate::numeric::Scalar;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vector3<T> {

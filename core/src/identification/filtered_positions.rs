@@ -6,7 +6,7 @@ use super::error::IdentificationError;
 use super::experiment::Experiment;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
-use crate::lanes::each;
+use crate::numeric::each;
 use crate::signal::neighbours;
 
 /// Filtered positions of every joint, sample by sample. Velocities and accelerations are formed

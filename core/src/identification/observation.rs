@@ -6,11 +6,10 @@ use nalgebra::DMatrix;
 
 use super::error::IdentificationError;
 use super::experiment::Experiment;
-use super::prefilter::{GROUP, Motion, MotionGroup};
+use super::prefilter::{Motion, MotionGroup};
 use super::selection::Selection;
 use crate::dynamics::{BaseParameters, Model, RegressorColumns, Workspace};
-use crate::lanes::Lanes;
-use crate::signal::{ParallelDecimation, SignalError};
+use crate::signal::{Group, ParallelDecimation, SignalError};
 
 /// The filtered, decimated observation matrix X of a motion: the rows of each joint together, one
 /// column per selected parameter. Equation 6 filters each column as the torque is filtered.
@@ -30,8 +29,8 @@ pub fn observation_matrix(
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let columns = model.regressor_entries(selection.columns());
     let (samples, joints) = motion.position.shape();
-    let read = entries_along(model, &columns, motion);
-    let entries = decimation.decimate_groups(samples, columns.entries().len(), counted, read);
+    let mut read = entries_along(model, &columns, motion);
+    let entries = decimation.decimate_groups(samples, columns.entries().len(), counted, &mut read);
     Ok(matrix_of(&columns, 0..columns.width(), joints, &entries.map_err(named)?))
 }
 
@@ -66,9 +65,10 @@ impl BaseColumns {
         let columns = model.regressor_entries(&all);
         let (samples, joints) = motion.position.shape();
         let (signals, counted) = (columns.entries().len(), experiment.counted());
-        let read = entries_along(model, &columns, motion);
-        let [entries, differences] =
-            decimation.decimate_with_differences(samples, signals, counted, read).map_err(named)?;
+        let mut read = entries_along(model, &columns, motion);
+        let [entries, differences] = decimation
+            .decimate_with_differences(samples, signals, counted, &mut read)
+            .map_err(named)?;
         let matrix_of = |wanted, entries| {
             let matrix = matrix_of(&columns, wanted, joints, entries);
             experiment.fitted_matrix(decimation, matrix)
@@ -86,7 +86,7 @@ fn entries_along<'a>(
     model: &'a Model,
     columns: &'a RegressorColumns,
     motion: &'a Motion,
-) -> impl FnMut(usize, &mut [Lanes<GROUP>]) + use<'a> {
+) -> impl FnMut(usize, &mut [Group]) + use<'a> {
     let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
     move |first, entries| {
         let [q, dq, ddq] = group.read(motion, first);

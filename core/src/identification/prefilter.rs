@@ -7,10 +7,9 @@ use super::experiment::Experiment;
 use super::filtered_positions::FilteredPositions;
 use super::options::PositionFilter;
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
-use crate::lanes::{self, Lanes};
+use crate::numeric::{Lanes, WIDTH, vectorised};
 use crate::regression::RowFilter;
-use crate::signal::{ParallelDecimation, central_difference, delay_linear};
+use crate::signal::{Group, ParallelDecimation, central_difference, delay_linear};
 
 /// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
 /// rad/s²; m for a prismatic joint\].
@@ -24,22 +23,19 @@ pub struct Motion {
     pub acceleration: DMatrix<f64>,
 }
 
-/// Samples of a motion that go through the dynamics at once.
-pub(super) const GROUP: usize = lanes::WIDTH;
-
 /// q, q̇ and q̈ of every joint at so many consecutive samples.
 pub(super) struct MotionGroup {
     joints: usize,
-    quantities: [[Lanes<GROUP>; MAX_JOINTS]; 3],
+    quantities: [[Group; MAX_JOINTS]; 3],
 }
 
 impl MotionGroup {
     pub(super) fn of_joints(joints: usize) -> Self {
-        Self { joints, quantities: [[Lanes([0.0; GROUP]); MAX_JOINTS]; 3] }
+        Self { joints, quantities: [[Lanes([0.0; WIDTH]); MAX_JOINTS]; 3] }
     }
 
     /// From sample `first` of a motion on; beyond the last sample they are those of the last.
-    pub(super) fn read(&mut self, motion: &Motion, first: usize) -> [&[Lanes<GROUP>]; 3] {
+    pub(super) fn read(&mut self, motion: &Motion, first: usize) -> [&[Group]; 3] {
         let signals = [&motion.position, &motion.velocity, &motion.acceleration];
         for (quantity, signals) in self.quantities.iter_mut().zip(signals) {
             let samples = signals.nrows();
@@ -55,13 +51,13 @@ impl MotionGroup {
         &mut self,
         positions: &FilteredPositions,
         first: usize,
-    ) -> [&[Lanes<GROUP>]; 3] {
+    ) -> [&[Group]; 3] {
         let last = positions.samples() - 1;
         let [q, dq, ddq] = &mut self.quantities;
         vectorised(
             #[inline(always)]
             || {
-                for l in 0..GROUP {
+                for l in 0..WIDTH {
                     let k = (first + l).min(last);
                     let sample =
                         [positions.position(k), positions.velocity(k), positions.acceleration(k)];
@@ -76,14 +72,14 @@ impl MotionGroup {
         self.of_the_joints()
     }
 
-    fn of_the_joints(&self) -> [&[Lanes<GROUP>]; 3] {
+    fn of_the_joints(&self) -> [&[Group]; 3] {
         self.quantities.each_ref().map(|quantity| &quantity[..self.joints])
     }
 }
 
 /// The samples of a signal from `first` on; beyond the last sample, the last.
 #[inline(always)]
-pub(super) fn group_of(signal: &[f64], first: usize) -> Lanes<GROUP> {
+pub(super) fn group_of(signal: &[f64], first: usize) -> Group {
     match signal[first..].first_chunk() {
         Some(samples) => Lanes(*samples),
         None => Lanes::from_fn(|l| signal[(first + l).min(signal.len() - 1)]),

@@ -9,6 +9,7 @@ use super::experiment::Experiment;
 use super::idim_ls::EquationErrorFit;
 use super::prefilter::Motion;
 use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
+use crate::numeric::WIDTH;
 use crate::robot::Robot;
 use crate::simulation::{
     ClosedLoop, InitialState, Integrator, Lockstep, NoiseConfig, Sensitivities, SetupError,
@@ -214,46 +215,32 @@ impl<'a> Simulator<'a> {
         }
         let (samples, joints) = (self.motion.position.nrows(), self.robot.joints());
         let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
-        let done = self.for_each_sample_of::<L>(loops, |one, k, sample| {
+        let done = self.for_each_sample_of(loops, |one, k, sample| {
             set_row(&mut torques[one], k, &sample.true_torque_nm);
         });
         Ok(done.map(|()| torques))
     }
 
-    /// Calls `each` with the number of each of these loops, no more than `L` at a time, and every sample
+    /// Calls `each` with the number of each of these loops, several of them side by side, and every sample
     /// of the record's grid.
-    pub(super) fn for_each_sample_of<const L: usize>(
+    pub(super) fn for_each_sample_of(
         &self,
         loops: Vec<ClosedLoop<&SampledReference>>,
         mut each: impl FnMut(usize, usize, &StepOutput),
     ) -> Result<(), SimulationError> {
-        let mut first = 0;
-        let mut rest = loops.into_iter();
-        loop {
-            let some: Vec<_> = rest.by_ref().take(L).collect();
-            let count = some.len();
-            if count == 0 {
-                return Ok(());
-            }
-            match <[_; L]>::try_from(some) {
-                Ok(some) => {
-                    let mut lockstep = Lockstep::new(some);
-                    for k in 0..self.motion.position.nrows() {
-                        let periods = if k > 0 { self.periods } else { 1 };
-                        (0..periods).try_for_each(|_| lockstep.step())?;
-                        for (l, sample) in lockstep.outputs().into_iter().enumerate() {
-                            each(first + l, k, sample);
-                        }
-                    }
-                }
-                Err(few) => {
-                    for (l, mut one) in few.into_iter().enumerate() {
-                        self.for_each_sample(&mut one, |k, sample, _| each(first + l, k, sample))?;
-                    }
+        let (mut first, mut rest) = (0, loops.into_iter().peekable());
+        while rest.peek().is_some() {
+            let mut lockstep = Lockstep::new(rest.by_ref().take(WIDTH).collect());
+            for k in 0..self.motion.position.nrows() {
+                let periods = if k > 0 { self.periods } else { 1 };
+                (0..periods).try_for_each(|_| lockstep.step())?;
+                for (l, sample) in lockstep.outputs().enumerate() {
+                    each(first + l, k, sample);
                 }
             }
-            first += count;
+            first += WIDTH;
         }
+        Ok(())
     }
 
     /// The motion of the last simulation that [`run`](Self::run) completed.

@@ -1,11 +1,9 @@
 //! Fourier transforms of real signals, several at once.
 
-use crate::dispatch::vectorised;
-use crate::lanes::{self, Lanes};
-use crate::scalar::Scalar;
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 
-/// Signals side by side. Each has the bits that it would have alone, on every processor.
-pub(super) const SIGNALS: usize = lanes::WIDTH;
+/// Signals side by side. Each has the bits that it would have alone.
+pub(super) const SIGNALS: usize = WIDTH;
 
 /// As many complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -28,6 +28,7 @@ mod robust;
 mod solution;
 mod spectrum;
 mod spectrum_shape;
+mod triangles;
 
 pub use analysis::ResidualAnalysis;
 pub use autocorrelation::{NoiseAutocorrelation, autocorrelation};

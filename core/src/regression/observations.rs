@@ -1,4 +1,4 @@
-//! The overdetermined system of equation 7 and what is computed from it.
+//! The overdetermined system of equation 7.
 
 use core::ops::Range;
 use std::sync::OnceLock;
@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
-use super::solution::{self, Solution, Triangles};
+use super::triangles::Triangles;
 
 /// `y = X θ + ε` with the rows of joint 1 first, then joint 2, … (equations 7 and 8).
 ///
@@ -98,7 +98,7 @@ impl Observations {
 
     /// The triangles of the joints' rows, computed once.
     pub(super) fn triangles(&self) -> &Triangles {
-        self.triangles.get_or_init(|| Triangles::of(self))
+        self.triangles.get_or_init(|| Triangles::of(&self.matrix, &self.measurements, self.joints))
     }
 
     /// `y − X θ` (r), unweighted, in the unit of the measurements.
@@ -125,28 +125,6 @@ impl Observations {
             level.max(f64::EPSILON * rounding).max(f64::MIN_POSITIVE)
         };
         (0..self.joints).map(level).collect()
-    }
-
-    /// Ordinary least squares (equation 9). The covariance is the sandwich
-    /// `(XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹` with Ω from the [`noise_levels`](Self::noise_levels) of its own
-    /// residuals: right also where the noise differs per joint. The singular values are those of X.
-    ///
-    /// # Errors
-    /// [`ZeroColumns`](RegressionError::ZeroColumns),
-    /// [`DependentColumns`](RegressionError::DependentColumns),
-    /// [`OutOfRange`](RegressionError::OutOfRange).
-    pub fn ordinary(&self) -> Result<Solution, RegressionError> {
-        solution::ordinary(self)
-    }
-
-    /// Weighted least squares with one noise level σ_j per joint: each joint's rows are divided by
-    /// its level. Covariance `(XᵀΩ⁻¹X)⁻¹` (equation 10). The singular values are those of
-    /// `Ω^{-1/2} X`.
-    ///
-    /// # Errors
-    /// As [`ordinary`](Self::ordinary), and [`NoiseLevel`](RegressionError::NoiseLevel).
-    pub fn weighted(&self, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
-        solution::weighted(self, noise_levels)
     }
 
     pub(super) fn joint_of<'a>(

@@ -1,15 +1,14 @@
-//! Products of tall matrices, with the same bits on every processor.
+//! Products of tall matrices by blocks of two columns (register blocking; Golub & Van Loan, *Matrix
+//! Computations*, section 1.5), which pass over the zeros that joints leave in their columns.
 
 use core::ops::Range;
 
 use nalgebra::DMatrix;
 
-use crate::dispatch::vectorised;
-use crate::lanes::{self, Lanes};
-use crate::scalar::Scalar;
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 
 /// Numbers of a column that are computed side by side.
-const TOGETHER: usize = lanes::WIDTH;
+const TOGETHER: usize = WIDTH;
 
 /// AᵀB of matrices with as many rows. Where columns of B begin or end with zeros, it takes less time.
 pub(super) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::RegressionError;
 use super::observations::Observations;
 use super::products::product;
-use super::rank;
+use super::triangles::Factor;
 
 /// Parameters with their covariance, and how well the matrix determined them.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,11 +44,35 @@ impl Solution {
     }
 }
 
+impl Observations {
+    /// Ordinary least squares (equation 9). The covariance is the sandwich
+    /// `(XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹` with Ω from the [`noise_levels`](Self::noise_levels) of its own
+    /// residuals: right also where the noise differs per joint. The singular values are those of X.
+    ///
+    /// # Errors
+    /// [`ZeroColumns`](RegressionError::ZeroColumns),
+    /// [`DependentColumns`](RegressionError::DependentColumns),
+    /// [`OutOfRange`](RegressionError::OutOfRange).
+    pub fn ordinary(&self) -> Result<Solution, RegressionError> {
+        ordinary(self)
+    }
+
+    /// Weighted least squares with one noise level σ_j per joint: each joint's rows are divided by
+    /// its level. Covariance `(XᵀΩ⁻¹X)⁻¹` (equation 10). The singular values are those of
+    /// `Ω^{-1/2} X`.
+    ///
+    /// # Errors
+    /// As [`ordinary`](Self::ordinary), and [`NoiseLevel`](RegressionError::NoiseLevel).
+    pub fn weighted(&self, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
+        weighted(self, noise_levels)
+    }
+}
+
 /// Equation 9 with the sandwich covariance.
-pub(super) fn ordinary(system: &Observations) -> Result<Solution, RegressionError> {
+fn ordinary(system: &Observations) -> Result<Solution, RegressionError> {
     let triangles = system.triangles();
     let even = vec![1.0; system.joints()];
-    let factor = triangles.factor(system, &even)?;
+    let factor = triangles.factor(system.matrix().nrows(), &even)?;
     let residuals = system.residuals(&factor.parameters);
     // (XᵀX)⁻¹ XᵀΩX (XᵀX)⁻¹ = R⁻¹ (ZᵀZ) R⁻ᵀ with Z = Ω^{1/2} X R⁻¹, or Ω^{1/2} of the triangles.
     let z = triangles.scaled(&system.noise_levels(&residuals));
@@ -58,10 +82,7 @@ pub(super) fn ordinary(system: &Observations) -> Result<Solution, RegressionErro
 }
 
 /// Equations 10 to 12.
-pub(super) fn weighted(
-    system: &Observations,
-    noise_levels: &[f64],
-) -> Result<Solution, RegressionError> {
+fn weighted(system: &Observations, noise_levels: &[f64]) -> Result<Solution, RegressionError> {
     let (rows, columns) = system.matrix().shape();
     if noise_levels.len() != system.joints() {
         let (measurements, joints) = (rows, noise_levels.len());
@@ -73,7 +94,7 @@ pub(super) fn weighted(
         }
     }
     let weights: Vec<f64> = noise_levels.iter().map(|level| 1.0 / level).collect();
-    let factor = system.triangles().factor(system, &weights)?;
+    let factor = system.triangles().factor(rows, &weights)?;
     let residuals = system.residuals(&factor.parameters);
     // (XᵀΩ⁻¹X)⁻¹ = R⁻¹ R⁻ᵀ
     let half = factor.r_inverse.clone();
@@ -100,73 +121,4 @@ fn finish(
         noise_levels,
         r_inverse: factor.r_inverse,
     })
-}
-
-/// The rows of each joint in X and y, `[X_j y_j] = Q_j T_j`, by T_j alone: all that weights of joints
-/// leave of an equation (Golub & Van Loan, section 5.1.9 on factoring rows in blocks).
-#[derive(Clone, Debug)]
-pub(super) struct Triangles(Vec<DMatrix<f64>>);
-
-impl Triangles {
-    pub(super) fn of(system: &Observations) -> Self {
-        let (columns, rows) = (system.matrix().ncols(), system.rows_per_joint());
-        let triangle = |joint| {
-            let range = system.joint_rows(joint);
-            let x = system.matrix().rows_range(range.clone());
-            // A joint feels what hangs on it: the other columns are 0.
-            let felt: Vec<usize> = (0..columns)
-                .filter(|&column| x.column(column).iter().any(|value| *value != 0.0))
-                .collect();
-            let mut block = DMatrix::zeros(rows, felt.len() + 1);
-            for (mut to, &from) in block.column_iter_mut().zip(&felt) {
-                to.copy_from(&x.column(from));
-            }
-            block.set_column(felt.len(), &system.measurements().rows_range(range));
-            let compact = block.qr().unpack_r();
-            let mut triangle = DMatrix::zeros(compact.nrows(), columns + 1);
-            for (from, &to) in compact.column_iter().zip(felt.iter().chain([&columns])) {
-                triangle.set_column(to, &from);
-            }
-            triangle
-        };
-        Self((0..system.joints()).map(triangle).collect())
-    }
-
-    /// One below the other, each times a factor: `[X y]` of fewer rows.
-    fn scaled(&self, factors: &[f64]) -> DMatrix<f64> {
-        let rows: usize = self.0.iter().map(DMatrix::nrows).sum();
-        let columns = self.0.first().map_or(0, DMatrix::ncols);
-        let mut stacked = DMatrix::zeros(rows.max(columns), columns);
-        let mut first = 0;
-        for (triangle, factor) in self.0.iter().zip(factors) {
-            let mut part = stacked.rows_mut(first, triangle.nrows());
-            part.copy_from(triangle);
-            part *= *factor;
-            first += triangle.nrows();
-        }
-        stacked
-    }
-
-    fn factor(&self, system: &Observations, weights: &[f64]) -> Result<Factor, RegressionError> {
-        let (rows, columns) = system.matrix().shape();
-        let triangle = self.scaled(weights).qr().unpack_r();
-        let (r, rhs) = (triangle.view((0, 0), (columns, columns)), triangle.column(columns));
-        let (r, rhs) = (r.into_owned(), rhs.rows(0, columns));
-        let r_inverse = r.solve_upper_triangular(&DMatrix::identity(columns, columns));
-        rank::check(&r, r_inverse.as_ref(), rows)?;
-        let singular_values = rank::singular_values(&r)?;
-        match (r.solve_upper_triangular(&rhs), r_inverse) {
-            (Some(parameters), Some(r_inverse)) => {
-                Ok(Factor { parameters, r_inverse, singular_values })
-            }
-            _ => Err(RegressionError::OutOfRange),
-        }
-    }
-}
-
-/// What the QR decomposition of a tall matrix of full rank gives.
-struct Factor {
-    parameters: DVector<f64>,
-    r_inverse: DMatrix<f64>,
-    singular_values: Vec<f64>,
 }

@@ -12,7 +12,7 @@ use super::ljung_box::LjungBox;
 use super::observations::Observations;
 use super::products::symmetric_product;
 use super::spectrum_shape::{Band, SmoothSpectrum};
-use crate::dispatch::vectorised;
+use crate::numeric::vectorised;
 
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
 /// something to judge by.

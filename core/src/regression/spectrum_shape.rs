@@ -1,8 +1,6 @@
 //! The shape of a power spectrum from few numbers: linear prediction on a part of the band.
 
-use crate::dispatch::vectorised;
-use crate::lanes::{self, Lanes};
-use crate::scalar::Scalar;
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 
 /// Rows per coefficient at least, so that a short record does not choose a shape of its own.
 const ROWS_PER_COEFFICIENT: f64 = 8.0;
@@ -14,7 +12,7 @@ const MAX_ORDER: usize = 24;
 const TESTED_LAGS: usize = 12;
 
 /// Values of a spectrum that are computed side by side.
-const TOGETHER: usize = lanes::WIDTH;
+const TOGETHER: usize = WIDTH;
 
 /// Lags from 0 that are looked at, side by side.
 const LAG_GROUPS: usize =

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::scalar::Scalar;
+use crate::numeric::Scalar;
 
 /// The function that stands for sign(v) in Coulomb friction.
 ///
@@ -33,6 +33,14 @@ impl SignModel {
             Self::Sign => speed.sign(),
             Self::DeadBand { threshold_rad_s } => speed.dead_band_sign(threshold_rad_s),
             Self::Tanh { width_rad_s } => (speed / T::constant(width_rad_s)).tanh(),
+        }
+    }
+
+    /// How the model's value grows with the speed, where it is `value`; 0 where it jumps.
+    pub(crate) fn slope(self, value: f64) -> f64 {
+        match self {
+            Self::Tanh { width_rad_s } => (1.0 - value * value) / width_rad_s,
+            Self::Sign | Self::DeadBand { .. } => 0.0,
         }
     }
 

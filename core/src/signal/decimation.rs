@@ -9,12 +9,9 @@ use super::design::chebyshev1_low_pass;
 use super::difference::neighbours;
 use super::error::SignalError;
 use super::jump::Jump;
-use super::record::Record;
+use super::record::{Group, Record};
 use super::sections::SecondOrderSections;
-use crate::lanes::Lanes;
-
-/// Samples of a signal in memory that are read at once.
-const GROUP: usize = 8;
+use crate::numeric::{Lanes, WIDTH};
 
 /// The parallel filter F_p of equation 6, applied without phase, and the factor n_d.
 ///
@@ -110,7 +107,7 @@ impl ParallelDecimation {
     /// Filters m signals over all `samples` of a record and gives the [`kept`](Self::kept) ones
     /// (kept × m).
     ///
-    /// `read` writes `N` consecutive samples of the m signals, from a sample on; what it writes
+    /// `read` writes a [`Group`] of each of the m signals, from a sample on; what it writes
     /// beyond the record does not count. It is called in order and once for a sample, so that the unfiltered signals
     /// need not be in memory together. A signal has the same bits whatever the others are, and those
     /// of [`filter`](Self::filter) but for rounding.
@@ -118,12 +115,12 @@ impl ParallelDecimation {
     /// # Errors
     /// As [`SecondOrderSections::filter_zero_phase`], with the first sample that has a bad value in
     /// any signal.
-    pub fn decimate_groups<const N: usize>(
+    pub fn decimate_groups(
         &self,
         samples: usize,
         signals: usize,
         counted: Range<usize>,
-        mut read: impl FnMut(usize, &mut [Lanes<N>]),
+        read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<DMatrix<f64>, SignalError> {
         if !self.is_none() {
             let [rows, _] = self.decimate_with_differences(samples, signals, counted, read)?;
@@ -131,10 +128,10 @@ impl ParallelDecimation {
         }
         let kept = self.kept_rows(samples, &counted);
         let mut rows = DMatrix::zeros(kept.len(), signals);
-        let mut group = vec![Lanes([0.0; N]); signals];
-        for first in kept.clone().step_by(N) {
+        let mut group = vec![Lanes([0.0; WIDTH]); signals];
+        for first in kept.clone().step_by(WIDTH) {
             read(first, &mut group);
-            let count = N.min(kept.end - first);
+            let count = WIDTH.min(kept.end - first);
             let bad = |k: &usize| group.iter().any(|values| !values.0[*k].is_finite());
             if let Some(k) = (0..count).find(bad) {
                 return Err(SignalError::NotFinite { index: first + k });
@@ -154,12 +151,12 @@ impl ParallelDecimation {
     ///
     /// # Errors
     /// As [`decimate_groups`](Self::decimate_groups).
-    pub fn decimate_with_differences<const N: usize>(
+    pub fn decimate_with_differences(
         &self,
         samples: usize,
         signals: usize,
         counted: Range<usize>,
-        read: impl FnMut(usize, &mut [Lanes<N>]),
+        read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let kept = self.kept_rows(samples, &counted);
         if let Some((filter, jump)) = &self.filter {
@@ -193,11 +190,11 @@ impl ParallelDecimation {
         samples: usize,
         signals: usize,
         counted: Range<usize>,
-        mut read: impl FnMut(usize, &mut [f64]),
+        read: &mut dyn FnMut(usize, &mut [f64]),
     ) -> Result<DMatrix<f64>, SignalError> {
         let mut values = vec![0.0; signals];
-        self.decimate_groups::<GROUP>(samples, signals, counted, |first, group| {
-            for k in first..samples.min(first + GROUP) {
+        self.decimate_groups(samples, signals, counted, &mut |first, group| {
+            for k in first..samples.min(first + WIDTH) {
                 read(k, &mut values);
                 for (group, value) in group.iter_mut().zip(&values) {
                     group.0[k - first] = *value;
@@ -216,8 +213,8 @@ impl ParallelDecimation {
         counted: Range<usize>,
     ) -> Result<DMatrix<f64>, SignalError> {
         let samples = signals.nrows();
-        self.decimate_groups::<GROUP>(samples, signals.ncols(), counted, |first, group| {
-            let last = samples.min(first + GROUP);
+        self.decimate_groups(samples, signals.ncols(), counted, &mut |first, group| {
+            let last = samples.min(first + WIDTH);
             for (group, signal) in group.iter_mut().zip(signals.column_iter()) {
                 group.0[..last - first].copy_from_slice(signal.rows_range(first..last).as_slice());
             }

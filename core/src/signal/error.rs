@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::design::{CUTOFF_MARGIN, MAX_ORDER, RIPPLE_RANGE_DB};
+use super::limits::{CUTOFF_MARGIN, MAX_ORDER, RIPPLE_RANGE_DB};
 
 /// Why a filter cannot be designed or a signal cannot be filtered. Nothing is changed on error.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]

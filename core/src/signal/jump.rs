@@ -1,4 +1,6 @@
-//! Zero-phase filtering of many signals of which few samples are wanted.
+//! Zero-phase filtering of many signals of which few samples are wanted: the filter in its parallel form, by
+//! partial fractions (Oppenheim & Schafer, *Discrete-Time Signal Processing*, section 6.3.3), evaluated at
+//! the decimated rate.
 //!
 //! Forward and backward, a filter is a sum of oscillations that fade to both sides. What one of them
 //! has of the samples before a wanted one turns and fades to the next wanted one, and the samples
@@ -13,12 +15,10 @@ use super::error::SignalError;
 use super::modes::{Mode, Modes};
 use super::record::Record;
 use super::sections::SecondOrderSections;
-use crate::dispatch::vectorised;
-use crate::lanes::{self, Lanes};
-use crate::scalar::Scalar;
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 
 /// Oscillations that are computed side by side.
-const TOGETHER: usize = lanes::WIDTH;
+const TOGETHER: usize = WIDTH;
 
 type Four = Lanes<TOGETHER>;
 
@@ -186,9 +186,9 @@ impl Jump {
     ///
     /// # Errors
     /// [`SignalError::NotFinite`] as for one signal.
-    pub(super) fn filter_zero_phase<const N: usize>(
+    pub(super) fn filter_zero_phase(
         &self,
-        mut record: Record<impl FnMut(usize, &mut [Lanes<N>]), N>,
+        mut record: Record<'_>,
         wanted: Range<usize>,
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let (factor, count) = (self.samples + 1, self.oscillations.len());

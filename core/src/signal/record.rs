@@ -2,13 +2,18 @@
 
 use super::error::SignalError;
 use super::zero_phase::OddPadding;
-use crate::lanes::Lanes;
+use crate::numeric::{Lanes, WIDTH};
+
+/// Consecutive samples of one signal.
+pub type Group = Lanes<WIDTH>;
+
+/// What writes a [`Group`] of every signal, from a sample on; samples beyond the record do not count.
+/// Not a type parameter, of which every one would compile the filters anew.
+pub(super) type Source<'a> = &'a mut dyn FnMut(usize, &mut [Group]);
 
 /// A stretch of a record in memory, signal after signal.
-///
-/// `source` writes `N` consecutive samples of every signal; those beyond the record do not count.
-pub(super) struct Record<R, const N: usize> {
-    source: R,
+pub(super) struct Record<'a> {
+    source: Source<'a>,
     pub(super) samples: usize,
     pub(super) signals: usize,
     /// Samples of each continuation.
@@ -19,23 +24,23 @@ pub(super) struct Record<R, const N: usize> {
     read: usize,
     stride: usize,
     values: Vec<f64>,
-    group: Vec<Lanes<N>>,
+    group: Vec<Group>,
 }
 
-impl<R: FnMut(usize, &mut [Lanes<N>]), const N: usize> Record<R, N> {
+impl<'a> Record<'a> {
     /// With room for so many samples at once.
     pub(super) fn open(
         samples: usize,
         signals: usize,
         padding: OddPadding,
         room: usize,
-        source: R,
+        source: Source<'a>,
     ) -> Result<Self, SignalError> {
         let needed = padding.samples.saturating_add(1);
         if samples < needed {
             return Err(SignalError::TooShort { samples, needed });
         }
-        let stride = room + N;
+        let stride = room + WIDTH;
         Ok(Self {
             source,
             samples,
@@ -45,7 +50,7 @@ impl<R: FnMut(usize, &mut [Lanes<N>]), const N: usize> Record<R, N> {
             read: 0,
             stride,
             values: vec![0.0; signals * stride],
-            group: vec![Lanes([0.0; N]); signals],
+            group: vec![Lanes([0.0; WIDTH]); signals],
         })
     }
 
@@ -58,10 +63,10 @@ impl<R: FnMut(usize, &mut [Lanes<N>]), const N: usize> Record<R, N> {
         self.first = first;
         while self.read < (first + wanted).min(self.samples) {
             (self.source)(self.read, &mut self.group);
-            let inside = N.min(self.samples - self.read);
+            let inside = WIDTH.min(self.samples - self.read);
             let at = self.read - self.first;
             for (values, group) in self.values.chunks_exact_mut(self.stride).zip(&self.group) {
-                values[at..at + N].copy_from_slice(&group.0);
+                values[at..at + WIDTH].copy_from_slice(&group.0);
             }
             self.read += inside;
         }

@@ -1,6 +1,6 @@
 //! A digital filter as a cascade of second-order sections.
 
-use crate::scalar::Scalar;
+use crate::numeric::Scalar;
 
 /// One section, `H(z) = gain (1 + z⁻¹)ᵐ / (1 + a1 z⁻¹ + a2 z⁻²)` multiplied out, with m = 2, or
 /// m = 1 for the section of a real pole.

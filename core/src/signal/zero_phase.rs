@@ -2,8 +2,7 @@
 
 use super::error::SignalError;
 use super::sections::{SecondOrderSections, Section};
-use crate::dispatch::vectorised;
-use crate::lanes::Lanes;
+use crate::numeric::{Lanes, vectorised};
 
 /// Samples that pass all sections before the next ones do: small enough for the nearest cache.
 const BLOCK: usize = 256;

@@ -8,14 +8,15 @@ use crate::dynamics::{Model, Workspace};
 use crate::robot::{Robot, SignModel, Transmission};
 use crate::trajectory::Reference;
 
-use super::config::check_length;
+use super::checked::check_length;
 use super::disturbance::DisturbanceTorque;
 use super::error::{SetupError, SimulationError};
 use super::hold::CommandHold;
 use super::integrator::Stages;
 use super::measurement::Encoders;
-use super::noise::{Noises, WhiteNoise};
+use super::noise::Noises;
 use super::plant::{Plant, ReferencePoint};
+use super::white_noise::WhiteNoise;
 use super::{InitialState, Record, SimulationConfig, StepOutput, Unmodelled};
 
 /// An arm under control, simulated.

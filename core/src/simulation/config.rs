@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::checked::check_length;
 use super::error::SetupError;
 use super::{Integrator, NoiseConfig, Unmodelled};
 use crate::control::ControllerConfig;
@@ -127,14 +128,6 @@ impl SimulationConfig {
         self.noise.as_ref().map_or(Ok(()), |noise| noise.validate(joints))?;
         self.unmodelled.as_ref().map_or(Ok(()), |unmodelled| unmodelled.validate(joints))
     }
-}
-
-pub(super) fn check_length(
-    what: &'static str,
-    expected: usize,
-    found: usize,
-) -> Result<(), SetupError> {
-    if expected == found { Ok(()) } else { Err(SetupError::Length { what, expected, found }) }
 }
 
 fn one() -> u32 {

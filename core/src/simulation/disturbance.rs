@@ -2,7 +2,7 @@
 
 use crate::MAX_JOINTS;
 
-use super::noise::WhiteNoise;
+use super::white_noise::WhiteNoise;
 
 /// Normal noise on every joint, white or of first order: an Ornstein–Uhlenbeck process, sampled.
 #[derive(Clone, Debug)]

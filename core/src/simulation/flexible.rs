@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::config::check_length;
+use super::checked::{check_length, check_not_negative, check_positive};
 use super::error::SetupError;
-use super::unmodelled::check_positive;
 
 /// A part of a joint's inertia that hangs on a spring and a damper (Spong, Hutchinson and Vidyasagar,
 /// *Robot Modeling and Control*, on joint elasticity), such as what is behind a belt or a gear:
@@ -39,15 +38,8 @@ pub(super) fn validate(modes: &[FlexibleMode], joints: usize) -> Result<(), Setu
     check_length("unmodelled.flexible", joints, modes.len())?;
     for mode in modes {
         check_positive("unmodelled.flexible.frequency_hz", mode.frequency_hz)?;
-        for (what, value) in [
-            ("unmodelled.flexible.damping_ratio", mode.damping_ratio),
-            ("unmodelled.flexible.inertia_kg_m2", mode.inertia_kg_m2),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                let expected = "finite and not negative";
-                return Err(SetupError::BadValue { what, value, expected });
-            }
-        }
+        check_not_negative("unmodelled.flexible.damping_ratio", mode.damping_ratio)?;
+        check_not_negative("unmodelled.flexible.inertia_kg_m2", mode.inertia_kg_m2)?;
     }
     Ok(())
 }

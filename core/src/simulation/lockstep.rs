@@ -1,58 +1,58 @@
-//! Several loops in step, their dynamics in the lanes of vector instructions.
+//! Several loops in step, their dynamics in the lanes of vector instructions (SIMD over simulations).
 
 use crate::MAX_JOINTS;
 use crate::dynamics::Workspace;
-use crate::lanes::Lanes;
-use crate::scalar::Scalar;
+use crate::numeric::{Lanes, Scalar, WIDTH};
 use crate::trajectory::Reference;
 
 use super::error::SimulationError;
 use super::hold::CommandHold;
 use super::integrator::Stages;
-use super::plant::ReferencePoint;
+use super::plant::{Plant, ReferencePoint};
 use super::{ClosedLoop, StepOutput};
 
-/// Loops of one robot with one schedule (timing, integrator and substeps), at time 0, rigid and
+/// Up to [`WIDTH`] loops of one robot with one schedule (timing, integrator and substeps), at time 0, rigid and
 /// without sensitivities; parameters, gains, references, noise and starts may differ. Each does bit by bit what it does alone; together they take a fraction of the time.
-pub(crate) struct Lockstep<R, const L: usize> {
-    loops: [ClosedLoop<R>; L],
-    dynamics: Dynamics<L>,
+pub(crate) struct Lockstep<R> {
+    loops: Vec<ClosedLoop<R>>,
+    dynamics: Dynamics,
     /// The states of all loops, one after the other.
     state: Vec<f64>,
     stages: Stages,
     started: bool,
 }
 
-/// The direct dynamics of all loops at once.
-struct Dynamics<const L: usize> {
-    workspace: Workspace<Lanes<L>>,
-    parameters: Vec<Lanes<L>>,
-    less: Vec<Lanes<L>>,
+/// The direct dynamics of all loops at once; lanes without a loop do what the last one does.
+struct Dynamics {
+    workspace: Workspace<Lanes<WIDTH>>,
+    parameters: Vec<Lanes<WIDTH>>,
+    less: Vec<Lanes<WIDTH>>,
     /// q, q̇, τ and q̈.
-    motion: [[Lanes<L>; MAX_JOINTS]; 4],
+    motion: [[Lanes<WIDTH>; MAX_JOINTS]; 4],
 }
 
-impl<R: Reference, const L: usize> Lockstep<R, L> {
-    pub(crate) fn new(loops: [ClosedLoop<R>; L]) -> Self {
+impl<R: Reference> Lockstep<R> {
+    pub(crate) fn new(loops: Vec<ClosedLoop<R>>) -> Self {
         debug_assert!(
-            loops.iter().all(|one| {
-                let schedule = |of: &ClosedLoop<R>| {
-                    (of.controller.timing, of.config.integrator, of.config.substeps)
-                };
-                schedule(one) == schedule(&loops[0])
-                    && one.state.len() == loops[0].state.len()
-                    && one.varied.is_none()
-            }),
-            "loops of one schedule and size, without sensitivities"
+            (1..=WIDTH).contains(&loops.len())
+                && loops.iter().all(|one| {
+                    let schedule = |of: &ClosedLoop<R>| {
+                        (of.controller.timing, of.config.integrator, of.config.substeps)
+                    };
+                    schedule(one) == schedule(&loops[0])
+                        && one.state.len() == loops[0].state.len()
+                        && one.varied.is_none()
+                }),
+            "a few loops of one schedule and size, without sensitivities"
         );
-        let lanes = |values: [&Vec<f64>; L]| -> Vec<Lanes<L>> {
-            (0..values[0].len()).map(|k| Lanes::from_fn(|l| values[l][k])).collect()
+        let lanes = |of: fn(&Plant<R>) -> &[f64]| -> Vec<Lanes<WIDTH>> {
+            let of_lane = |l: usize| of(&loops[l.min(loops.len() - 1)].plant);
+            (0..of_lane(0).len()).map(|k| Lanes::from_fn(|l| of_lane(l)[k])).collect()
         };
-        let plants = loops.each_ref().map(|closed_loop| &closed_loop.plant);
         let dynamics = Dynamics {
             workspace: Workspace::new(),
-            parameters: lanes(plants.map(|plant| &plant.parameters)),
-            less: lanes(plants.map(|plant| &plant.flexible_inertia)),
+            parameters: lanes(|plant| &plant.parameters),
+            less: lanes(|plant| &plant.flexible_inertia),
             motion: [[Lanes::zero(); MAX_JOINTS]; 4],
         };
         let state = loops.iter().flat_map(|closed_loop| &closed_loop.state).copied();
@@ -72,8 +72,8 @@ impl<R: Reference, const L: usize> Lockstep<R, L> {
             self.advance()?;
         }
         let references =
-            self.loops.each_ref().map(|one| ReferencePoint::at(&one.plant.reference, time_s));
-        let size = self.state.len() / L;
+            references(&self.loops, |one| ReferencePoint::at(&one.plant.reference, time_s));
+        let size = self.state.len() / self.loops.len();
         for ((one, reference), y) in
             self.loops.iter_mut().zip(&references).zip(self.state.chunks_exact(size))
         {
@@ -92,8 +92,8 @@ impl<R: Reference, const L: usize> Lockstep<R, L> {
     }
 
     /// The samples of the last [`step`](Self::step).
-    pub(crate) fn outputs(&self) -> [&StepOutput; L] {
-        self.loops.each_ref().map(ClosedLoop::output)
+    pub(crate) fn outputs(&self) -> impl Iterator<Item = &StepOutput> {
+        self.loops.iter().map(ClosedLoop::output)
     }
 
     /// As [`ClosedLoop::step`] integrates from one sample to the next.
@@ -123,24 +123,36 @@ impl<R: Reference, const L: usize> Lockstep<R, L> {
         let [first, ..] = &loops[..] else { return Ok(()) };
         let (integrator, substeps) = (first.config.integrator, first.config.substeps);
         let between = |t: f64, y: &[f64], rate: &mut [f64]| {
-            let references = loops.each_ref().map(|one| one.plant.reference_between(t));
+            let references = references(loops, |one| one.plant.reference_between(t));
             dynamics.rates(loops, &references, t, y, rate)
         };
         stages.advance_over(integrator, substeps, (start_s, length_s), at_sample, state, between)
     }
 }
 
-impl<const L: usize> Dynamics<L> {
+/// The reference of every loop; beyond them, none.
+fn references<R>(
+    loops: &[ClosedLoop<R>],
+    at: impl Fn(&ClosedLoop<R>) -> ReferencePoint,
+) -> [ReferencePoint; WIDTH] {
+    let mut references = [ReferencePoint::default(); WIDTH];
+    for (reference, one) in references.iter_mut().zip(loops) {
+        *reference = at(one);
+    }
+    references
+}
+
+impl Dynamics {
     /// ẏ = f(t, y) of every loop along its reference.
     fn rates<R: Reference>(
         &mut self,
-        loops: &mut [ClosedLoop<R>; L],
-        references: &[ReferencePoint; L],
+        loops: &mut [ClosedLoop<R>],
+        references: &[ReferencePoint; WIDTH],
         time_s: f64,
         y: &[f64],
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
-        let size = y.len() / L;
+        let size = y.len() / loops.len();
         let [q, dq, torque, ddq] = &mut self.motion;
         let parts = y.chunks_exact(size).zip(rate.chunks_exact_mut(size));
         for (l, ((one, reference), (y, rate))) in
@@ -153,7 +165,12 @@ impl<const L: usize> Dynamics<L> {
                 ((q.0[l], dq.0[l]), torque.0[l]) = ((*own.0.0, *own.0.1), *own.1);
             }
         }
-        let [first, ..] = &loops[..] else { return Ok(()) };
+        let last = loops.len() - 1;
+        for lanes in [&mut *q, dq, torque].into_iter().flatten() {
+            let value = lanes.0[last];
+            lanes.0[last..].fill(value);
+        }
+        let [first, ..] = loops else { return Ok(()) };
         let n = first.plant.joints;
         let (workspace, parameters) = (&mut self.workspace, &self.parameters);
         first
@@ -238,7 +255,8 @@ mod tests {
         let continuous = ControlTiming::Continuous { sample_period_s: PERIOD_S };
         for timing in [sampled(0.0), sampled(1.3), continuous] {
             let mut alone = [0.7, 1.0, 1.2].map(|share| closed_loop(timing, share));
-            let mut together = Lockstep::new([0.7, 1.0, 1.2].map(|s| closed_loop(timing, s)));
+            let mut together =
+                Lockstep::new([0.7, 1.0, 1.2].map(|s| closed_loop(timing, s)).into());
             for _ in 0..450 {
                 together.step().unwrap();
                 for (one, found) in alone.iter_mut().zip(together.outputs()) {
@@ -254,7 +272,8 @@ mod tests {
         let timing = ControlTiming::Continuous { sample_period_s: PERIOD_S };
         let mut alone = closed_loop(timing, -1.0);
         let expected = alone.step().unwrap_err();
-        let mut together = Lockstep::new([1.0, -1.0].map(|share| closed_loop(timing, share)));
+        let mut together =
+            Lockstep::new([1.0, -1.0].map(|share| closed_loop(timing, share)).into());
         assert_eq!(together.step().unwrap_err(), expected);
     }
 }

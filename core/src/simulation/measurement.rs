@@ -3,7 +3,7 @@
 use crate::MAX_JOINTS;
 use crate::robot::Transmission;
 
-use super::noise::WhiteNoise;
+use super::white_noise::WhiteNoise;
 
 /// Encoders on the motors, with noise and a grid.
 #[derive(Clone, Debug)]

@@ -12,6 +12,7 @@
 //! [`ClosedLoop::step`] returns what is known at t_k after 1 to 3 and allocates nothing;
 //! [`ClosedLoop::run`] records many steps.
 
+mod checked;
 mod closed_loop;
 mod config;
 mod disturbance;
@@ -26,6 +27,7 @@ mod output;
 mod plant;
 mod sensitivity;
 mod unmodelled;
+mod white_noise;
 
 pub use closed_loop::ClosedLoop;
 pub use config::{DivergenceLimits, InitialState, SimulationConfig};

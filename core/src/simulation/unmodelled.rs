@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::config::check_length;
+use super::checked::{check_length, check_not_negative, check_positive};
 use super::error::SetupError;
 use super::flexible::{self, FlexibleMode};
 
@@ -76,11 +76,7 @@ impl Unmodelled {
         if let Some(stribeck) = &self.stribeck {
             check_length("unmodelled.stribeck", joints, stribeck.len())?;
             for of_joint in stribeck {
-                let (what, value) = ("unmodelled.stribeck.torque_nm", of_joint.torque_nm);
-                if !(value.is_finite() && value >= 0.0) {
-                    let expected = "finite and not negative";
-                    return Err(SetupError::BadValue { what, value, expected });
-                }
+                check_not_negative("unmodelled.stribeck.torque_nm", of_joint.torque_nm)?;
                 check_positive("unmodelled.stribeck.velocity_rad_s", of_joint.velocity_rad_s)?;
                 check_positive("unmodelled.stribeck.width_rad_s", of_joint.width_rad_s)?;
             }
@@ -94,11 +90,7 @@ impl Unmodelled {
         if let Some(cogging) = &self.cogging {
             check_length("unmodelled.cogging", joints, cogging.len())?;
             for of_motor in cogging {
-                let (what, value) = ("unmodelled.cogging.torque_nm", of_motor.torque_nm);
-                if !(value.is_finite() && value >= 0.0) {
-                    let expected = "finite and not negative";
-                    return Err(SetupError::BadValue { what, value, expected });
-                }
+                check_not_negative("unmodelled.cogging.torque_nm", of_motor.torque_nm)?;
                 let (what, value) = ("unmodelled.cogging.phase_rad", of_motor.phase_rad);
                 if !value.is_finite() {
                     return Err(SetupError::BadValue { what, value, expected: "finite" });
@@ -110,14 +102,6 @@ impl Unmodelled {
             gains.iter().try_for_each(|gain| check_positive("unmodelled.torque_gain", *gain))?;
         }
         Ok(())
-    }
-}
-
-pub(super) fn check_positive(what: &'static str, value: f64) -> Result<(), SetupError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(SetupError::BadValue { what, value, expected: "finite and positive" })
     }
 }
 

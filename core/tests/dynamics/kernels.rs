@@ -1,15 +1,14 @@
 //! Fast kernels against the plain ones, on random robots.
 
-use didim_core::dual::Dual;
 use didim_core::dynamics::{Model, Workspace};
-use didim_core::lanes::Lanes;
+use didim_core::numeric::{Lanes, Scalar};
 use didim_core::robot::{ParameterKind, Robot};
-use didim_core::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
 
 use crate::arms::{
     Design, Random, difference, inverse, mass_matrix, multiply, physical_parameters, random_robots,
 };
+use crate::dual::Dual;
 use crate::plain::link_torques;
 
 const ROBOTS: u64 = 300;
@@ -33,23 +32,17 @@ fn partials_of_the_inverse_dynamics_are_its_derivatives() {
             parameters[10 * link..10 * link + 10].fill(0.0);
         }
         let [q, dq, ddq] = [3.0, 4.0, 9.0].map(|size| random.vector(n, size));
-        let constants: Vec<_> =
-            parameters.iter().map(|&value| Dual::<1>::constant(value)).collect();
+        let constants: Vec<_> = parameters.iter().map(|&value| Dual(value, 0.0)).collect();
         let derivative = |of_velocity: bool, joint: usize| -> Vec<f64> {
-            let lift = |values: &[f64], varied: bool| -> Vec<Dual<1>> {
-                let dual = |(j, &value): (usize, &f64)| {
-                    if varied && j == joint {
-                        Dual::variable(value, 0)
-                    } else {
-                        Dual::constant(value)
-                    }
-                };
+            let lift = |values: &[f64], varied: bool| -> Vec<Dual> {
+                let rate = |j: usize| if varied && j == joint { 1.0 } else { 0.0 };
+                let dual = |(j, &value): (usize, &f64)| Dual(value, rate(j));
                 values.iter().enumerate().map(dual).collect()
             };
             let [q, dq, ddq] = [lift(&q, !of_velocity), lift(&dq, of_velocity), lift(&ddq, false)];
-            let mut tau = vec![Dual::constant(0.0); n];
+            let mut tau = vec![Dual(0.0, 0.0); n];
             model.inverse_dynamics(&mut Workspace::new(), &constants, &q, &dq, &ddq, &mut tau);
-            tau.iter().map(|tau| tau.slope[0]).collect()
+            tau.iter().map(|tau| tau.1).collect()
         };
         let [mut by_q, mut by_dq] = [vec![f64::NAN; n * n], vec![f64::NAN; n * n]];
         let mut workspace = Workspace::new();

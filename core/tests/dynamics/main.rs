@@ -5,6 +5,7 @@
 
 mod arms;
 mod base_parameters;
+mod dual;
 mod energy;
 mod generic;
 mod golden;

@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use super::Model;
+use crate::numeric::Scalar;
 use crate::robot::{Joint, JointKind, Parameter, ParameterKind};
-use crate::scalar::Scalar;
 
 /// Why a robot's base parameters could not be found.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -6,13 +6,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Subject;
 use crate::MAX_JOINTS;
-use crate::dispatch::vectorised;
 use crate::dynamics::{Model, Workspace};
 use crate::identification::error::IdentificationError;
 use crate::identification::filtered_positions::FilteredPositions;
-use crate::identification::prefilter::{GROUP, MotionGroup, group_of};
-use crate::lanes::Lanes;
-use crate::scalar::Scalar;
+use crate::identification::prefilter::{MotionGroup, group_of};
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
+use crate::signal::Group;
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
@@ -42,7 +41,7 @@ impl Columns<'_> {
             .map(|(speed, highest)| (speed, BENDS.map(|bend| 1.0 / (bend * highest))))
             .collect();
         let sign = robot.sign_model();
-        let read = |first, laws: &mut [Lanes<GROUP>]| {
+        let mut read = |first, laws: &mut [Group]| {
             vectorised(
                 #[inline(always)]
                 || {
@@ -60,7 +59,7 @@ impl Columns<'_> {
         let samples = self.subject.motion.velocity.nrows();
         let signals = moving.len() * BENDS.len();
         let laws = decimation
-            .decimate_groups(samples, signals, experiment.counted(), read)
+            .decimate_groups(samples, signals, experiment.counted(), &mut read)
             .map_err(IdentificationError::RegressorFilter)?;
         let laws = experiment.fitted(decimation, laws);
         let rows = laws.nrows();
@@ -102,9 +101,9 @@ impl Columns<'_> {
         }
         let mut group = MotionGroup::of_joints(joints);
         let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
-        let rows = self.filtered_groups(joints, |first, torques| {
+        let rows = self.filtered_groups(joints, &mut |first, torques| {
             torques.copy_from_slice(dynamics.torque(group.differentiate(other, first)));
-            let silenced = &silenced[first..samples.min(first + GROUP)];
+            let silenced = &silenced[first..samples.min(first + WIDTH)];
             if silenced.contains(&true) {
                 let torque = dynamics.torque(group.read(self.subject.motion, first));
                 for (l, _) in silenced.iter().enumerate().filter(|(_, silenced)| **silenced) {
@@ -152,7 +151,7 @@ impl Columns<'_> {
         torque: &DMatrix<f64>,
     ) -> Result<DVector<f64>, IdentificationError> {
         let samples = torque.nrows();
-        let rows = self.filtered_groups(torque.ncols(), |first, group| {
+        let rows = self.filtered_groups(torque.ncols(), &mut |first, group| {
             for (group, torque) in group.iter_mut().zip(torque.as_slice().chunks(samples)) {
                 *group = group_of(torque, first);
             }
@@ -165,7 +164,7 @@ impl Columns<'_> {
     fn filtered_groups(
         &self,
         signals: usize,
-        read: impl FnMut(usize, &mut [Lanes<GROUP>]),
+        read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<DMatrix<f64>, IdentificationError> {
         let Subject { experiment, decimation, .. } = *self.subject;
         let filtered =
@@ -184,7 +183,7 @@ struct Speed<'a> {
 impl Speed<'_> {
     /// From a sample on.
     #[inline(always)]
-    fn at(&self, first: usize) -> Lanes<GROUP> {
+    fn at(&self, first: usize) -> Group {
         let mut speed = Lanes::zero();
         for (share, joint) in &self.shares {
             speed += group_of(joint, first) * Lanes::constant(*share);
@@ -194,7 +193,7 @@ impl Speed<'_> {
 
     /// The highest of these samples, whatever its sign.
     fn highest(&self, samples: Range<usize>) -> f64 {
-        let groups = samples.clone().step_by(GROUP).map(|first| {
+        let groups = samples.clone().step_by(WIDTH).map(|first| {
             let inside = samples.end - first;
             self.at(first).0.iter().take(inside).fold(0.0, |most: f64, u| most.max(u.abs()))
         });
@@ -205,9 +204,9 @@ impl Speed<'_> {
 /// The inverse dynamic model with the parameters of the estimate.
 struct InverseDynamics<'a> {
     model: &'a Model,
-    standard: Vec<Lanes<GROUP>>,
-    workspace: Workspace<Lanes<GROUP>>,
-    torque: [Lanes<GROUP>; MAX_JOINTS],
+    standard: Vec<Group>,
+    workspace: Workspace<Group>,
+    torque: [Group; MAX_JOINTS],
 }
 
 impl<'a> InverseDynamics<'a> {
@@ -218,7 +217,7 @@ impl<'a> InverseDynamics<'a> {
     }
 
     /// Torque of every joint \[N·m\] at q, q̇ and q̈.
-    fn torque(&mut self, [q, dq, ddq]: [&[Lanes<GROUP>]; 3]) -> &[Lanes<GROUP>] {
+    fn torque(&mut self, [q, dq, ddq]: [&[Group]; 3]) -> &[Group] {
         let torque = &mut self.torque[..q.len()];
         self.model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, torque);
         torque
@@ -226,16 +225,12 @@ impl<'a> InverseDynamics<'a> {
 }
 
 /// Signals of the joints over all samples (samples × joints). `read` writes them from a sample on.
-fn along(
-    samples: usize,
-    joints: usize,
-    mut read: impl FnMut(usize, &mut [Lanes<GROUP>]),
-) -> DMatrix<f64> {
+fn along(samples: usize, joints: usize, mut read: impl FnMut(usize, &mut [Group])) -> DMatrix<f64> {
     let mut signals = DMatrix::zeros(samples, joints);
     let mut group = [Lanes::zero(); MAX_JOINTS];
-    for first in (0..samples).step_by(GROUP) {
+    for first in (0..samples).step_by(WIDTH) {
         read(first, &mut group[..joints]);
-        let mut rows = signals.rows_mut(first, GROUP.min(samples - first));
+        let mut rows = signals.rows_mut(first, WIDTH.min(samples - first));
         for (mut rows, values) in rows.column_iter_mut().zip(&group) {
             for (row, value) in rows.iter_mut().zip(values.0) {
                 *row = value;

@@ -3,15 +3,14 @@
 use nalgebra::{Cholesky, DMatrix};
 
 use crate::dynamics::{Model, Workspace};
-use crate::lanes::{self, Lanes};
+use crate::numeric::{Lanes, Scalar, WIDTH};
 use crate::robot::Robot;
-use crate::scalar::Scalar;
 
 /// Postures that are looked at.
 const POSTURES: u32 = 1000;
 
 /// Postures that go through the dynamics at once, a divisor of their number.
-const TOGETHER: usize = lanes::WIDTH;
+const TOGETHER: usize = WIDTH;
 
 /// Bases of the low-discrepancy sequence, one per joint.
 const PRIMES: [u32; crate::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];

@@ -9,7 +9,7 @@ use crate::identification::idim_ls::EquationErrorFit;
 use crate::identification::method::Method;
 use crate::identification::prefilter::Motion;
 use crate::identification::simulator::Simulator;
-use crate::lanes;
+use crate::numeric::WIDTH;
 use crate::regression::{Observations, RegressionError};
 use crate::simulation::{SimulationError, set_row};
 
@@ -18,7 +18,7 @@ use crate::simulation::{SimulationError, set_row};
 const DIFFERENCE: f64 = 1e-6;
 
 /// Simulations for differences that run side by side.
-const LANES: usize = lanes::WIDTH;
+const LANES: usize = WIDTH;
 
 /// The signal whose error is minimised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,7 +190,7 @@ impl Problem<'_> {
             self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
             let mut signals: [_; LANES] =
                 core::array::from_fn(|_| DMatrix::<f64>::zeros(samples, joints));
-            let done = self.simulator.for_each_sample_of::<LANES>(loops, |one, k, sample| {
+            let done = self.simulator.for_each_sample_of(loops, |one, k, sample| {
                 let values = match output {
                     Output::Torque => &sample.true_torque_nm,
                     Output::Position => &sample.true_position_rad,

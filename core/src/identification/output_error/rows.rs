@@ -50,7 +50,7 @@ impl<'a> Rows<'a> {
         let (rows, samples) = (self.kept.len(), values.ncols());
         let filtered = self
             .decimation
-            .decimate(samples, values.nrows(), self.experiment.counted(), |k, to| {
+            .decimate(samples, values.nrows(), self.experiment.counted(), &mut |k, to| {
                 to.copy_from_slice(values.column(k).as_slice());
             })
             .map_err(IdentificationError::RegressorFilter)?;

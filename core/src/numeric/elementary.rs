@@ -1,13 +1,12 @@
 //! Sine, cosine and hyperbolic tangent of several numbers at once.
 //!
-//! One sequence of additions, products and one division for every lane, without branches: a compiler
-//! turns it into vector instructions, and every machine computes the same bits, which the functions
-//! of a system's library do not promise. Angles of more than 1e5 rad, which no joint has, are left to
-//! the library.
+//! Range reduction and a minimax polynomial (Muller, *Elementary Functions*, 3rd ed., ch. 11): one sequence
+//! of additions, products and one division for every lane, without branches, so that a compiler finds vector
+//! instructions for it. Angles of more than 1e5 rad, which no joint has, are left to the library.
 
 use core::f64::consts::{FRAC_2_PI, LOG2_E};
 
-use crate::lanes::each;
+use super::dispatch::each;
 
 /// Beyond this angle \[rad\] the library computes: the reduction would lose digits.
 const LARGEST_ANGLE: f64 = 1e5;

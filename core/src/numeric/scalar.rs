@@ -4,7 +4,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::{elementary, lanes};
+use super::dispatch::{WIDTH, vectorised};
+use super::elementary;
 
 /// A field with the few functions that rigid-body dynamics and friction use.
 ///
@@ -53,6 +54,12 @@ pub trait Scalar:
     /// Whether every lane is above 0; false for NaN.
     fn all_positive(self) -> bool;
 
+    /// Does `work`, a computation over this type, with the vector instructions that it has use for.
+    #[inline(always)]
+    fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
     /// The additive identity.
     fn zero() -> Self {
         Self::constant(0.0)
@@ -60,7 +67,7 @@ pub trait Scalar:
 }
 
 /// Numbers that go through an elementary function at once.
-const TOGETHER: usize = lanes::WIDTH;
+const TOGETHER: usize = WIDTH;
 
 /// [`TOGETHER`] of the numbers from `start` on; zeros beyond the end.
 #[inline(always)]
@@ -103,26 +110,34 @@ impl Scalar for f64 {
     fn is_zero(self) -> bool {
         self == 0.0
     }
-    #[inline(always)]
     fn sin_cos_each(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
-        // The last window overlaps the one before rather than being filled up.
-        let last = angles.len().saturating_sub(TOGETHER);
-        for start in (0..last).step_by(TOGETHER).chain([last]) {
-            let (sin, cos) = elementary::sin_cos(&window(angles, start));
-            set_window(sines, start, &sin);
-            set_window(cosines, start, &cos);
-        }
+        vectorised(
+            #[inline(always)]
+            || {
+                // The last window overlaps the one before rather than being filled up.
+                let last = angles.len().saturating_sub(TOGETHER);
+                for start in (0..last).step_by(TOGETHER).chain([last]) {
+                    let (sin, cos) = elementary::sin_cos(&window(angles, start));
+                    set_window(sines, start, &sin);
+                    set_window(cosines, start, &cos);
+                }
+            },
+        );
     }
-    #[inline(always)]
     fn tanh_each(values: &mut [Self]) {
-        // The last window overlaps: it is read before the others are replaced.
-        let last = values.len().saturating_sub(TOGETHER);
-        let of_last = elementary::tanh(&window(values, last));
-        for start in (0..last).step_by(TOGETHER) {
-            let tanh = elementary::tanh(&window(values, start));
-            set_window(values, start, &tanh);
-        }
-        set_window(values, last, &of_last);
+        vectorised(
+            #[inline(always)]
+            || {
+                // The last window overlaps: it is read before the others are replaced.
+                let last = values.len().saturating_sub(TOGETHER);
+                let of_last = elementary::tanh(&window(values, last));
+                for start in (0..last).step_by(TOGETHER) {
+                    let tanh = elementary::tanh(&window(values, start));
+                    set_window(values, start, &tanh);
+                }
+                set_window(values, last, &of_last);
+            },
+        );
     }
     #[inline(always)]
     fn sign(self) -> Self {

@@ -1,8 +1,7 @@
 //! Vector instructions where the processor has them.
 //!
 //! The released program runs on every x86-64 processor, and finds out at run time what this one can
-//! do. Multiplications and additions are never contracted to one, so that every processor computes
-//! the same bits.
+//! do (function multiversioning). Results may differ between processors by rounding.
 
 /// Calls `work` with AVX2 where the processor has it; `work` and all that is inlined into it are
 /// compiled for both cases.
@@ -25,4 +24,19 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
         }
     }
     work()
+}
+
+/// Lanes of the widest vector register that is looked for, AVX2's. Sums over lanes have other bits with
+/// another width.
+pub const WIDTH: usize = 4;
+
+/// What `value` gives for each lane, in order. Unlike `core::array::from_fn` it is always inlined, so
+/// that it has the vector instructions of its caller.
+#[inline(always)]
+pub(crate) fn each<const L: usize>(mut value: impl FnMut(usize) -> f64) -> [f64; L] {
+    let mut values = [0.0; L];
+    for (l, lane) in values.iter_mut().enumerate() {
+        *lane = value(l);
+    }
+    values
 }

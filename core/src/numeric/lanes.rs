@@ -1,24 +1,10 @@
-//! Several numbers at once: the same computation on as many motions or parameter sets.
+//! Several numbers at once (SIMD): the same computation on as many motions or parameter sets.
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::elementary;
-use crate::scalar::Scalar;
-
-/// Lanes of the widest vector register that is looked for, AVX2's. Sums over lanes have other bits with
-/// another width.
-pub const WIDTH: usize = 4;
-
-/// What `value` gives for each lane, in order. Unlike `core::array::from_fn` it is always inlined, so
-/// that it has the vector instructions of its caller.
-#[inline(always)]
-pub(crate) fn each<const L: usize>(mut value: impl FnMut(usize) -> f64) -> [f64; L] {
-    let mut values = [0.0; L];
-    for (l, lane) in values.iter_mut().enumerate() {
-        *lane = value(l);
-    }
-    values
-}
+use super::dispatch::{each, vectorised};
+use super::elementary;
+use super::scalar::Scalar;
 
 /// `L` numbers that go through the same computation. Every lane has the bits that `f64` gives, for
 /// which a compiler finds vector instructions. Aligned, so that no register's worth of them lies in
@@ -125,6 +111,10 @@ impl<const L: usize> Scalar for Lanes<L> {
     #[inline(always)]
     fn tanh(self) -> Self {
         Self(elementary::tanh(&self.0))
+    }
+    #[inline(always)]
+    fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+        vectorised(work)
     }
     #[inline(always)]
     fn is_zero(self) -> bool {

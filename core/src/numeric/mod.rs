@@ -1,0 +1,12 @@
+//! Numbers side by side: one source for `f64` and for lanes of vector registers, compiled for the
+//! vector instructions that the processor has.
+
+mod dispatch;
+mod elementary;
+mod lanes;
+mod scalar;
+
+pub use dispatch::WIDTH;
+pub(crate) use dispatch::{each, vectorised};
+pub use lanes::Lanes;
+pub use scalar::Scalar;
