@@ -1,0 +1,231 @@
+//! From parameters to the simulated rows and their sensitivities.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::SensitivityMethod;
+use super::rows::{Rows, SensitivitySignals};
+use crate::identification::closed_loop::simulator::Simulator;
+use crate::identification::equation_error::idim_ls::EquationErrorFit;
+use crate::identification::given::error::IdentificationError;
+use crate::identification::given::method::Method;
+use crate::identification::observation::prefilter::Motion;
+use crate::lanes;
+use crate::regression::{Observations, RegressionError};
+use crate::simulation::{SimulationError, set_row};
+
+/// A difference moves a parameter by this much of its size. Rounding makes an error of some 1e-11
+/// over it, relative to the derivative, and curvature one of its own size.
+const DIFFERENCE: f64 = 1e-6;
+
+/// Simulations for differences that run side by side.
+const LANES: usize = lanes::WIDTH;
+
+/// The signal whose error is minimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Output {
+    /// CLIE: the torque.
+    Torque,
+    /// CLOE: the position.
+    Position,
+}
+
+impl Output {
+    /// What its simulated signal is called.
+    fn signal(self) -> &'static str {
+        match self {
+            Self::Torque => "simulated torque",
+            Self::Position => "simulated position",
+        }
+    }
+
+    /// The method that minimises its error.
+    pub(super) fn method(self) -> Method {
+        match self {
+            Self::Torque => Method::Clie,
+            Self::Position => Method::Cloe,
+        }
+    }
+}
+
+/// One simulation and what it says.
+pub(super) struct Point {
+    pub(super) parameters: DVector<f64>,
+    pub(super) motion: Motion,
+    /// The rows of both simulated outputs.
+    pub(super) torque: DVector<f64>,
+    position: DVector<f64>,
+    /// Ψ of the output whose error is minimised, once it is known.
+    jacobian: Option<DMatrix<f64>>,
+}
+
+impl Point {
+    fn simulated(&self, output: Output) -> &DVector<f64> {
+        match output {
+            Output::Torque => &self.torque,
+            Output::Position => &self.position,
+        }
+    }
+}
+
+/// Measurements and the loop that is to explain them.
+pub(super) struct Problem<'a> {
+    pub(super) output: Output,
+    pub(super) fit: &'a EquationErrorFit,
+    pub(super) rows: Rows<'a>,
+    /// Measured rows of the output.
+    pub(super) measured: DVector<f64>,
+    pub(super) simulator: Simulator<'a>,
+    pub(super) method: SensitivityMethod,
+    /// Closed-loop simulations, those that failed and those for differences included.
+    pub(super) simulations: u32,
+}
+
+impl Problem<'_> {
+    /// One simulation, with exact sensitivities where they are asked for.
+    ///
+    /// # Errors
+    /// Outside, what no other parameters would mend; inside, what ended the simulation.
+    pub(super) fn simulate(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.run(parameters, self.method == SensitivityMethod::Exact)
+    }
+
+    /// The same without sensitivities, which takes a fraction of the time.
+    pub(super) fn simulate_output(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.run(parameters, false)
+    }
+
+    fn run(
+        &mut self,
+        parameters: &DVector<f64>,
+        exact: bool,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.simulations += 1;
+        let columns = self.fit.selection.columns();
+        let mut closed_loop = self.simulator.closed_loop(parameters)?;
+        let mut motion = self.simulator.motion().clone();
+        let (samples, joints) = motion.position.shape();
+        let mut torque = DMatrix::zeros(samples, joints);
+        let mut signals = exact.then(|| SensitivitySignals::new(samples, joints, columns.len()));
+        if exact {
+            let setup = IdentificationError::Setup;
+            closed_loop = closed_loop.with_sensitivities(columns).map_err(setup)?;
+        }
+        let output = self.output;
+        let done = self.simulator.for_each_sample(&mut closed_loop, |k, sample, sensitivities| {
+            motion.set(k, sample);
+            set_row(&mut torque, k, &sample.true_torque_nm);
+            if let (Some(signals), Some(found)) = (&mut signals, sensitivities) {
+                signals.set(
+                    k,
+                    match output {
+                        Output::Torque => found.torque,
+                        Output::Position => found.position,
+                    },
+                );
+            }
+        });
+        if let Err(error) = done {
+            return Ok(Err(error));
+        }
+        let jacobian = signals.map(|signals| self.rows.of_sensitivities(&signals)).transpose()?;
+        Ok(Ok(Point {
+            parameters: parameters.clone(),
+            torque: self.rows.of_signals(&torque, "simulated torque")?,
+            position: self.rows.of_signals(&motion.position, "simulated position")?,
+            motion,
+            jacobian,
+        }))
+    }
+
+    /// The linear equation around a point, `y − y_s + Ψ θ_s = Ψ θ + ε` (equations 17 and 19 with
+    /// Δθ = θ − θ_s).
+    ///
+    /// # Errors
+    /// Inside, what ended a simulation for a difference.
+    pub(super) fn linearise(
+        &mut self,
+        point: &mut Point,
+    ) -> Result<Result<Observations, SimulationError>, IdentificationError> {
+        let jacobian = match point.jacobian.take() {
+            Some(jacobian) => jacobian,
+            None => match self.differences(point)? {
+                Ok(jacobian) => jacobian,
+                Err(error) => return Ok(Err(error)),
+            },
+        };
+        point.jacobian = Some(jacobian.clone());
+        let equation = self.residuals(point) + &jacobian * &point.parameters;
+        let named = |error| self.named(error);
+        Observations::new(jacobian, equation, self.rows.joints).map(Ok).map_err(named)
+    }
+
+    /// `(y_s(θ + h) − y_s(θ)) / h`, one parameter after the other.
+    fn differences(
+        &mut self,
+        point: &Point,
+    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
+        let base = point.simulated(self.output).clone();
+        let deviations = self.fit.weighted.solution.standard_deviations();
+        let mut jacobian = DMatrix::zeros(base.len(), point.parameters.len());
+        let (samples, joints) = point.motion.position.shape();
+        let output = self.output;
+        let columns: Vec<usize> = (0..point.parameters.len()).collect();
+        // So many at a time that their signals take little memory.
+        for columns in columns.chunks(LANES) {
+            let mut steps = [0.0; LANES];
+            let mut loops = Vec::with_capacity(LANES);
+            for (h, &k) in steps.iter_mut().zip(columns) {
+                let mut moved = point.parameters.clone();
+                // A parameter that is 0 has the size of its uncertainty.
+                moved[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
+                *h = moved[k] - point.parameters[k];
+                loops.push(self.simulator.closed_loop(&moved)?);
+            }
+            self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
+            let mut signals: [_; LANES] =
+                core::array::from_fn(|_| DMatrix::<f64>::zeros(samples, joints));
+            let done = self.simulator.for_each_sample_of::<LANES>(loops, |one, k, sample| {
+                let values = match output {
+                    Output::Torque => &sample.true_torque_nm,
+                    Output::Position => &sample.true_position_rad,
+                };
+                set_row(&mut signals[one], k, values);
+            });
+            if let Err(error) = done {
+                return Ok(Err(error));
+            }
+            for ((signals, h), &k) in signals.iter().zip(steps).zip(columns) {
+                let other = self.rows.of_signals(signals, output.signal())?;
+                jacobian.set_column(k, &((other - &base) / h));
+            }
+        }
+        Ok(Ok(jacobian))
+    }
+
+    /// `y − y_s`.
+    pub(super) fn residuals(&self, point: &Point) -> DVector<f64> {
+        &self.measured - point.simulated(self.output)
+    }
+
+    /// The failure of a regression: where columns do not tell parameters apart, it is the criterion
+    /// that does not see them.
+    pub(super) fn named(&self, error: RegressionError) -> IdentificationError {
+        let signal = match self.output {
+            Output::Torque => "torque",
+            Output::Position => "position",
+        };
+        match IdentificationError::from_regression(error, &self.fit.selection) {
+            IdentificationError::NotExcited { parameters }
+            | IdentificationError::RankDeficient { parameters } => {
+                IdentificationError::Insensitive { signal, parameters }
+            }
+            other => other,
+        }
+    }
+}
