@@ -3,10 +3,8 @@
 use nalgebra::DVector;
 
 use crate::control::ControlTiming;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::{Experiment, SignalTiming};
-use crate::identification::observation::prefilter::delayed_torque;
-use crate::signal::ParallelDecimation;
+use crate::identification::given::{Context, IdentificationError, SignalTiming};
+use crate::identification::observation::delayed_torque;
 
 /// Two delays this close are the same \[s\].
 const SAME_DELAY_S: f64 = 1e-9;
@@ -34,7 +32,7 @@ const WHOLE_SAMPLE: f64 = 1e-9;
 /// # Errors
 /// [`IdentificationError::TorqueDelay`] when the torque is held and a sampled controller delays it
 /// otherwise.
-pub(crate) fn torque_shift_samples(
+pub(super) fn torque_shift_samples(
     logged: SignalTiming,
     sample_rate_hz: f64,
     controller: ControlTiming,
@@ -58,14 +56,13 @@ pub(crate) fn torque_shift_samples(
 ///
 /// # Errors
 /// Those of [`torque_shift_samples`] and of [`delayed_torque`].
-pub(crate) fn torque_of_simulated_samples(
-    experiment: &Experiment,
+pub(super) fn torque_of_simulated_samples(
+    context: &Context<'_>,
     controller: ControlTiming,
-    decimation: &ParallelDecimation,
 ) -> Result<DVector<f64>, IdentificationError> {
+    let experiment = context.experiment;
     let (timing, rate_hz) = (experiment.torque_timing(), experiment.sample_rate_hz());
-    let shift = torque_shift_samples(timing, rate_hz, controller)?;
-    delayed_torque(experiment, shift, decimation)
+    delayed_torque(context, torque_shift_samples(timing, rate_hz, controller)?)
 }
 
 /// Whether a controller computes once per sample of the record.

@@ -5,33 +5,32 @@
 
 use core::ops::Range;
 
-use super::alignment;
+use nalgebra::DMatrix;
+
+use super::alignment::same_period;
+use super::simulator::Simulator;
 use crate::MAX_JOINTS;
 use crate::control::{ControllerConfig, SampledController, Setpoint, SimulatedController};
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::signal::ParallelDecimation;
-use crate::trajectory::{Reference, SampledReference};
-use nalgebra::DMatrix;
+use crate::identification::given::{Context, IdentificationError};
+use crate::trajectory::Reference;
 
 /// Of every joint, `‖F(τ_law − τ)‖ / ‖F τ‖` over the rows: the error of the described law on the
 /// recorded signals, filtered and decimated. None where it cannot be told: gains that are not the
 /// cabinet's, a controller that computes between the samples or is not sampled, a torque that is no
-/// command, no reference. Samples that outliers spoil do not count.
-pub(crate) fn controller_error(
-    experiment: &Experiment,
-    controller: &SimulatedController,
-    reference: &SampledReference,
-    decimation: &ParallelDecimation,
-    spoiled: &[Range<usize>],
+/// command, no reference. Samples that outliers reach do not count.
+pub(super) fn controller_error(
+    context: &Context<'_>,
+    simulator: &Simulator<'_>,
+    outliers: &[Range<usize>],
 ) -> Result<Option<Vec<f64>>, IdentificationError> {
+    let (experiment, reference) = (context.experiment, simulator.reference());
     let SimulatedController::Cabinet { timing, joints, rescale_to_inertia_kg_m2: None } =
-        controller
+        simulator.controller()
     else {
         return Ok(None);
     };
     let held = experiment.torque_timing().hold_s > 0.0;
-    let each_sample = alignment::same_period(experiment.sample_rate_hz(), timing.sample_period_s());
+    let each_sample = same_period(experiment.sample_rate_hz(), timing.sample_period_s());
     if !held || !each_sample || experiment.reference_rad().is_none() {
         return Ok(None);
     }
@@ -61,12 +60,12 @@ pub(crate) fn controller_error(
         }
     }
     let mut recorded = experiment.torque_nm().clone();
-    for range in spoiled {
+    for range in outliers {
         error.rows_range_mut(range.clone()).fill(0.0);
         recorded.rows_range_mut(range.clone()).fill(0.0);
     }
     let decimate = |signals: &DMatrix<f64>| {
-        let rows = decimation.decimate_columns(signals, experiment.counted());
+        let rows = context.decimation.decimate_columns(signals, experiment.counted());
         rows.map_err(IdentificationError::RegressorFilter)
     };
     let (error, logged) = (decimate(&error)?, decimate(&recorded)?);

@@ -1,21 +1,16 @@
 //! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
 
-use super::iteration::{Converged, Equation, Iteration};
-use super::{alignment, controller_check, position_noise, start};
-use crate::dynamics::BaseParameters;
-use crate::identification::closed_loop::simulator::Simulator;
-use crate::identification::equation_error::idim_ls::EquationErrorFit;
-use crate::identification::equation_error::weighting::Weighting;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::given::method::Method;
-use crate::identification::given::simulation::DidimOptions;
-use crate::identification::judgement::assemble::Findings;
-use crate::identification::judgement::checks::PositionError;
-use crate::identification::judgement::estimate::Identification;
-use crate::identification::judgement::simulation_error::SimulationErrors;
-use crate::identification::observation::matrix::BaseColumns;
-use crate::robot::Robot;
+use super::alignment::torque_of_simulated_samples;
+use super::controller_check::controller_error;
+use super::position_noise::noisy_torques;
+use super::pseudo_linear::{Converged, Equation, PseudoLinear};
+use super::simulation_error::relative_errors;
+use super::simulator::Simulator;
+use super::start::start;
+use crate::identification::equation_error::{EquationErrorFit, Weighting};
+use crate::identification::given::{Context, IdentificationError, Method};
+use crate::identification::judgement::{Findings, Identification, Iteration, PositionError};
+use crate::identification::observation::BaseColumns;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
 /// in place of the measured one.
@@ -29,81 +24,51 @@ use crate::robot::Robot;
 /// 4. Repeat until the estimates stand still.
 ///
 /// Measured positions enter by the initial state only, and by the weights: σ_j are those of the
-/// equation error (see [`idim_ls`](crate::identification::idim_ls())) through all iterations, since residuals of a
+/// equation error (see IDIM-LS) through all iterations, since residuals of a
 /// motion far from the real one would weight away the joints that fit worst. After convergence
 /// they are renewed from the residuals once, and the last equation is solved once more.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
-pub fn didim(
-    robot: &Robot,
-    base: &BaseParameters,
-    experiment: &Experiment,
-    options: &DidimOptions,
-) -> Result<Identification, IdentificationError> {
-    options.convergence.validate()?;
-    let decimation = options.regression.decimation(options.decimated)?;
-    let fit = EquationErrorFit::new(robot, base, experiment, &options.regression, decimation)?;
-    let timing = options.controller.timing();
-    let torque = alignment::torque_of_simulated_samples(experiment, timing, &fit.decimation)?;
-    let simulator = Simulator::new(robot, &fit, experiment, options.loop_options())?;
-    let equation = Equation::Simulated { torque };
-    let mut iteration = Iteration::new(experiment, &fit, equation, simulator, options.convergence);
-    let start = start::parameters(options.start, robot, base, &fit)?;
-    let Converged { simulated, observations, solution: last } = iteration.run(start)?;
+pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, IdentificationError> {
+    let fit = EquationErrorFit::new(context)?;
+    let simulator = Simulator::new(context, &fit, Method::Didim)?;
+    let torque = torque_of_simulated_samples(context, simulator.timing())?;
+    let mut loops = PseudoLinear::new(context, &fit, Equation::Simulated { torque }, simulator);
+    let Converged { simulated, observations, solution: last } = loops.run(start(context, &fit)?)?;
 
-    let named = |error| IdentificationError::from_regression(error, &fit.selection);
+    let named = |error| context.selection.named(error);
     let noise_levels = observations.noise_levels(&last.residuals);
-    let weighting = Weighting::new(&observations, &noise_levels, fit.robust).map_err(named)?;
+    let weighting =
+        Weighting::new(&observations, &noise_levels, context.options.robust).map_err(named)?;
     let solution = &weighting.solution;
-    let spoiled = fit.spoiled(experiment, Some(&weighting));
+    let outliers = fit.outlier_samples(context, Some(&weighting));
     let unweighted = observations.ordinary().map_err(named)?;
-    let noisy = position_noise::noisy_torques(
-        robot,
-        experiment,
-        &options.regression.position_filter,
-        &iteration,
-        &solution.parameters,
-        &spoiled,
-    )?;
-    let motion = iteration.motion();
-    let BaseColumns { beside, .. } =
-        BaseColumns::new(&fit.model, base, &fit.selection, motion, &fit.decimation, experiment)?;
-    let simulated = observations.matrix() * simulated;
-    let torques = Some((observations.measurements(), &simulated));
-    let simulation_errors = SimulationErrors::new(experiment, &fit.decimation, motion, torques)?;
-    let controller_error = controller_check::controller_error(
-        experiment,
-        &options.controller,
-        iteration.reference_signal(),
-        &fit.decimation,
-        &spoiled,
-    )?;
+    let simulator = &loops.simulator;
+    let noisy = noisy_torques(context, simulator, &solution.parameters, &outliers)?;
+    let motion = simulator.motion();
+    let BaseColumns { beside, .. } = BaseColumns::new(context, motion)?;
+    let torque_error_per_joint = relative_errors(
+        context.robot.joints(),
+        observations.measurements(),
+        &(observations.matrix() * simulated),
+    );
     let findings = Findings {
         method: Method::Didim,
-        robot,
-        experiment,
-        model: &fit.model,
-        selection: &fit.selection,
-        decimation: &fit.decimation,
         motion,
         beside: &beside,
         position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
         observations: weighting.solved(&observations),
         torque: weighting.torque_rows(&observations),
         solution,
-        downweighted: weighting.downweighted(),
-        spoiled,
         unweighted: &unweighted,
-        iterations: iteration.least_squares_steps() + 1,
-        simulations: iteration.simulations(),
-        convergence: iteration.steps().to_vec(),
-        reference: Some(iteration.reference()),
-        simulation_errors: Some(simulation_errors),
-        controller_error_per_joint: controller_error,
-        limits: &options.regression.limits,
-        instrument_correlation: None,
-        reasons: Vec::new(),
+        downweighted: weighting.downweighted(),
+        iteration: Iteration {
+            torque_error_per_joint: Some(torque_error_per_joint),
+            controller_error_per_joint: controller_error(context, simulator, &outliers)?,
+            ..loops.iteration()?
+        },
+        outliers,
     };
-    findings.assemble()
+    findings.judged(context)
 }

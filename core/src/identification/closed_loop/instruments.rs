@@ -2,17 +2,16 @@
 
 use nalgebra::{DMatrix, SVD};
 
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::selection::Selection;
+use crate::identification::given::{IdentificationError, Selection};
 use crate::regression::{Observations, RegressionError, Solution};
 
 /// The observation matrix X projected on instruments Z, and how strong these are.
-pub(crate) struct Instruments {
+pub(super) struct Instruments {
     /// `X̂ = Z (ZᵀΩ⁻¹Z)⁻¹ ZᵀΩ⁻¹X` with the measurements of X.
-    pub(crate) projected: Observations,
+    pub(super) projected: Observations,
     /// Smallest canonical correlation between the columns of Ω^{-1/2} Z and Ω^{-1/2} X: 1 where the
     /// instruments span what X does, 0 where a combination of parameters has no instrument.
-    pub(crate) smallest_correlation: f64,
+    pub(super) smallest_correlation: f64,
 }
 
 impl Instruments {
@@ -20,13 +19,13 @@ impl Instruments {
     ///
     /// # Errors
     /// What makes Z or X̂ no basis for an estimate, with the parameters' names.
-    pub(crate) fn new(
+    pub(super) fn new(
         equation: &Observations,
         instruments: &DMatrix<f64>,
         levels: &[f64],
         selection: &Selection,
     ) -> Result<Self, IdentificationError> {
-        let named = |error| IdentificationError::from_regression(error, selection);
+        let named = |error| selection.named(error);
         // Instruments of full rank, judged as an observation matrix is.
         let (y, joints) = (equation.measurements(), equation.joints());
         let alone = Observations::new(instruments.clone(), y.clone(), joints).map_err(named)?;
@@ -62,7 +61,7 @@ impl Instruments {
     /// ZᵀΩ⁻¹(y − Xθ) = 0 and X̂ᵀΩ⁻¹(y − X̂θ) = 0 are one condition: X̂ spans what Z does, and X − X̂ is
     /// orthogonal to it. Its covariance is that of the estimate, and `Ω⁻¹X̂ (X̂ᵀΩ⁻¹X̂)⁻¹ =
     /// Ω⁻¹Z (XᵀΩ⁻¹Z)⁻¹` its influence. The residuals are those of X.
-    pub(crate) fn solve(
+    pub(super) fn solve(
         &self,
         equation: &Observations,
         levels: &[f64],

@@ -8,14 +8,11 @@ use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::iteration::Iteration;
+use super::simulator::Simulator;
 use crate::MAX_JOINTS;
 use crate::control::ControlTiming;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::given::options::PositionFilter;
-use crate::identification::observation::prefilter::filtered_motion;
-use crate::robot::Robot;
+use crate::identification::given::{Context, IdentificationError, PositionFilter};
+use crate::identification::observation::filtered_motion;
 use crate::simulation::NoiseConfig;
 
 /// Beyond this share of the Nyquist frequency, positions hold nothing but noise.
@@ -28,40 +25,37 @@ const SEED: u64 = 1;
 /// the same noise otherwise, each samples × joints \[N·m\]. None under a continuous controller,
 /// which measures nothing, or where the noisy loop fails.
 pub(super) fn noisy_torques(
-    robot: &Robot,
-    experiment: &Experiment,
-    filter: &PositionFilter,
-    iteration: &Iteration<'_>,
+    context: &Context<'_>,
+    simulator: &Simulator<'_>,
     parameters: &DVector<f64>,
-    spoiled: &[Range<usize>],
+    outliers: &[Range<usize>],
 ) -> Result<Option<[DMatrix<f64>; 2]>, IdentificationError> {
-    if matches!(iteration.timing(), ControlTiming::Continuous { .. }) {
+    if matches!(simulator.timing(), ControlTiming::Continuous { .. }) {
         return Ok(None);
     }
-    let level = motor_noise(robot, experiment, filter, spoiled)?;
+    let level = motor_noise(context, outliers)?;
     let noises = [0.5, 1.0].map(|share| NoiseConfig {
         motor_position_rad: Some(level.iter().map(|level| share * level).collect()),
         ..NoiseConfig::with_seed(SEED)
     });
-    Ok(iteration.torques_with_noise(parameters, noises)?.ok())
+    Ok(simulator.torques_with_noise(parameters, noises)?.ok())
 }
 
 /// Standard deviation of the white noise of each motor's measured angle \[rad\]: what lies in the
-/// upper part of the band, where no motion is, scaled up to the whole band. Samples that outliers spoil
+/// upper part of the band, where no motion is, scaled up to the whole band. Samples that outliers reach
 /// do not count.
 fn motor_noise(
-    robot: &Robot,
-    experiment: &Experiment,
-    filter: &PositionFilter,
-    spoiled: &[Range<usize>],
+    context: &Context<'_>,
+    outliers: &[Range<usize>],
 ) -> Result<Vec<f64>, IdentificationError> {
-    let joints = robot.joints();
+    let Context { robot, experiment, options, .. } = context;
+    let (joints, filter) = (robot.joints(), options.position_filter);
     let cutoff_hz = MOTION_BAND * 0.5 * experiment.sample_rate_hz();
-    let motion = filtered_motion(experiment, &PositionFilter { cutoff_hz, ..*filter })?;
+    let motion = filtered_motion(experiment, &PositionFilter { cutoff_hz, ..filter })?;
     let noise = experiment.position_rad() - motion.position;
     let mut sums = vec![0.0; joints];
     let (mut joint, mut motor) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
-    let sound = |k: &usize| !spoiled.iter().any(|range| range.contains(k));
+    let sound = |k: &usize| !outliers.iter().any(|range| range.contains(k));
     let sound: Vec<usize> = experiment.counted().filter(sound).collect();
     for &k in &sound {
         for (value, entry) in joint.iter_mut().zip(noise.row(k).iter()) {

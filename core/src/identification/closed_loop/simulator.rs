@@ -4,17 +4,15 @@ use nalgebra::{DMatrix, DVector};
 
 use super::inertia::mean_joint_inertia;
 use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
-use crate::identification::equation_error::idim_ls::EquationErrorFit;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::judgement::estimate::ReferenceSource;
-use crate::identification::observation::prefilter::Motion;
-use crate::robot::Robot;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, Method};
+use crate::identification::judgement::ReferenceSource;
+use crate::identification::observation::Motion;
 use crate::simulation::{
-    ClosedLoop, InitialState, Integrator, Lockstep, NoiseConfig, Sensitivities, SetupError,
-    SimulationConfig, SimulationError, StepOutput, set_row,
+    ClosedLoop, InitialState, Lockstep, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
+    SimulationError, StepOutput, set_row,
 };
-use crate::trajectory::{ReferenceInterpolation, SampledReference};
+use crate::trajectory::SampledReference;
 
 /// A record's sample period this close to a whole multiple of the controller's, relative to it, is
 /// one: rates and periods are written with few digits.
@@ -23,19 +21,9 @@ const WHOLE_MULTIPLE: f64 = 1e-6;
 /// A controller computes no more often per sample of the record.
 const MOST_PERIODS: f64 = 200.0;
 
-/// What a person decides about the loop.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LoopOptions<'a> {
-    pub(crate) controller: &'a SimulatedController,
-    pub(crate) reference: ReferenceInterpolation,
-    pub(crate) integrator: Integrator,
-    pub(crate) substeps: u32,
-}
-
 /// Everything about the loop but the estimate.
-pub(crate) struct Simulator<'a> {
-    robot: &'a Robot,
-    fit: &'a EquationErrorFit,
+pub(super) struct Simulator<'a> {
+    context: &'a Context<'a>,
     controller: &'a SimulatedController,
     /// The gains, where they do not follow the estimate.
     fixed: Option<ControllerConfig>,
@@ -55,14 +43,15 @@ pub(crate) struct Simulator<'a> {
 impl<'a> Simulator<'a> {
     /// The loop that the experiment was recorded in: its reference where there is one, otherwise
     /// the filtered measured position, beginning at the filtered measured position and velocity.
-    pub(crate) fn new(
-        robot: &'a Robot,
-        fit: &'a EquationErrorFit,
-        experiment: &Experiment,
-        options: LoopOptions<'a>,
+    pub(super) fn new(
+        context: &'a Context<'a>,
+        fit: &EquationErrorFit,
+        method: Method,
     ) -> Result<Self, IdentificationError> {
+        let (experiment, options) = (context.experiment, &context.options.simulation);
+        let controller = context.options.controller(method)?;
         let rate = experiment.sample_rate_hz();
-        let periods = periods_per_sample(rate, options.controller.timing())?;
+        let periods = periods_per_sample(rate, controller.timing())?;
         let (source, recorded, delay_s) = match experiment.reference_rad() {
             Some(recorded) => {
                 (ReferenceSource::Recorded, recorded, experiment.reference_timing().delay_s)
@@ -74,11 +63,9 @@ impl<'a> Simulator<'a> {
             .with_interpolation(options.reference)
             .with_delay_s(delay_s);
         let first = |signal: &DMatrix<f64>| signal.row(0).iter().copied().collect();
-        let kept = experiment.fitted_samples(&fit.decimation);
         Ok(Self {
-            robot,
-            fit,
-            controller: options.controller,
+            context,
+            controller,
             fixed: None,
             reference,
             source,
@@ -91,7 +78,7 @@ impl<'a> Simulator<'a> {
                 position_rad: first(&fit.motion.position),
                 velocity_rad_s: first(&fit.motion.velocity),
             },
-            postures: fit.motion.position.select_rows(&kept),
+            postures: fit.motion.position.select_rows(&context.samples),
             periods,
             motion: fit.motion.clone(),
             spare: None,
@@ -99,46 +86,42 @@ impl<'a> Simulator<'a> {
     }
 
     /// What the loop follows.
-    pub(crate) fn reference(&self) -> &SampledReference {
+    pub(super) fn reference(&self) -> &SampledReference {
         &self.reference
     }
 
+    /// What controls the simulated arm.
+    pub(super) fn controller(&self) -> &SimulatedController {
+        self.controller
+    }
+
     /// When the controller computes.
-    pub(crate) fn timing(&self) -> ControlTiming {
+    pub(super) fn timing(&self) -> ControlTiming {
         self.controller.timing()
     }
 
     /// Where the reference comes from.
-    pub(crate) fn source(&self) -> ReferenceSource {
+    pub(super) fn source(&self) -> ReferenceSource {
         self.source
     }
 
     /// The same with the gains that these parameters ask for, whatever is simulated later.
-    pub(crate) fn with_gains_for(
+    pub(super) fn with_gains_for(
         mut self,
         parameters: &DVector<f64>,
     ) -> Result<Self, IdentificationError> {
-        self.fixed = Some(self.controller_for(&self.standard(parameters))?);
+        self.fixed = Some(self.controller_for(&self.context.selection.standard(parameters))?);
         Ok(self)
     }
 
     fn controller_for(&self, standard: &[f64]) -> Result<ControllerConfig, IdentificationError> {
-        let inertia = mean_joint_inertia(&self.fit.model, standard, &self.postures);
+        let inertia = mean_joint_inertia(&self.context.model, standard, &self.postures);
         let controller = self.controller.for_inertia(&inertia);
         controller.map_err(|error| IdentificationError::Setup(SetupError::Control(error)))
     }
 
-    /// Standard parameters of these selected ones, every other 0.
-    fn standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
-        let mut standard = vec![0.0; self.fit.model.parameter_names().len()];
-        for (&column, &value) in self.fit.selection.columns().iter().zip(parameters.iter()) {
-            standard[column] = value;
-        }
-        standard
-    }
-
     /// The loop with these selected parameters, every other parameter 0.
-    pub(crate) fn closed_loop(
+    pub(super) fn closed_loop(
         &self,
         parameters: &DVector<f64>,
     ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
@@ -150,18 +133,18 @@ impl<'a> Simulator<'a> {
         parameters: &DVector<f64>,
         config: &SimulationConfig,
     ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
-        let standard = self.standard(parameters);
+        let standard = self.context.selection.standard(parameters);
         let controller = match &self.fixed {
             Some(fixed) => fixed.clone(),
             None => self.controller_for(&standard)?,
         };
         let (reference, start) = (&self.reference, self.initial.clone());
-        ClosedLoop::new(self.robot, &standard, &controller, reference, config, start)
+        ClosedLoop::new(self.context.robot, &standard, &controller, reference, config, start)
             .map_err(IdentificationError::Setup)
     }
 
     /// Calls `each` with every sample of the record's grid, which is one in so many of the loop's.
-    pub(crate) fn for_each_sample(
+    pub(super) fn for_each_sample(
         &self,
         closed_loop: &mut ClosedLoop<&SampledReference>,
         mut each: impl FnMut(usize, &StepOutput, Option<Sensitivities<'_>>),
@@ -183,7 +166,7 @@ impl<'a> Simulator<'a> {
     ///
     /// # Errors
     /// Outside, what no other parameters would mend; inside, what ended the simulation.
-    pub(crate) fn run(
+    pub(super) fn run(
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<(), SimulationError>, IdentificationError> {
@@ -202,7 +185,7 @@ impl<'a> Simulator<'a> {
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub(crate) fn torques_with_noise<const L: usize>(
+    pub(super) fn torques_with_noise<const L: usize>(
         &self,
         parameters: &DVector<f64>,
         noises: [NoiseConfig; L],
@@ -212,7 +195,7 @@ impl<'a> Simulator<'a> {
             let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
             loops.push(self.closed_loop_with(parameters, &config)?);
         }
-        let (samples, joints) = (self.motion.position.nrows(), self.robot.joints());
+        let (samples, joints) = (self.motion.position.nrows(), self.context.robot.joints());
         let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
         let done = self.for_each_sample_of::<L>(loops, |one, k, sample| {
             set_row(&mut torques[one], k, &sample.true_torque_nm);
@@ -222,7 +205,7 @@ impl<'a> Simulator<'a> {
 
     /// Calls `each` with the number of each of these loops, no more than `L` at a time, and every sample
     /// of the record's grid.
-    pub(crate) fn for_each_sample_of<const L: usize>(
+    pub(super) fn for_each_sample_of<const L: usize>(
         &self,
         loops: Vec<ClosedLoop<&SampledReference>>,
         mut each: impl FnMut(usize, usize, &StepOutput),
@@ -257,14 +240,14 @@ impl<'a> Simulator<'a> {
     }
 
     /// The motion of the last simulation that [`run`](Self::run) completed.
-    pub(crate) fn motion(&self) -> &Motion {
+    pub(super) fn motion(&self) -> &Motion {
         &self.motion
     }
 }
 
 impl Motion {
     /// Takes the true motion of a simulated sample.
-    pub(crate) fn set(&mut self, k: usize, sample: &StepOutput) {
+    pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
         set_row(&mut self.position, k, &sample.true_position_rad);
         set_row(&mut self.velocity, k, &sample.true_velocity_rad_s);
         set_row(&mut self.acceleration, k, &sample.true_acceleration_rad_s2);
@@ -273,7 +256,7 @@ impl Motion {
 
 /// # Errors
 /// [`IdentificationError::ControllerPeriod`].
-pub(crate) fn periods_per_sample(
+pub(super) fn periods_per_sample(
     sample_rate_hz: f64,
     controller: ControlTiming,
 ) -> Result<usize, IdentificationError> {

@@ -2,20 +2,17 @@
 
 use nalgebra::DVector;
 
-use crate::dynamics::BaseParameters;
-use crate::identification::equation_error::idim_ls::EquationErrorFit;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::simulation::Start;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, Start};
 use crate::robot::{ParameterKind, Robot};
 
 /// A value for every selected parameter.
-pub(crate) fn parameters(
-    start: Start,
-    robot: &Robot,
-    base: &BaseParameters,
+pub(super) fn start(
+    context: &Context<'_>,
     fit: &EquationErrorFit,
 ) -> Result<DVector<f64>, IdentificationError> {
-    let standard = match start {
+    let Context { robot, base, selection, .. } = context;
+    let standard = match context.options.simulation.start {
         Start::IdimLs => return Ok(fit.weighted.solution.parameters.clone()),
         Start::Nominal => match robot.nominal() {
             Some(nominal) => nominal.standard().to_vec(),
@@ -28,13 +25,11 @@ pub(crate) fn parameters(
     };
     let values = base.regroup(&standard);
     // Base parameter and selected parameter are both known by their regressor column.
-    let selected = fit.selection.columns().iter().map(|column| {
+    let selected = selection.columns().iter().map(|column| {
         base.columns().binary_search(column).ok().and_then(|row| values.get(row).copied())
     });
-    Ok(DVector::from_iterator(
-        fit.selection.columns().len(),
-        selected.map(Option::unwrap_or_default),
-    ))
+    let selected = selected.map(Option::unwrap_or_default);
+    Ok(DVector::from_iterator(selection.columns().len(), selected))
 }
 
 /// Standard parameters of an arm of motors with 1 kg·m² at their joints.

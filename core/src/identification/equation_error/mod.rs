@@ -1,6 +1,13 @@
-//! Methods whose error is that of the inverse dynamic model along the measured motion.
+//! The equation error: the inverse dynamic model along the measured motion, by least squares.
 
-pub(crate) mod idim_ls;
-pub(crate) mod reduction;
-pub(crate) mod unchecked;
-pub(crate) mod weighting;
+mod fit;
+mod idim_ls;
+mod reduction;
+mod unchecked;
+mod weighting;
+
+pub(crate) use fit::EquationErrorFit;
+pub(crate) use idim_ls::idim_ls;
+pub use reduction::{Reduction, ReductionStep, essential_parameters};
+pub use unchecked::{UncheckedEstimate, idim_ls_unchecked};
+pub(crate) use weighting::Weighting;

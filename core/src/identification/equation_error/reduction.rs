@@ -2,12 +2,9 @@
 
 use serde::Serialize;
 
+use super::fit::EquationErrorFit;
 use crate::dynamics::BaseParameters;
-use crate::identification::equation_error::idim_ls::EquationErrorFit;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::given::options::IdimLsOptions;
-use crate::identification::observation::prefilter::row_filter;
+use crate::identification::given::{Context, Experiment, IdentificationError, Method, Options};
 use crate::regression::{Observations, ResidualAnalysis};
 use crate::robot::Robot;
 
@@ -48,24 +45,24 @@ pub struct Reduction {
 /// What is left out is what **this motion** does not need: another motion may.
 ///
 /// # Errors
-/// [`IdentificationError::Level`], and those of [`idim_ls`](crate::identification::idim_ls()).
+/// [`IdentificationError::Level`], and those of IDIM-LS.
 pub fn essential_parameters(
     robot: &Robot,
     base: &BaseParameters,
     experiment: &Experiment,
-    options: &IdimLsOptions,
+    options: &Options,
     level: f64,
 ) -> Result<Reduction, IdentificationError> {
     if !(level > 0.0 && level < 1.0) {
         return Err(IdentificationError::Level { level });
     }
-    let options = IdimLsOptions { parameters: None, ..options.clone() };
-    let decimation = options.decimation(true)?;
-    let fit = EquationErrorFit::new(robot, base, experiment, &options, decimation)?;
-    let named = |error| IdentificationError::from_regression(error, &fit.selection);
-    let (names, levels) = (fit.selection.names(), &fit.noise_levels);
+    let options = Options { parameters: None, ..options.clone() };
+    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    let fit = EquationErrorFit::new(&context)?;
+    let named = |error| context.selection.named(error);
+    let (names, levels) = (context.selection.names(), &fit.noise_levels);
     let full = fit.weighted.solved(&fit.observations);
-    let filter = row_filter(&fit.decimation, full.rows_per_joint());
+    let filter = context.row_filter();
     let analysis = ResidualAnalysis::new(full, &fit.weighted.solution, &filter);
     let covariance = analysis.covariance();
 

@@ -1,11 +1,9 @@
 //! IDIM-LS for who asks for parameters and not for whether they may be used.
 
+use super::fit::EquationErrorFit;
 use crate::dynamics::BaseParameters;
-use crate::identification::equation_error::idim_ls::EquationErrorFit;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::given::options::IdimLsOptions;
-use crate::identification::judgement::estimate::ParameterEstimate;
+use crate::identification::given::{Context, Experiment, IdentificationError, Method, Options};
+use crate::identification::judgement::ParameterEstimate;
 use crate::regression::ResidualStatistics;
 use crate::robot::Robot;
 
@@ -16,7 +14,7 @@ use crate::robot::Robot;
 #[derive(Clone, Debug, PartialEq)]
 pub struct UncheckedEstimate {
     /// The parameters, in the model's order, with the standard deviations that
-    /// [`idim_ls`](crate::identification::idim_ls()) gives them. They are the uncertainty only of a model that is right.
+    /// IDIM-LS gives them. They are the uncertainty only of a model that is right.
     pub parameters: Vec<ParameterEstimate>,
     /// Condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
@@ -24,28 +22,29 @@ pub struct UncheckedEstimate {
     pub residuals: ResidualStatistics,
 }
 
-/// The parameters of [`idim_ls`](crate::identification::idim_ls()), to the bit, without what its verdict rests on.
+/// The parameters of IDIM-LS, to the bit, without what its verdict rests on.
 ///
 /// Not in it: whether the residuals are white, the checks of the model (friction laws, torque delays
 /// and gains, parameters left out, position filter), the mass matrix over the workspace, the limits of
 /// the options, and the fit for plots. The limits are still refused where they make no sense.
 ///
 /// # Errors
-/// As [`idim_ls`](crate::identification::idim_ls()).
+/// As IDIM-LS.
 pub fn idim_ls_unchecked(
     robot: &Robot,
     base: &BaseParameters,
     experiment: &Experiment,
-    options: &IdimLsOptions,
+    options: &Options,
 ) -> Result<UncheckedEstimate, IdentificationError> {
-    let decimation = options.decimation(true)?;
-    let fit = EquationErrorFit::new(robot, base, experiment, options, decimation)?;
-    let EquationErrorFit { selection, observations, weighted, .. } = &fit;
+    let context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    let fit = EquationErrorFit::new(&context)?;
+    let EquationErrorFit { observations, weighted, .. } = &fit;
     let solution = &weighted.solution;
     let robust = weighted.torque_rows(observations);
     let residuals = robust.map_or(&solution.residuals, |rows| rows.residuals);
+    let deviations = fit.standard_deviations(&context);
     Ok(UncheckedEstimate {
-        parameters: ParameterEstimate::of(selection, solution, &fit.standard_deviations()),
+        parameters: ParameterEstimate::of(&context.selection, solution, &deviations),
         condition_number: solution.condition_number(),
         residuals: observations.residual_statistics(residuals),
     })

@@ -2,8 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::identification::judgement::assemble::TorqueRows;
-use crate::identification::judgement::outliers::DownweightedRows;
+use crate::identification::judgement::{DownweightedRows, TorqueRows};
 use crate::regression::{Observations, RegressionError, RobustLoss, Solution};
 
 /// Parameters, and the equation whose least squares solution they are.

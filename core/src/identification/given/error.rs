@@ -5,10 +5,9 @@ use core::ops::Range;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::identification::given::experiment::ExperimentError;
-use crate::identification::given::method::Method;
-use crate::identification::given::selection::Selection;
-use crate::identification::judgement::verdict::LimitError;
+use super::experiment::ExperimentError;
+use super::limits::LimitError;
+use super::method::Method;
 use crate::regression::RegressionError;
 use crate::signal::SignalError;
 use crate::simulation::{SetupError, SimulationError};
@@ -280,6 +279,15 @@ pub enum IdentificationError {
         /// Every parameter that takes part.
         parameters: Vec<String>,
     },
+    /// Nothing says what controls the arm. Remedy: describe the controller, or choose IDIM-LS.
+    #[error(
+        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
+         describe its [controller], or choose idim-ls"
+    )]
+    NoController {
+        /// The method.
+        method: Method,
+    },
     /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
     /// method, or no robust weights.
     #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
@@ -358,26 +366,6 @@ impl IdentificationError {
             | Self::NoTorque { .. }
             | Self::Regression(_) => Some(Failure::Refused),
             _ => None,
-        }
-    }
-
-    /// The failure of a regression, with columns called by their parameters' names.
-    pub(crate) fn from_regression(error: RegressionError, selection: &Selection) -> Self {
-        let named = |columns: Vec<usize>| -> Vec<String> {
-            columns.iter().filter_map(|&c| selection.names().get(c).cloned()).collect()
-        };
-        match error {
-            RegressionError::TooFewRows { rows, columns } => {
-                Self::TooFewRows { rows, parameters: columns }
-            }
-            RegressionError::ZeroColumns { columns } => {
-                Self::NotExcited { parameters: named(columns) }
-            }
-            RegressionError::DependentColumns { columns } => {
-                Self::RankDeficient { parameters: named(columns) }
-            }
-            RegressionError::NoMeasurement { joint } => Self::NoTorque { joint: joint + 1 },
-            other => Self::Regression(other),
         }
     }
 }

@@ -76,7 +76,7 @@ pub struct Experiment {
     reference_timing: SignalTiming,
     counted: Range<usize>,
     /// Samples whose rows are not fitted.
-    pub(crate) held_out: Vec<Range<usize>>,
+    held_out: Vec<Range<usize>>,
 }
 
 /// Why signals are no experiment. Axes are named from 1, samples from 0.
@@ -245,6 +245,33 @@ impl Experiment {
         }
         self.counted = counted;
         Ok(self)
+    }
+
+    /// Holds samples out: they pass the filters as the others do, and their rows enter no equation,
+    /// of whatever method. The filters reach over some ten rows, so `samples` should have so many
+    /// more at either end than what is to be predicted.
+    ///
+    /// The rows before and after are taken for neighbours where residuals are judged: at one place per
+    /// range, a few products of an autocorrelation are of rows that are far apart.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Counted`] when they are not in the record.
+    pub fn with_held_out(mut self, samples: Range<usize>) -> Result<Self, ExperimentError> {
+        if samples.is_empty() || samples.end > self.samples() {
+            return Err(ExperimentError::Counted { counted: samples, samples: self.samples() });
+        }
+        self.held_out.push(samples);
+        Ok(self)
+    }
+
+    /// Whether the row of a sample is not fitted.
+    pub(crate) fn is_held_out(&self, sample: usize) -> bool {
+        self.held_out.iter().any(|range| range.contains(&sample))
+    }
+
+    /// Whether any samples are held out.
+    pub(crate) fn has_held_out(&self) -> bool {
+        !self.held_out.is_empty()
     }
 
     /// Number of joints.

@@ -2,11 +2,80 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::method::Method;
-use crate::identification::judgement::verdict::VerdictLimits;
+use super::error::IdentificationError;
+use super::limits::VerdictLimits;
+use super::method::Method;
+use super::simulation::SimulationOptions;
+use crate::control::SimulatedController;
 use crate::regression::RobustLoss;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
+
+/// What a person decides about an identification, by whatever method, as a cell file states it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// Filter of the positions.
+    pub position_filter: PositionFilter,
+    /// Filter and decimation of both sides of the equation.
+    pub decimation_filter: DecimationFilter,
+    /// Names of the essential parameters (`zz1r`, `fv_m6`); every base parameter when left out.
+    /// Parameters that are not named are taken as 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<Vec<String>>,
+    /// Whether rows with large residuals count less, and how; with IDIM-LS and DIDIM. Plain least
+    /// squares when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust: Option<RobustLoss>,
+    /// What a result must satisfy to be called applicable.
+    #[serde(default)]
+    pub limits: VerdictLimits,
+    /// What controls the arm, and the simulated one: methods that simulate the closed loop need it.
+    /// CLIE and CLOE keep its gains through all simulations; those that follow an inertia take the one
+    /// of IDIM-LS.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<SimulatedController>,
+    /// How the closed loop is simulated, and when the iteration ends.
+    #[serde(default)]
+    pub simulation: SimulationOptions,
+}
+
+impl Options {
+    /// With these filters, and whatever else has a usual value at that: every base parameter, least
+    /// squares, the usual limits, and nothing that controls the arm.
+    pub fn new(position_filter: PositionFilter, decimation_filter: DecimationFilter) -> Self {
+        Self {
+            position_filter,
+            decimation_filter,
+            parameters: None,
+            robust: None,
+            limits: VerdictLimits::default(),
+            controller: None,
+            simulation: SimulationOptions::default(),
+        }
+    }
+
+    /// What controls the simulated arm.
+    ///
+    /// # Errors
+    /// [`IdentificationError::NoController`] where a method that needs it is not told.
+    pub fn controller(&self, method: Method) -> Result<&SimulatedController, IdentificationError> {
+        self.controller.as_ref().ok_or(IdentificationError::NoController { method })
+    }
+
+    /// Whether a method has the robust weights that are asked for, if any are.
+    ///
+    /// # Errors
+    /// [`IdentificationError::NotRobust`], and the tuning constant of no M-estimate.
+    pub fn validate_robust(&self, method: Method) -> Result<(), IdentificationError> {
+        match self.robust {
+            None => Ok(()),
+            Some(loss) if method.has_robust_weights() => {
+                loss.validate().map_err(IdentificationError::Regression)
+            }
+            Some(_) => Err(IdentificationError::NotRobust { method }),
+        }
+    }
+}
 
 /// The Butterworth filter of the positions, forward and backward (paper, section 3.1.1).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,53 +141,5 @@ impl DecimationFilter {
     /// [`SignalError::Factor`].
     pub fn design(&self) -> Result<ParallelDecimation, SignalError> {
         ParallelDecimation::chebyshev1(self.order, self.ripple_db, self.cutoff_ratio, self.factor)
-    }
-}
-
-/// Options of [`idim_ls`](crate::identification::idim_ls()), as a cell file states them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct IdimLsOptions {
-    /// Filter of the positions.
-    pub position_filter: PositionFilter,
-    /// Filter and decimation of both sides of the equation.
-    pub decimation_filter: DecimationFilter,
-    /// Names of the essential parameters (`zz1r`, `fv_m6`); every base parameter when left out.
-    /// Parameters that are not named are taken as 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub parameters: Option<Vec<String>>,
-    /// Whether rows with large residuals count less, and how; with IDIM-LS and DIDIM. Plain least
-    /// squares when left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub robust: Option<RobustLoss>,
-    /// What a result must satisfy to be called applicable.
-    #[serde(default)]
-    pub limits: VerdictLimits,
-}
-
-impl IdimLsOptions {
-    /// Whether a method has the robust weights that are asked for, if any are.
-    ///
-    /// # Errors
-    /// [`IdentificationError::NotRobust`], and the tuning constant of no M-estimate.
-    pub fn validate_robust(&self, method: Method) -> Result<(), IdentificationError> {
-        match self.robust {
-            None => Ok(()),
-            Some(loss) if matches!(method, Method::IdimLs | Method::Didim) => {
-                loss.validate().map_err(IdentificationError::Regression)
-            }
-            Some(_) => Err(IdentificationError::NotRobust { method }),
-        }
-    }
-
-    /// The decimation filter; none where rows are not decimated.
-    pub(crate) fn decimation(
-        &self,
-        decimated: bool,
-    ) -> Result<ParallelDecimation, IdentificationError> {
-        if !decimated {
-            return Ok(ParallelDecimation::none());
-        }
-        self.decimation_filter.design().map_err(IdentificationError::DecimationFilter)
     }
 }

@@ -1,7 +1,10 @@
 //! Which base parameters are identified.
 
+use nalgebra::DVector;
+
+use super::error::IdentificationError;
 use crate::dynamics::BaseParameters;
-use crate::identification::given::error::IdentificationError;
+use crate::regression::RegressionError;
 use crate::robot::{ParameterKind, Robot};
 
 /// The essential parameters: some or all base parameters, in the model's order, with the regressor
@@ -13,6 +16,9 @@ pub struct Selection {
     names: Vec<String>,
     columns: Vec<usize>,
     kinds: Vec<ParameterKind>,
+    regrouped: Vec<bool>,
+    /// Columns of the regressor.
+    width: usize,
 }
 
 impl Selection {
@@ -55,7 +61,10 @@ impl Selection {
             return Err(IdentificationError::OtherBaseParameters { robot });
         }
         let kinds = columns.iter().map(|&column| table.parameters()[column].kind).collect();
-        Ok(Self { names, columns, kinds })
+        let terms =
+            |&index: &usize| base.regrouping().row(index).iter().filter(|c| **c != 0.0).count();
+        let regrouped = chosen.iter().map(|index| terms(index) > 1).collect();
+        Ok(Self { names, columns, kinds, regrouped, width: table.names().len() })
     }
 
     /// The names, in the model's order.
@@ -71,5 +80,41 @@ impl Selection {
     /// What each is named after.
     pub fn kinds(&self) -> &[ParameterKind] {
         &self.kinds
+    }
+
+    /// Whether other parameters are regrouped into each.
+    pub(crate) fn regrouped(&self) -> &[bool] {
+        &self.regrouped
+    }
+
+    /// Standard parameters with these selected ones, every other 0.
+    pub(crate) fn standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
+        let mut standard = vec![0.0; self.width];
+        for (&column, &value) in self.columns.iter().zip(parameters.iter()) {
+            standard[column] = value;
+        }
+        standard
+    }
+
+    /// The failure of a regression, with columns called by their parameters' names.
+    pub(crate) fn named(&self, error: RegressionError) -> IdentificationError {
+        let named = |columns: Vec<usize>| -> Vec<String> {
+            columns.iter().filter_map(|&column| self.names.get(column).cloned()).collect()
+        };
+        match error {
+            RegressionError::TooFewRows { rows, columns } => {
+                IdentificationError::TooFewRows { rows, parameters: columns }
+            }
+            RegressionError::ZeroColumns { columns } => {
+                IdentificationError::NotExcited { parameters: named(columns) }
+            }
+            RegressionError::DependentColumns { columns } => {
+                IdentificationError::RankDeficient { parameters: named(columns) }
+            }
+            RegressionError::NoMeasurement { joint } => {
+                IdentificationError::NoTorque { joint: joint + 1 }
+            }
+            other => IdentificationError::Regression(other),
+        }
     }
 }

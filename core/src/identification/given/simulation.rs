@@ -1,52 +1,67 @@
-//! What a person decides about DIDIM.
+//! How the closed loop is simulated, and when the iteration ends.
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::SimulatedController;
-use crate::identification::closed_loop::simulator::LoopOptions;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::options::IdimLsOptions;
+use super::error::IdentificationError;
 use crate::simulation::Integrator;
 use crate::trajectory::ReferenceInterpolation;
 
-/// Options of [`didim`](crate::identification::didim()), as a cell file states them.
+/// How the closed loop is simulated and its parameters found, by every method that simulates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DidimOptions {
-    /// Parameters, decimation filter and limits of the result; and the equation error that gives
-    /// weights, initial state, and start and reference where these are taken from it.
-    pub regression: IdimLsOptions,
-    /// Whether regressor and torque pass the decimation filter; true unless stated. Without it,
-    /// the paper's strict output error framework (its Table 1), every counted sample is a row.
-    #[serde(default = "yes")]
+#[serde(default, deny_unknown_fields)]
+pub struct SimulationOptions {
+    /// Whether both sides of the equation pass the decimation filter; true unless stated. Without
+    /// it, the paper's strict output error framework (its table 1), every counted sample is a row.
     pub decimated: bool,
-    /// What controls the simulated arm. No default: it decides how the arm moves.
-    pub controller: SimulatedController,
     /// What the drive makes of its targets between two of them; cubic unless stated.
-    #[serde(default)]
     pub reference: ReferenceInterpolation,
     /// How the simulation is integrated; ode3 unless stated.
-    #[serde(default)]
     pub integrator: Integrator,
     /// Integration steps per period of the controller; 1 unless stated.
-    #[serde(default = "one")]
     pub substeps: u32,
     /// The parameters of the first simulation.
-    #[serde(default)]
     pub start: Start,
-    /// When the iteration ends.
-    #[serde(default)]
+    /// When the iteration ends. The simulations that differences add to each one do not count
+    /// against its limit.
     pub convergence: ConvergenceLimits,
+    /// DIDIM iterations before the first sensitivities of CLIE and CLOE, one simulation each: from a
+    /// start far away, a step of DIDIM leads near, where the linearised loop does not. 0 unless
+    /// stated, and less than the simulations that `convergence` allows.
+    pub didim_steps: u32,
+    /// Where CLIE and CLOE have their sensitivities from.
+    pub sensitivities: SensitivityMethod,
+    /// How CLIE and CLOE find the next parameters.
+    pub optimiser: Optimiser,
 }
 
-impl DidimOptions {
-    pub(crate) fn loop_options(&self) -> LoopOptions<'_> {
-        LoopOptions {
-            controller: &self.controller,
-            reference: self.reference,
-            integrator: self.integrator,
-            substeps: self.substeps,
+impl Default for SimulationOptions {
+    fn default() -> Self {
+        Self {
+            decimated: true,
+            reference: ReferenceInterpolation::default(),
+            integrator: Integrator::default(),
+            substeps: 1,
+            start: Start::default(),
+            convergence: ConvergenceLimits::default(),
+            didim_steps: 0,
+            sensitivities: SensitivityMethod::default(),
+            optimiser: Optimiser::default(),
         }
+    }
+}
+
+impl SimulationOptions {
+    /// Whether the iteration can begin and end.
+    ///
+    /// # Errors
+    /// [`IdentificationError::Convergence`] and [`IdentificationError::DidimSteps`].
+    pub(crate) fn validate(&self) -> Result<(), IdentificationError> {
+        self.convergence.validate()?;
+        let (steps, max_simulations) = (self.didim_steps, self.convergence.max_simulations);
+        if steps >= max_simulations {
+            return Err(IdentificationError::DidimSteps { steps, max_simulations });
+        }
+        Ok(())
     }
 }
 
@@ -91,7 +106,7 @@ impl Default for ConvergenceLimits {
 impl ConvergenceLimits {
     /// # Errors
     /// [`IdentificationError::Convergence`]: convergence takes two steps and limits above 0.
-    pub(crate) fn validate(&self) -> Result<(), IdentificationError> {
+    fn validate(&self) -> Result<(), IdentificationError> {
         for (key, value) in [
             ("relative_error_change", self.relative_error_change),
             ("parameter_change", self.parameter_change),
@@ -109,10 +124,27 @@ impl ConvergenceLimits {
     }
 }
 
-fn yes() -> bool {
-    true
+/// Where the derivatives of the simulated signals with respect to the parameters come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SensitivityMethod {
+    /// The variational equation of the loop, integrated along with it: exact for the discrete loop
+    /// but for friction that jumps, and part of one simulation.
+    #[default]
+    Exact,
+    /// One-sided differences, the paper's: a further simulation per parameter.
+    Differences,
 }
 
-fn one() -> u32 {
-    1
+/// How the next parameters are found from errors and sensitivities.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Optimiser {
+    /// Damped by each column's length (Marquardt, *J. SIAM* 11, 1963); more after a step that does
+    /// not lower the criterion or cannot be simulated, less after one that does.
+    #[default]
+    LevenbergMarquardt,
+    /// The linear least-squares step (equation 15), halved while it does not lower the criterion or
+    /// cannot be simulated.
+    GaussNewton,
 }

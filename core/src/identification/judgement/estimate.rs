@@ -3,10 +3,10 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::identification::given::error::Failure;
-use crate::identification::given::selection::Selection;
-use crate::identification::judgement::checks::{ModelCheck, TorqueDelay};
-use crate::identification::judgement::information::Information;
+use super::alternative::{ModelCheck, TorqueDelay};
+use super::information::Information;
+use super::reasons::{Note, Reason};
+use crate::identification::given::{Failure, Selection};
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
@@ -17,6 +17,9 @@ pub const SCHEMA: u32 = 1;
 pub struct ParameterEstimate {
     /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
+    /// Whether others are regrouped into it.
+    #[serde(skip)]
+    pub regrouped: bool,
     /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
     pub value: f64,
     /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
@@ -35,17 +38,16 @@ impl ParameterEstimate {
         deviations: &DVector<f64>,
     ) -> Vec<Self> {
         let classical = solution.standard_deviations();
-        let values = solution.parameters.iter().zip(deviations.iter()).zip(classical.iter());
-        let parameters = selection.names().iter().zip(values);
-        parameters
-            .map(|(name, ((&value, &standard_deviation), &classical_standard_deviation))| Self {
-                name: name.clone(),
-                value,
-                standard_deviation,
-                classical_standard_deviation,
-                relative_standard_deviation: standard_deviation / value.abs(),
-            })
-            .collect()
+        let names = selection.names().iter().zip(selection.regrouped());
+        let parameters = names.enumerate().map(|(k, (name, &regrouped))| Self {
+            name: name.clone(),
+            regrouped,
+            value: solution.parameters[k],
+            standard_deviation: deviations[k],
+            classical_standard_deviation: classical[k],
+            relative_standard_deviation: deviations[k] / solution.parameters[k].abs(),
+        });
+        parameters.collect()
     }
 }
 
@@ -66,28 +68,33 @@ impl SingularValues {
     }
 }
 
-/// Whether a result may be used, and if not, why not, in words.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+/// Whether a result may be used, and if not, why not.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Verdict {
     /// True when no reason speaks against use.
     pub applicable: bool,
-    /// The reasons against, for people.
-    pub reasons: Vec<String>,
+    /// The reasons against.
+    pub reasons: Vec<Reason>,
     /// What must be known with the result and does not speak against its use.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub notes: Vec<String>,
-    /// How the method failed although it has a result, where it did; one of the reasons says it in
-    /// words.
+    pub notes: Vec<Note>,
+    /// How the method failed although it has a result, where it did; the first of the reasons that
+    /// says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<Failure>,
 }
 
 impl Verdict {
-    /// Notes that the method failed; the first failure is the one that counts.
-    pub(crate) fn fail(&mut self, failure: Failure, reason: String) {
-        self.applicable = false;
-        self.failure = self.failure.or(Some(failure));
-        self.reasons.push(reason);
+    /// With these reasons against and these notes.
+    pub fn new(reasons: Vec<Reason>, notes: Vec<Note>) -> Self {
+        let failure = reasons.iter().find_map(Reason::failure);
+        Self { applicable: reasons.is_empty(), reasons, notes, failure }
+    }
+
+    /// The same with what else speaks against.
+    #[must_use]
+    pub(crate) fn with_reasons(self, more: impl IntoIterator<Item = Reason>) -> Self {
+        Self::new(self.reasons.into_iter().chain(more).collect(), self.notes)
     }
 }
 
@@ -162,7 +169,7 @@ pub struct Estimate {
     pub effective_rows_per_joint: Vec<f64>,
     /// How much later than stated each joint's torque acts; null where the motion does not tell.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// What would change if the model were free to be otherwise.
+    /// What alternative models would change.
     pub model_checks: Vec<ModelCheck>,
     /// Linear least-squares steps taken.
     pub iterations: u32,

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::identification::observation::prefilter::Motion;
+use crate::identification::observation::Motion;
 use crate::regression::{Observations, ResidualAnalysis};
 
 /// An arm rests while no joint is faster than this share of its highest speed.

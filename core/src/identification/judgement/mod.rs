@@ -1,10 +1,23 @@
-//! What a solution is worth: its uncertainty, what the model lacks, and whether it may be used.
+//! What a solution is worth: its uncertainty, what alternative models would change, and whether it may
+//! be used.
 
-pub(crate) mod assemble;
-pub(crate) mod checks;
-pub(crate) mod cross_validation;
-pub(crate) mod estimate;
-pub(crate) mod information;
-pub(crate) mod outliers;
-pub(crate) mod simulation_error;
-pub(crate) mod verdict;
+mod alternative;
+mod checks;
+mod estimate;
+mod findings;
+mod information;
+mod outliers;
+mod reasons;
+mod verdict;
+mod workspace;
+
+pub use alternative::{Alternative, ModelCheck, TorqueDelay};
+pub(crate) use checks::PositionError;
+pub use estimate::{
+    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
+    SingularValues, Verdict,
+};
+pub(crate) use findings::{Findings, Iteration, TorqueRows};
+pub use information::Information;
+pub(crate) use outliers::DownweightedRows;
+pub use reasons::{Note, Output, Reason};

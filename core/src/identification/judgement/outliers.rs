@@ -3,6 +3,7 @@
 
 use core::ops::Range;
 
+use super::reasons::Note;
 use crate::regression::{RobustLoss, RobustSolution};
 
 /// Rows that a value of one sample reaches behind the decimation filter.
@@ -85,16 +86,16 @@ impl DownweightedRows {
         spread.collect()
     }
 
-    /// What outliers spoil, of rows that are these samples: the groups of all joints with a row to
-    /// either side. Nothing where rows are weighted down all over, which is no matter of outliers.
-    pub(crate) fn spoiled(&self, samples: &[usize]) -> Vec<Range<usize>> {
+    /// Samples that outliers reach, of rows that are these samples: the groups of all joints with a row
+    /// to either side. Nothing where rows are weighted down all over, which is no matter of outliers.
+    pub(crate) fn outlier_samples(&self, samples: &[usize]) -> Vec<Range<usize>> {
         let Some(last) = samples.len().checked_sub(1).filter(|_| self.spread().is_empty()) else {
             return Vec::new();
         };
-        let spoiled = self.all_groups().into_iter().map(|group| {
+        let reached = self.all_groups().into_iter().map(|group| {
             samples[group.start.saturating_sub(1).min(last)]..samples[group.end.min(last)] + 1
         });
-        spoiled.collect()
+        reached.collect()
     }
 
     fn all_groups(&self) -> Vec<Range<usize>> {
@@ -105,37 +106,22 @@ impl DownweightedRows {
     }
 
     /// What a person has to know of them; `time_s` is that of the rows of one joint.
-    pub(crate) fn notes(&self, time_s: &[f64]) -> Vec<String> {
-        let count: usize = self.per_joint.iter().map(Vec::len).sum();
+    pub(super) fn notes(&self, time_s: &[f64]) -> Vec<Note> {
         let groups = self.all_groups();
         let mut notes = Vec::new();
-        let named: Vec<String> = (groups.iter().take(NAMED))
-            .filter_map(|group| {
-                let (from, to) = (time_s.get(group.start)?, time_s.get(group.end - 1)?);
-                Some(format!("{from:.2} to {to:.2} s"))
-            })
+        let times_s: Vec<Range<f64>> = (groups.iter().take(NAMED))
+            .filter_map(|group| Some(*time_s.get(group.start)?..*time_s.get(group.end - 1)?))
             .collect();
-        if !named.is_empty() {
-            let more = groups.len() - named.len();
-            let more = if more == 0 { String::new() } else { format!(" and {more} times more") };
-            let all = self.rows * self.per_joint.len();
-            notes.push(format!(
-                "{count} of {all} rows were weighted down, at {}{more}: look there, an encoder, a \
-                 connector or a contact may be at fault",
-                named.join(", ")
-            ));
+        if !times_s.is_empty() {
+            let rows = self.per_joint.iter().map(Vec::len).sum();
+            let (of, more) = (self.rows * self.per_joint.len(), groups.len() - times_s.len());
+            notes.push(Note::Outliers { rows, of, times_s, more });
         }
-        let spread = self.spread();
-        if !spread.is_empty() {
-            let shares = spread.iter().map(|&joint| {
-                let share = 100.0 * self.per_joint[joint].len() as f64 / self.rows as f64;
-                format!("{share:.0} % of the rows of joint {}", joint + 1)
-            });
-            notes.push(format!(
-                "{} were weighted down all over the motion, which is more than outliers: look at the \
-                 residuals, the model may not describe this motion",
-                shares.collect::<Vec<_>>().join(", ")
-            ));
+        let joints =
+            self.spread().into_iter().map(|joint| (joint + 1, self.per_joint[joint].len()));
+        let joints: Vec<(usize, usize)> = joints.collect();
+        if !joints.is_empty() {
+            notes.push(Note::DownweightedThroughout { joints, of: self.rows });
         }
         notes
     }
@@ -178,17 +164,17 @@ mod tests {
         let of = rows(&[&[3, 100, 101, 105, 107], &[104, 200, 201]], &[&[101], &[200]]);
         let notes = of.notes(&seconds());
         assert_eq!(notes.len(), 1, "{notes:?}");
-        assert!(notes[0].starts_with("8 of 600 rows"), "{notes:?}");
-        assert!(notes[0].contains("2.50 to 2.68 s, 5.00 to 5.03 s:"), "{notes:?}");
+        assert!(notes[0].to_string().starts_with("8 of 600 rows"), "{notes:?}");
+        assert!(notes[0].to_string().contains("2.50 to 2.68 s, 5.00 to 5.03 s:"), "{notes:?}");
         let samples: Vec<usize> = (0..300).map(|k| 1000 + 10 * k).collect();
-        assert_eq!(of.spoiled(&samples), [1990..2081, 2990..3021]);
+        assert_eq!(of.outlier_samples(&samples), [1990..2081, 2990..3021]);
     }
 
     #[test]
     fn what_normal_errors_have_is_not_worth_a_note() {
         let of = rows(&[&[3, 100, 160, 221]], &[&[]]);
         assert!(of.notes(&seconds()).is_empty());
-        assert!(of.spoiled(&(0..300).collect::<Vec<_>>()).is_empty());
+        assert!(of.outlier_samples(&(0..300).collect::<Vec<_>>()).is_empty());
     }
 
     #[test]
@@ -197,9 +183,9 @@ mod tests {
         for not_normal in [&[][..], &often] {
             let of = rows(&[&[7], &often], &[&[], not_normal]);
             let notes = of.notes(&seconds());
-            let last = notes.last().unwrap();
+            let last = notes.last().unwrap().to_string();
             assert!(last.starts_with("5 % of the rows of joint 2"), "{notes:?}");
-            assert!(of.spoiled(&(0..300).collect::<Vec<_>>()).is_empty());
+            assert!(of.outlier_samples(&(0..300).collect::<Vec<_>>()).is_empty());
         }
     }
 }

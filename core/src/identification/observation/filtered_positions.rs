@@ -3,9 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::MAX_JOINTS;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::given::options::PositionFilter;
+use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
 use crate::lanes::each;
 use crate::signal::neighbours;
 

@@ -4,11 +4,10 @@ use core::ops::Range;
 
 use nalgebra::DMatrix;
 
-use crate::dynamics::{BaseParameters, Model, RegressorColumns, Workspace};
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::experiment::Experiment;
-use crate::identification::given::selection::Selection;
-use crate::identification::observation::prefilter::{GROUP, Motion, MotionGroup};
+use super::group::{GROUP, MotionGroup};
+use super::motion::Motion;
+use crate::dynamics::{Model, RegressorColumns, Workspace};
+use crate::identification::given::{Context, IdentificationError, Selection};
 use crate::lanes::Lanes;
 use crate::signal::{ParallelDecimation, SignalError};
 
@@ -29,10 +28,22 @@ pub fn observation_matrix(
     counted: Range<usize>,
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let columns = model.regressor_entries(selection.columns());
-    let (samples, joints) = motion.position.shape();
-    let read = entries_along(model, &columns, motion);
-    let entries = decimation.decimate_groups(samples, columns.entries().len(), counted, read);
-    Ok(matrix_of(&columns, 0..columns.width(), joints, &entries.map_err(named)?))
+    let entries = entries(model, &columns, motion, decimation, counted)?;
+    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
+}
+
+/// The observation matrix of the rows that are fitted.
+///
+/// # Errors
+/// As [`observation_matrix`].
+pub(crate) fn fitted_matrix(
+    context: &Context<'_>,
+    motion: &Motion,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let Context { model, selection, decimation, .. } = context;
+    let columns = model.regressor_entries(selection.columns());
+    let entries = entries(model, &columns, motion, decimation, context.experiment.counted())?;
+    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &context.fitted(entries)))
 }
 
 /// The columns of all base parameters along a motion, behind the parallel filter, at the rows that are
@@ -52,14 +63,8 @@ pub(crate) struct BesideObservation {
 }
 
 impl BaseColumns {
-    pub(crate) fn new(
-        model: &Model,
-        base: &BaseParameters,
-        selection: &Selection,
-        motion: &Motion,
-        decimation: &ParallelDecimation,
-        experiment: &Experiment,
-    ) -> Result<Self, IdentificationError> {
+    pub(crate) fn new(context: &Context<'_>, motion: &Motion) -> Result<Self, IdentificationError> {
+        let Context { model, base, selection, experiment, .. } = context;
         let width = selection.columns().len();
         let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
         let all: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
@@ -67,18 +72,28 @@ impl BaseColumns {
         let (samples, joints) = motion.position.shape();
         let (signals, counted) = (columns.entries().len(), experiment.counted());
         let read = entries_along(model, &columns, motion);
-        let [entries, differences] =
-            decimation.decimate_with_differences(samples, signals, counted, read).map_err(named)?;
-        let matrix_of = |wanted, entries| {
-            let matrix = matrix_of(&columns, wanted, joints, entries);
-            experiment.fitted_matrix(decimation, matrix)
-        };
-        let selected = matrix_of(0..width, &entries);
-        let left_out = matrix_of(width..all.len(), &entries);
-        let differences = matrix_of(0..width, &differences);
+        let filtered =
+            context.decimation.decimate_with_differences(samples, signals, counted, read);
+        let [entries, differences] = filtered.map_err(named)?.map(|rows| context.fitted(rows));
+        let selected = matrix_of(&columns, 0..width, joints, &entries);
+        let left_out = matrix_of(&columns, width..all.len(), joints, &entries);
+        let differences = matrix_of(&columns, 0..width, joints, &differences);
         let rates = differences * (0.5 * experiment.sample_rate_hz());
         Ok(Self { selected, beside: BesideObservation { rates, left_out } })
     }
+}
+
+/// The entries of these columns along a motion, filtered and decimated.
+fn entries(
+    model: &Model,
+    columns: &RegressorColumns,
+    motion: &Motion,
+    decimation: &ParallelDecimation,
+    counted: Range<usize>,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let read = entries_along(model, columns, motion);
+    let (samples, signals) = (motion.position.nrows(), columns.entries().len());
+    decimation.decimate_groups(samples, signals, counted, read).map_err(named)
 }
 
 /// The entries of these columns of the regressor, by lanes of samples from the first on.

@@ -2,13 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::SensitivityMethod;
-use super::rows::{Rows, SensitivitySignals};
+use super::sensitivities::SensitivitySignals;
 use crate::identification::closed_loop::simulator::Simulator;
-use crate::identification::equation_error::idim_ls::EquationErrorFit;
-use crate::identification::given::error::IdentificationError;
-use crate::identification::given::method::Method;
-use crate::identification::observation::prefilter::Motion;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, SensitivityMethod};
+use crate::identification::judgement::Output;
+use crate::identification::observation::Motion;
 use crate::lanes;
 use crate::regression::{Observations, RegressionError};
 use crate::simulation::{SimulationError, set_row};
@@ -19,33 +18,6 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Simulations for differences that run side by side.
 const LANES: usize = lanes::WIDTH;
-
-/// The signal whose error is minimised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Output {
-    /// CLIE: the torque.
-    Torque,
-    /// CLOE: the position.
-    Position,
-}
-
-impl Output {
-    /// What its simulated signal is called.
-    fn signal(self) -> &'static str {
-        match self {
-            Self::Torque => "simulated torque",
-            Self::Position => "simulated position",
-        }
-    }
-
-    /// The method that minimises its error.
-    pub(super) fn method(self) -> Method {
-        match self {
-            Self::Torque => Method::Clie,
-            Self::Position => Method::Cloe,
-        }
-    }
-}
 
 /// One simulation and what it says.
 pub(super) struct Point {
@@ -70,12 +42,11 @@ impl Point {
 /// Measurements and the loop that is to explain them.
 pub(super) struct Problem<'a> {
     pub(super) output: Output,
+    pub(super) context: &'a Context<'a>,
     pub(super) fit: &'a EquationErrorFit,
-    pub(super) rows: Rows<'a>,
     /// Measured rows of the output.
     pub(super) measured: DVector<f64>,
     pub(super) simulator: Simulator<'a>,
-    pub(super) method: SensitivityMethod,
     /// Closed-loop simulations, those that failed and those for differences included.
     pub(super) simulations: u32,
 }
@@ -89,7 +60,12 @@ impl Problem<'_> {
         &mut self,
         parameters: &DVector<f64>,
     ) -> Result<Result<Point, SimulationError>, IdentificationError> {
-        self.run(parameters, self.method == SensitivityMethod::Exact)
+        self.run(parameters, self.exact())
+    }
+
+    /// Whether simulations come with exact sensitivities.
+    pub(super) fn exact(&self) -> bool {
+        self.context.options.simulation.sensitivities == SensitivityMethod::Exact
     }
 
     /// The same without sensitivities, which takes a fraction of the time.
@@ -106,7 +82,7 @@ impl Problem<'_> {
         exact: bool,
     ) -> Result<Result<Point, SimulationError>, IdentificationError> {
         self.simulations += 1;
-        let columns = self.fit.selection.columns();
+        let columns = self.context.selection.columns();
         let mut closed_loop = self.simulator.closed_loop(parameters)?;
         let mut motion = self.simulator.motion().clone();
         let (samples, joints) = motion.position.shape();
@@ -133,11 +109,11 @@ impl Problem<'_> {
         if let Err(error) = done {
             return Ok(Err(error));
         }
-        let jacobian = signals.map(|signals| self.rows.of_sensitivities(&signals)).transpose()?;
+        let jacobian = signals.map(|signals| signals.rows(self.context)).transpose()?;
         Ok(Ok(Point {
             parameters: parameters.clone(),
-            torque: self.rows.of_signals(&torque, "simulated torque")?,
-            position: self.rows.of_signals(&motion.position, "simulated position")?,
+            torque: self.context.rows_of(&torque, simulated(Output::Torque))?,
+            position: self.context.rows_of(&motion.position, simulated(Output::Position))?,
             motion,
             jacobian,
         }))
@@ -162,7 +138,8 @@ impl Problem<'_> {
         point.jacobian = Some(jacobian.clone());
         let equation = self.residuals(point) + &jacobian * &point.parameters;
         let named = |error| self.named(error);
-        Observations::new(jacobian, equation, self.rows.joints).map(Ok).map_err(named)
+        let joints = self.context.robot.joints();
+        Observations::new(jacobian, equation, joints).map(Ok).map_err(named)
     }
 
     /// `(y_s(θ + h) − y_s(θ)) / h`, one parameter after the other.
@@ -201,7 +178,7 @@ impl Problem<'_> {
                 return Ok(Err(error));
             }
             for ((signals, h), &k) in signals.iter().zip(steps).zip(columns) {
-                let other = self.rows.of_signals(signals, output.signal())?;
+                let other = self.context.rows_of(signals, simulated(output))?;
                 jacobian.set_column(k, &((other - &base) / h));
             }
         }
@@ -220,12 +197,20 @@ impl Problem<'_> {
             Output::Torque => "torque",
             Output::Position => "position",
         };
-        match IdentificationError::from_regression(error, &self.fit.selection) {
+        match self.context.selection.named(error) {
             IdentificationError::NotExcited { parameters }
             | IdentificationError::RankDeficient { parameters } => {
                 IdentificationError::Insensitive { signal, parameters }
             }
             other => other,
         }
+    }
+}
+
+/// What a simulated signal is called in an error.
+fn simulated(output: Output) -> &'static str {
+    match output {
+        Output::Torque => "simulated torque",
+        Output::Position => "simulated position",
     }
 }

@@ -4,36 +4,30 @@ use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Subject;
+use super::FittedModel;
 use crate::MAX_JOINTS;
 use crate::dispatch::vectorised;
 use crate::dynamics::{Model, Workspace};
-use crate::identification::given::error::IdentificationError;
-use crate::identification::observation::filtered_positions::FilteredPositions;
-use crate::identification::observation::prefilter::{GROUP, MotionGroup, group_of};
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::observation::{FilteredPositions, GROUP, MotionGroup, group_of};
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
 
-/// Columns for one subject.
-pub(super) struct Columns<'a> {
-    pub(super) subject: &'a Subject<'a>,
-}
-
-impl Columns<'_> {
+impl FittedModel<'_> {
     /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
     /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. For each
     /// direction; none where nothing moves.
     ///
     /// Above the last bend all of them vanish: what the model calls Coulomb friction stays what it
     /// is there, and moves only as far as the shape below is another.
-    pub(super) fn friction(
+    pub(super) fn friction_columns(
         &self,
         directions: &[Vec<f64>],
     ) -> Result<Vec<Option<DMatrix<f64>>>, IdentificationError> {
-        let Subject { experiment, decimation, robot, .. } = *self.subject;
+        let Context { experiment, decimation, robot, .. } = self.context;
         let speeds: Vec<Speed<'_>> = directions.iter().map(|of| self.speed(of)).collect();
         let highest: Vec<f64> =
             speeds.iter().map(|speed| speed.highest(experiment.counted())).collect();
@@ -57,12 +51,12 @@ impl Columns<'_> {
                 },
             );
         };
-        let samples = self.subject.motion.velocity.nrows();
+        let samples = self.motion.velocity.nrows();
         let signals = moving.len() * BENDS.len();
         let laws = decimation
             .decimate_groups(samples, signals, experiment.counted(), read)
             .map_err(IdentificationError::RegressorFilter)?;
-        let laws = experiment.fitted(decimation, laws);
+        let laws = self.context.fitted(laws);
         let rows = laws.nrows();
         let mut next = 0;
         let columns = directions.iter().zip(highest).map(|(direction, highest)| {
@@ -82,31 +76,31 @@ impl Columns<'_> {
 
     /// `directionᵀ q̇` along the motion.
     fn speed(&self, direction: &[f64]) -> Speed<'_> {
-        let velocity = &self.subject.motion.velocity;
+        let velocity = &self.motion.velocity;
         let joints = direction.iter().copied().zip(velocity.as_slice().chunks(velocity.nrows()));
         Speed { shares: joints.filter(|(share, _)| *share != 0.0).collect() }
     }
 
-    /// The rows of what the estimate predicts along the subject's motion, less those of another.
+    /// The rows of what the estimate predicts along the motion, less those of another.
     /// Without the glitches of the positions, which are no motion that a filter could distort.
     pub(super) fn torque_difference(
         &self,
         other: &FilteredPositions,
         reach: usize,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let (samples, joints) = self.subject.motion.position.shape();
+        let (samples, joints) = self.motion.position.shape();
         let mut silenced = vec![false; samples];
         for k in self.glitches(other) {
             let end = k.saturating_add(reach).saturating_add(1).min(samples);
             silenced[k.saturating_sub(reach)..end].fill(true);
         }
         let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
+        let mut dynamics = InverseDynamics::of_the_estimate(self);
         let rows = self.filtered_groups(joints, |first, torques| {
             torques.copy_from_slice(dynamics.torque(group.differentiate(other, first)));
             let silenced = &silenced[first..samples.min(first + GROUP)];
             if silenced.contains(&true) {
-                let torque = dynamics.torque(group.read(self.subject.motion, first));
+                let torque = dynamics.torque(group.read(self.motion, first));
                 for (l, _) in silenced.iter().enumerate().filter(|(_, silenced)| **silenced) {
                     for (other, torque) in torques.iter_mut().zip(torque) {
                         other.0[l] = torque.0[l];
@@ -114,27 +108,27 @@ impl Columns<'_> {
                 }
             }
         })?;
-        Ok(self.subject.predicted() - DVector::from_column_slice(rows.as_slice()))
+        Ok(self.predicted() - DVector::from_column_slice(rows.as_slice()))
     }
 
-    /// Of what outliers spoil, the samples where a joint differs by more than it does anywhere else.
+    /// Of what outliers reach, the samples where a joint differs by more than it does anywhere else.
     fn glitches(&self, other: &FilteredPositions) -> Vec<usize> {
-        if self.subject.spoiled.is_empty() {
+        if self.outliers.is_empty() {
             return Vec::new();
         }
-        let (samples, joints) = self.subject.motion.position.shape();
+        let (samples, joints) = self.motion.position.shape();
         let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(self.subject);
+        let mut dynamics = InverseDynamics::of_the_estimate(self);
         let difference = along(samples, joints, |first, difference| {
-            difference.copy_from_slice(dynamics.torque(group.read(self.subject.motion, first)));
+            difference.copy_from_slice(dynamics.torque(group.read(self.motion, first)));
             let torque = dynamics.torque(group.differentiate(other, first));
             for (difference, torque) in difference.iter_mut().zip(torque) {
                 *difference -= *torque;
             }
         });
-        let spoiled = |k: &usize| self.subject.spoiled.iter().any(|range| range.contains(k));
-        let counted = self.subject.experiment.counted();
-        let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(spoiled);
+        let outlier = |k: &usize| self.outliers.iter().any(|range| range.contains(k));
+        let counted = self.context.experiment.counted();
+        let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(outlier);
         let largest = |joint: usize| {
             sound.iter().fold(0.0, |largest: f64, &k| largest.max(difference[(k, joint)].abs()))
         };
@@ -167,11 +161,11 @@ impl Columns<'_> {
         signals: usize,
         read: impl FnMut(usize, &mut [Lanes<GROUP>]),
     ) -> Result<DMatrix<f64>, IdentificationError> {
-        let Subject { experiment, decimation, .. } = *self.subject;
+        let Context { experiment, decimation, .. } = self.context;
         let filtered =
             decimation.decimate_groups(experiment.samples(), signals, experiment.counted(), read);
         let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;
-        Ok(experiment.fitted(decimation, filtered))
+        Ok(self.context.fitted(filtered))
     }
 }
 
@@ -211,10 +205,11 @@ struct InverseDynamics<'a> {
 }
 
 impl<'a> InverseDynamics<'a> {
-    fn of_the_estimate(subject: &Subject<'a>) -> Self {
-        let standard = subject.standard.iter().map(|&value| Lanes::constant(value)).collect();
+    fn of_the_estimate(fitted: &FittedModel<'a>) -> Self {
+        let standard = fitted.context.selection.standard(fitted.parameters);
+        let standard = standard.into_iter().map(Lanes::constant).collect();
         let torque = [Lanes::zero(); MAX_JOINTS];
-        Self { model: subject.model, standard, workspace: Workspace::new(), torque }
+        Self { model: &fitted.context.model, standard, workspace: Workspace::new(), torque }
     }
 
     /// Torque of every joint \[N·m\] at q, q̇ and q̈.

@@ -19,7 +19,7 @@ const PRIMES: [u32; crate::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
 /// A posture \[rad or m\] within the robot's limits where the mass matrix of these standard
 /// parameters is not positive definite, if one of a thousand postures is such: those of Halton's
 /// sequence (*Numer. Math.* 2, 1960), which fill the workspace evenly.
-pub(crate) fn indefinite_posture(
+pub(super) fn indefinite_posture(
     robot: &Robot,
     model: &Model,
     standard: &[f64],

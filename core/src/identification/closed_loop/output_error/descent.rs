@@ -1,24 +1,28 @@
-//! One step: from a point to the next, damped or halved until it is taken.
+//! One step of the descent: from a point to the next, damped or halved until it is taken.
 
 use nalgebra::DVector;
 
 use super::damping::Damped;
-use super::iteration::Iteration;
-use super::problem::Point;
-use super::{Optimiser, SensitivityMethod};
-use crate::identification::given::error::IdentificationError;
+use super::problem::{Point, Problem};
+use crate::identification::closed_loop::convergence::Convergence;
+use crate::identification::given::{IdentificationError, Optimiser};
 use crate::regression::{Observations, Solution};
 use crate::simulation::SimulationError;
 
 /// Steps from one point that are tried: each is half as long or ten times as much damped.
 pub(super) const MAX_TRIES: u32 = 12;
 
-/// The change of the damping, and what is none.
+/// The damping at the start, for columns of length 1: nearly the linear step (Marquardt 1963 has 0.01).
+const FIRST_DAMPING: f64 = 1e-3;
+
+/// The factor by which the damping changes, Marquardt's ν.
 const DAMPING_CHANGE: f64 = 10.0;
+
+/// A damping below this is none: far below what rounding makes of the normal matrix.
 const NO_DAMPING: f64 = 1e-9;
 
-/// A step that gains more than this share of what the linear equation foretells is good, less than that
-/// poor.
+/// A step whose gain ratio, what it gains over what the linear equation predicts, is above this is good,
+/// and below that poor: the usual quarters (Nocedal and Wright, *Numerical Optimization*, algorithm 4.1).
 const GOOD_GAIN: f64 = 0.75;
 const POOR_GAIN: f64 = 0.25;
 
@@ -36,22 +40,85 @@ pub(super) enum Rejection {
     Equation(IdentificationError),
 }
 
-impl Iteration<'_, '_> {
+/// A way down the criterion Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
+pub(super) struct Descent<'p, 'a> {
+    pub(super) problem: &'p mut Problem<'a>,
+    /// σ_j.
+    pub(super) levels: Vec<f64>,
+    damping: f64,
+    /// Simulations of new parameters, those before the first sensitivities included; those for
+    /// differences are not counted.
+    pub(super) trials: u32,
+    pub(super) linear_steps: u32,
+    pub(super) convergence: Convergence<'a>,
+}
+
+impl<'p, 'a> Descent<'p, 'a> {
+    pub(super) fn new(problem: &'p mut Problem<'a>) -> Self {
+        let context = problem.context;
+        let limits = context.options.simulation.convergence;
+        Self {
+            trials: problem.simulations,
+            problem,
+            levels: vec![],
+            damping: FIRST_DAMPING,
+            linear_steps: 0,
+            convergence: Convergence::new(limits, context.selection.names()),
+        }
+    }
+
+    /// Where the loop is next to instability, its sensitivities grow beyond what can be solved: then
+    /// there is no going on from the point.
+    pub(super) fn linearise(
+        &mut self,
+        mut point: Point,
+    ) -> Result<(Point, Observations), Rejection> {
+        match self.problem.linearise(&mut point) {
+            Ok(Ok(observations)) => Ok((point, observations)),
+            Ok(Err(failed)) => Err(Rejection::Simulation(failed)),
+            Err(error) => Err(Rejection::Equation(error)),
+        }
+    }
+
+    pub(super) fn solved(
+        &mut self,
+        point: Point,
+        observations: Observations,
+    ) -> Result<Linearised, Rejection> {
+        let solution = self.solve(&observations).map_err(Rejection::Equation)?;
+        Ok(Linearised { point, observations, solution })
+    }
+
+    pub(super) fn solve(
+        &mut self,
+        observations: &Observations,
+    ) -> Result<Solution, IdentificationError> {
+        self.linear_steps += 1;
+        observations.weighted(&self.levels).map_err(|error| self.problem.named(error))
+    }
+
+    /// Σ ‖ρ_j‖²/σ_j².
+    fn criterion(&self, residuals: &DVector<f64>) -> f64 {
+        let rows = residuals.len() / self.levels.len();
+        let joints = residuals.as_slice().chunks(rows).zip(&self.levels);
+        joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum()
+    }
+
     /// The next point: the first along ever shorter steps that lowers the criterion and still tells
     /// the parameters apart.
     pub(super) fn advance(
         &mut self,
         from: &Linearised,
-        mover: usize,
     ) -> Result<(Linearised, u32), IdentificationError> {
         let Linearised { point, observations, solution } = from;
         let step = &solution.parameters - &point.parameters;
         let damped = Damped::new(observations, &self.levels, &step);
         let before = self.criterion(&self.problem.residuals(point));
+        let optimiser = self.problem.context.options.simulation.optimiser;
         let mut cause = None;
         for tries in 0..MAX_TRIES {
-            self.check_trials_left(mover)?;
-            let step = match self.optimiser {
+            self.convergence.check_left(self.trials, self.problem.simulations)?;
+            let step = match optimiser {
                 Optimiser::GaussNewton => &step * 0.5_f64.powi(tries.cast_signed()),
                 Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => step.clone(),
                 Optimiser::LevenbergMarquardt => damped.step(self.damping),
@@ -77,8 +144,8 @@ impl Iteration<'_, '_> {
             Some(Rejection::Equation(error)) => error,
             None => IdentificationError::NoDescent {
                 simulations,
-                parameter: self.name(mover),
-                parameter_change: self.steps.last().map_or(f64::NAN, |s| s.parameter_change),
+                parameter: self.convergence.furthest(),
+                parameter_change: self.convergence.parameter_change().unwrap_or(f64::NAN),
             },
         })
     }
@@ -93,7 +160,7 @@ impl Iteration<'_, '_> {
     ) -> Result<Result<Linearised, Option<Rejection>>, IdentificationError> {
         // Most first tries are taken. After one that was not, a simulation without sensitivities
         // says sooner whether this one is.
-        if tries > 0 && self.problem.method == SensitivityMethod::Exact {
+        if tries > 0 && self.problem.exact() {
             match self.problem.simulate_output(parameters)? {
                 Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
                 Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
@@ -114,8 +181,7 @@ impl Iteration<'_, '_> {
     }
 
     /// Less damping where the linear equation has foretold the criterion, more where it has not:
-    /// `gain` is what a step has gained over what it should have (Nocedal and Wright, *Numerical
-    /// Optimization*, algorithm 4.1).
+    /// `gain` is what a step has gained over what it should have.
     fn adapt_damping(&mut self, gain: f64) {
         if gain > GOOD_GAIN {
             self.damping /= DAMPING_CHANGE;
