@@ -238,7 +238,7 @@ fn methods_are_known_by_name() {
         assert_eq!(method.to_string(), method.name());
     }
     let unknown = "idim".parse::<Method>().unwrap_err();
-    let known = "idim-ls, didim, clie, cloe, idim-iv";
+    let known = "idim-ls, idim-iv, clie, cloe, didim";
     assert_eq!(unknown.to_string(), format!("unknown method \"idim\"; known: {known}"));
 }
 
