@@ -13,13 +13,9 @@ use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, Identification,
-    IdentificationError, IdimLsOptions, Optimiser, OutputErrorOptions, PositionFilter,
-    SensitivityMethod, SignalTiming, Signals, Start, VerdictLimits, clie, cloe, didim, idim_ls,
-    idim_ls_unchecked,
+    DecimationFilter, Experiment, Method, Options, PositionFilter, SignalTiming, Signals, Start,
+    identify, idim_ls_unchecked,
 };
-use didim_core::robot::Robot;
-use didim_core::trajectory::ReferenceInterpolation;
 use didim_sim::{PlaybackConfig, Scenario};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -43,20 +39,14 @@ fn experiment_of(scenario: &Scenario, samples: usize, rest: usize) -> Experiment
         .unwrap()
 }
 
-fn regression(scenario: &Scenario, cutoff_hz: f64, factor: usize) -> IdimLsOptions {
+fn regression(scenario: &Scenario, cutoff_hz: f64, factor: usize) -> Options {
     let essential = scenario.robot().nominal().unwrap().listed();
-    IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor,
-        },
-        parameters: Some(essential.iter().map(|(name, _)| name.clone()).collect()),
-        robust: None,
-        limits: VerdictLimits::default(),
-    }
+    let mut options = Options::new(
+        PositionFilter { order: 4, cutoff_hz },
+        DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor },
+    );
+    options.parameters = Some(essential.iter().map(|(name, _)| name.clone()).collect());
+    options
 }
 
 fn identification(criterion: &mut Criterion) {
@@ -65,14 +55,14 @@ fn identification(criterion: &mut Criterion) {
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
     let experiment = experiment_of(&scenario, SAMPLES, 2500);
     let options = regression(&scenario, 200.0, 100);
-    let found = idim_ls(robot, &base, &experiment, &options).unwrap().estimate;
+    let found = identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap().estimate;
     assert_eq!((found.samples, found.parameters.len()), (SAMPLES, 28));
     assert!(found.verdict.applicable, "{:?}", found.verdict.reasons);
 
     let mut group = criterion.benchmark_group("idim_ls_45000x6");
     group.sample_size(10).warm_up_time(Duration::from_millis(500));
     group.bench_function("28_parameters", |bencher| {
-        bencher.iter(|| idim_ls(robot, &base, &experiment, &options).unwrap());
+        bencher.iter(|| identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap());
     });
     // What benches/numpy_idim_ls.py computes, and the correction of the standard deviations.
     let fit = idim_ls_unchecked(robot, &base, &experiment, &options).unwrap();
@@ -84,21 +74,17 @@ fn identification(criterion: &mut Criterion) {
 }
 
 /// The paper's case: 34,500 samples, fixed gains, from every drive inertia 1 and everything else 0.
-fn paper_options(scenario: &Scenario) -> DidimOptions {
-    DidimOptions {
-        regression: regression(scenario, 200.0, 125),
-        decimated: true,
-        controller: SimulatedController::Cabinet {
-            timing: scenario.controller().timing,
-            joints: scenario.controller().joints.clone(),
-            rescale_to_inertia_kg_m2: None,
-        },
-        reference: ReferenceInterpolation::default(),
-        integrator: scenario.simulation().integrator,
-        substeps: scenario.simulation().substeps,
-        start: Start::UnitDriveInertias,
-        convergence: ConvergenceLimits::default(),
-    }
+fn paper_options(scenario: &Scenario) -> Options {
+    let mut options = regression(scenario, 200.0, 125);
+    options.controller = Some(SimulatedController::Cabinet {
+        timing: scenario.controller().timing,
+        joints: scenario.controller().joints.clone(),
+        rescale_to_inertia_kg_m2: None,
+    });
+    options.simulation.integrator = scenario.simulation().integrator;
+    options.simulation.substeps = scenario.simulation().substeps;
+    options.simulation.start = Start::UnitDriveInertias;
+    options
 }
 
 fn simulated(criterion: &mut Criterion) {
@@ -107,24 +93,25 @@ fn simulated(criterion: &mut Criterion) {
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
     let experiment = experiment_of(&scenario, scenario.samples(), 0);
     let options = paper_options(&scenario);
-    let found = didim(robot, &base, &experiment, &options).unwrap().estimate;
+    let found = identify(Method::Didim, robot, &base, &experiment, &options).unwrap().estimate;
     assert_eq!((found.samples, found.parameters.len()), (34_500, 28));
     println!("didim_34500x6: {} simulations", found.simulations);
 
     let mut group = criterion.benchmark_group("didim_34500x6");
     group.sample_size(10).warm_up_time(Duration::from_millis(500));
     group.bench_function("28_parameters", |bencher| {
-        bencher.iter(|| didim(robot, &base, &experiment, &options).unwrap());
+        bencher.iter(|| identify(Method::Didim, robot, &base, &experiment, &options).unwrap());
     });
     // The same answer from the start that is the default.
-    let near = DidimOptions { start: Start::IdimLs, ..options };
-    let same = didim(robot, &base, &experiment, &near).unwrap().estimate;
+    let mut near = options.clone();
+    near.simulation.start = Start::IdimLs;
+    let same = identify(Method::Didim, robot, &base, &experiment, &near).unwrap().estimate;
     for (a, b) in found.parameters.iter().zip(&same.parameters) {
         assert!((a.value - b.value).abs() < 0.1 * a.standard_deviation, "{}", a.name);
     }
     println!("didim_34500x6 from idim-ls: {} simulations", same.simulations);
     group.bench_function("28_parameters_from_idim_ls", |bencher| {
-        bencher.iter(|| didim(robot, &base, &experiment, &near).unwrap());
+        bencher.iter(|| identify(Method::Didim, robot, &base, &experiment, &near).unwrap());
     });
     group.finish();
 }
@@ -138,22 +125,20 @@ fn output_error(criterion: &mut Criterion) {
     let robot = scenario.robot().clone().with_scaled_nominal(factor);
     let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
     let experiment = experiment_of(&scenario, scenario.samples(), 0);
-    let options = OutputErrorOptions::of_loop(
-        DidimOptions { start: Start::Nominal, ..paper_options(&scenario) },
-        SensitivityMethod::Exact,
-        Optimiser::LevenbergMarquardt,
-    );
+    let mut options = paper_options(&scenario);
+    options.simulation.start = Start::Nominal;
 
     let mut group = criterion.benchmark_group("output_error_34500x6");
     group
         .sample_size(10)
         .sampling_mode(SamplingMode::Flat)
         .warm_up_time(Duration::from_millis(500));
-    for (name, method) in [("clie", clie as Method), ("cloe", cloe)] {
+    for (name, method) in [("clie", Method::Clie), ("cloe", Method::Cloe)] {
         let mut simulations = 0;
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                let found = method(&robot, &base, &experiment, &options).unwrap().estimate;
+                let found =
+                    identify(method, &robot, &base, &experiment, &options).unwrap().estimate;
                 assert!(found.verdict.failure.is_none(), "{:?}", found.verdict.reasons);
                 simulations = found.simulations;
             });
@@ -162,13 +147,6 @@ fn output_error(criterion: &mut Criterion) {
     }
     group.finish();
 }
-
-type Method = fn(
-    &Robot,
-    &BaseParameters,
-    &Experiment,
-    &OutputErrorOptions,
-) -> Result<Identification, IdentificationError>;
 
 criterion_group!(benches, identification, simulated, output_error);
 criterion_main!(benches);

@@ -7,8 +7,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, SamplingMode, criterion_group, criterion_main};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    DecimationFilter, Experiment, IdimLsOptions, PositionFilter, SignalTiming, Signals,
-    VerdictLimits, idim_ls,
+    DecimationFilter, Experiment, Method, Options, PositionFilter, SignalTiming, Signals, identify,
 };
 use didim_sim::{PlaybackConfig, Scenario};
 
@@ -33,19 +32,13 @@ fn experiment(scenario: &Scenario, samples: usize) -> Experiment {
         .unwrap()
 }
 
-fn options(parameters: Option<&[String]>) -> IdimLsOptions {
-    IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz: 200.0 },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor: 100,
-        },
-        parameters: parameters.map(<[String]>::to_vec),
-        robust: None,
-        limits: VerdictLimits::default(),
-    }
+fn options(parameters: Option<&[String]>) -> Options {
+    let mut options = Options::new(
+        PositionFilter { order: 4, cutoff_hz: 200.0 },
+        DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 100 },
+    );
+    options.parameters = parameters.map(<[String]>::to_vec);
+    options
 }
 
 fn growing(criterion: &mut Criterion) {
@@ -61,7 +54,7 @@ fn growing(criterion: &mut Criterion) {
     for samples in SAMPLES {
         let (experiment, options) = (experiment(&scenario, samples), options(Some(&essential)));
         group.bench_function(BenchmarkId::from_parameter(samples), |bencher| {
-            bencher.iter(|| idim_ls(robot, &base, &experiment, &options).unwrap());
+            bencher.iter(|| identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap());
         });
     }
     group.finish();
@@ -73,7 +66,7 @@ fn growing(criterion: &mut Criterion) {
     let some = PARAMETERS.iter().map(|&count| (count, options(Some(&essential[..count]))));
     for (count, options) in some.chain([(base.names().len(), options(None))]) {
         group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
-            bencher.iter(|| idim_ls(robot, &base, &experiment, &options).unwrap());
+            bencher.iter(|| identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap());
         });
     }
     group.finish();

@@ -404,7 +404,8 @@ fn reasons_of_verdicts() {
         let cell = Cell::read(&folder.join("cell.toml")).unwrap();
         let recording = read_csv(&folder.join(recording), None).unwrap();
         let found = identify_recording(&cell, cell.method, &recording, counted);
-        said.extend(found.unwrap().estimate.verdict.reasons);
+        let reasons = found.unwrap().estimate.verdict.reasons;
+        said.extend(reasons.iter().map(ToString::to_string));
     }
     are_in_the_manual(&said, 6);
 }

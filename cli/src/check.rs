@@ -162,17 +162,17 @@ fn number(count: usize, noun: &str) -> String {
 
 /// What simulates the loop, and what it follows.
 fn controller(cell: &Cell) -> String {
-    let Some(didim) = &cell.didim else {
+    let Some(controller) = &cell.options.controller else {
         return "controller: not described; only idim-ls can identify\n".to_owned();
     };
-    let gains = match &didim.controller {
+    let gains = match controller {
         SimulatedController::Cabinet { rescale_to_inertia_kg_m2: None, .. } => {
             "the cabinet's gains, fixed"
         }
         SimulatedController::Cabinet { .. } => "the cabinet's gains, rescaled with the estimate",
         SimulatedController::Bandwidth { .. } => "gains of a stated bandwidth",
     };
-    let period_us = 1e6 * didim.controller.timing().sample_period_s();
+    let period_us = 1e6 * controller.timing().sample_period_s();
     let follows = if cell.layout.has_reference() {
         "follows the recorded reference"
     } else {

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use didim_core::identification::{Estimate, Identification, Method, Reduction};
+use didim_core::identification::{
+    Estimate, Identification, IdentificationError, Method, Reduction,
+};
 use serde::Serialize;
 
 use super::CliError;
@@ -81,7 +83,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let method = arguments.method.unwrap_or(cell.method);
     let identification = identify_recording(&cell, method, &recording, counted.clone()).map_err(
         |error| match error {
-            IdentifyError::NoController { .. } | IdentifyError::NotRobust(_) => {
+            IdentifyError::Identification(IdentificationError::NoController { .. })
+            | IdentifyError::NotRobust(_) => {
                 CliError::configuration(format!("{}: {error}", arguments.cell.display()))
             }
             error => CliError::in_file(&arguments.input, error),

@@ -12,9 +12,7 @@ use core::ops::Range;
 use std::path::Path;
 
 use didim::cell::Cell;
-use didim_core::identification::{
-    Experiment, Selection, filtered_motion, filtered_torque, observation_matrix,
-};
+use didim_core::identification::{Experiment, Selection, filtered_motion, observation_matrix};
 use didim_formats::{Side, read_csv};
 use nalgebra::{DMatrix, DVector};
 use program::{json, repository, succeed};
@@ -154,7 +152,8 @@ fn equation(
     let experiment = experiment.unwrap().with_counted(counted.clone()).unwrap();
     let decimation = cell.options.decimation_filter.design().unwrap();
     let motion = filtered_motion(&experiment, &cell.options.position_filter).unwrap();
-    let torque = filtered_torque(&experiment, &decimation).unwrap();
+    let torque = decimation.decimate_columns(experiment.torque_nm(), counted.clone()).unwrap();
+    let torque = DVector::from_column_slice(torque.as_slice());
     let all = Selection::new(&cell.robot, &cell.base, None).unwrap();
     let matrix = observation_matrix(&cell.model, &all, &motion, &decimation, counted).unwrap();
     let rows = torque.len() / cell.robot.joints();

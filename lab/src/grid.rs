@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use didim_core::identification::Method;
 use didim_core::trajectory::RandomMoves;
 use didim_sim::Scenario;
 
@@ -59,8 +58,8 @@ impl Grid {
             file: path.to_path_buf(),
             source: Box::new(source),
         })?;
-        if let Some(method) = plan.method.iter().find(|m| m.method != Method::IdimLs)
-            && cell.didim.is_none()
+        if let Some(method) = plan.method.iter().find(|m| m.method.simulates())
+            && cell.options.controller.is_none()
         {
             let problem = format!(
                 "has no [controller], and {} simulates the closed loop; describe it, or study \
@@ -98,7 +97,7 @@ impl Grid {
             let scenario = moving[index].1.clone();
             let scenario = level.simulated(scenario).map_err(|error| wrong(error.to_string()))?;
             let cell = level.described(cell.clone()).map_err(|error| wrong(error.to_string()))?;
-            described += &format!("{scenario:?}{:?}", cell.didim);
+            described += &format!("{scenario:?}{:?}", cell.options.controller);
             grid.cells.push(GridCell { levels, scenario, cell, motion: index });
         }
         grid.scenario_sha256 = sha256(&[&described]);

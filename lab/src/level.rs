@@ -151,11 +151,7 @@ impl Level {
     pub(super) fn described(&self, mut cell: Cell) -> Result<Cell, ControlError> {
         let bandwidth = self.bandwidth.unwrap_or(1.0) * self.described_bandwidth.unwrap_or(1.0);
         let gain = self.described_gain.unwrap_or(1.0);
-        let controllers = [
-            cell.didim.as_mut().map(|options| &mut options.controller),
-            cell.output_error.as_mut().map(|options| &mut options.controller),
-        ];
-        for controller in controllers.into_iter().flatten() {
+        if let Some(controller) = &mut cell.options.controller {
             *controller = controller.clone().with_bandwidth(bandwidth)?.with_gain(gain);
         }
         Ok(cell)

@@ -161,7 +161,7 @@ impl MethodPlan {
         if self.seeds == 0 {
             return wrong("seeds", "has to be at least 1");
         }
-        if self.method == Method::IdimLs {
+        if !self.method.simulates() {
             let set = [("start", self.start.is_some()), ("decimated", self.decimated.is_some())];
             if let Some((key, _)) = set.into_iter().find(|(_, set)| *set) {
                 return wrong(
@@ -170,7 +170,7 @@ impl MethodPlan {
                 );
             }
         }
-        if self.didim_steps.is_some() && !matches!(self.method, Method::Clie | Method::Cloe) {
+        if self.didim_steps.is_some() && !self.method.uses_sensitivities() {
             return wrong("didim_steps", "goes with clie and cloe; leave it out");
         }
         match self.nominal_deviation {

@@ -115,7 +115,7 @@ impl Judged {
         let judged = Self {
             applicable: estimate.verdict.applicable,
             failure: estimate.verdict.failure.map(|failure| failure.name().to_owned()),
-            first_reason: estimate.verdict.reasons.first().cloned(),
+            first_reason: estimate.verdict.reasons.first().map(ToString::to_string),
             simulations: estimate.simulations,
             iterations: estimate.iterations,
             relative_error: estimate.relative_error,
@@ -191,17 +191,13 @@ fn with_options(cell: &Cell, method: &MethodPlan, seed: u64) -> Cell {
         cell.robot = nominal_beside(cell.robot, part, seed);
     }
     if let Some(filter) = method.position_filter {
-        cell = cell.with_regression(|options| options.position_filter = filter);
+        cell.options.position_filter = filter;
     }
     if let Some(decimated) = method.decimated {
-        cell = cell.with_decimated(decimated);
+        cell.options.simulation.decimated = decimated;
     }
-    if let Some(options) = &mut cell.didim {
-        options.start = method.start.unwrap_or(options.start);
-    }
-    if let Some(options) = &mut cell.output_error {
-        options.didim_steps = method.didim_steps.unwrap_or(options.didim_steps);
-        options.start = method.start.unwrap_or(options.start);
-    }
+    let simulation = &mut cell.options.simulation;
+    simulation.didim_steps = method.didim_steps.unwrap_or(simulation.didim_steps);
+    simulation.start = method.start.unwrap_or(simulation.start);
     cell
 }

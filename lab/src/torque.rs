@@ -88,6 +88,7 @@ mod tests {
     fn estimate(truth: &[(String, f64)], factor: f64) -> Vec<ParameterEstimate> {
         let parameter = |(name, value): &(String, f64)| ParameterEstimate {
             name: name.clone(),
+            regrouped: false,
             value: factor * value,
             standard_deviation: 1.0,
             classical_standard_deviation: 1.0,

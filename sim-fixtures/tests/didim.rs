@@ -7,8 +7,8 @@ use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    DidimOptions, Estimate, Experiment, IdentificationError, ReferenceSource, SignalTiming,
-    Signals, Start, didim, idim_ls, mean_joint_inertia,
+    self, Estimate, Experiment, IdentificationError, Method, Note, Options, ReferenceSource,
+    SignalTiming, Signals, Start, mean_joint_inertia,
 };
 use didim_core::robot::{Robot, SignModel};
 use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig, SimulationError};
@@ -58,17 +58,18 @@ fn noisy(scenario: &Scenario) -> Experiment {
 }
 
 /// The paper's settings and start.
-fn options(scenario: &Scenario) -> DidimOptions {
+fn options(scenario: &Scenario) -> Options {
     loop_options(scenario, 50.0, Start::UnitDriveInertias)
 }
 
 fn identify(
     robot: &Robot,
     experiment: &Experiment,
-    options: &DidimOptions,
+    options: &Options,
 ) -> Result<Estimate, IdentificationError> {
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
-    didim(robot, &base, experiment, options).map(|found| found.estimate)
+    identification::identify(Method::Didim, robot, &base, experiment, options)
+        .map(|found| found.estimate)
 }
 
 /// Largest difference of two estimates, in the first one's standard deviations.
@@ -81,7 +82,7 @@ fn difference(a: &Estimate, b: &Estimate) -> f64 {
 
 /// Root mean square and largest of the deviations from the truth, in standard deviations.
 fn deviations(scenario: &Scenario, estimate: &Estimate) -> (f64, f64) {
-    let z = |p: &didim_core::identification::ParameterEstimate| {
+    let z = |p: &identification::ParameterEstimate| {
         (p.value - scenario.truth_of(&p.name).unwrap()) / p.standard_deviation
     };
     let z: Vec<f64> = estimate.parameters.iter().map(z).collect();
@@ -99,7 +100,7 @@ fn without_noise_the_paper_s_start_leads_to_the_truth() {
         .unwrap();
     let mut options = options(&scenario);
     // Standard deviations of IDIM-LS, which are up to 1e-2 of the parameters.
-    options.convergence.parameter_change = 1e-8;
+    options.simulation.convergence.parameter_change = 1e-8;
     let estimate = identify(scenario.robot(), &experiment, &options).unwrap();
     let largest = estimate.parameters.iter().fold(0.0, |largest: f64, p| {
         largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())
@@ -125,8 +126,8 @@ fn every_start_leads_to_one_result_with_fixed_gains_and_with_gains_that_follow()
             [(Start::UnitDriveInertias, 10), (Start::Nominal, 4), (Start::IdimLs, 4)]
         {
             let mut options = options(&scenario);
-            options.start = start;
-            if let SimulatedController::Cabinet { rescale_to_inertia_kg_m2, .. } =
+            options.simulation.start = start;
+            if let Some(SimulatedController::Cabinet { rescale_to_inertia_kg_m2, .. }) =
                 &mut options.controller
             {
                 *rescale_to_inertia_kg_m2 = rescale.then(|| inertia.clone());
@@ -187,7 +188,7 @@ fn a_start_without_what_the_coupling_adds_to_joint_5_is_singular() {
     let start = "zz1r = 1.0\nzz2r = 1.0\nia3 = 1.0\nia4 = 1.0\nia5 = 1.0\nia6 = 1.0\n";
     let robot = Robot::from_toml(&format!("{geometry}[nominal]\n{start}")).unwrap();
     let mut options = options(&scenario);
-    options.start = Start::Nominal;
+    options.simulation.start = Start::Nominal;
     let error = identify(&robot, &noisy(&scenario), &options).unwrap_err();
     let cause = SimulationError::NotPositiveDefinite { joint: 5, time_s: 0.0 };
     assert_eq!(error, IdentificationError::FirstSimulation { cause });
@@ -202,7 +203,7 @@ fn with_and_without_the_decimation_filter_the_result_is_the_same() {
     let experiment = noisy(&scenario);
     let mut options = options(&scenario);
     let filtered = identify(scenario.robot(), &experiment, &options).unwrap();
-    options.decimated = false;
+    options.simulation.decimated = false;
     let strict = identify(scenario.robot(), &experiment, &options).unwrap();
     assert_eq!(filtered.rows, 6 * 276);
     assert_eq!(strict.rows, 6 * scenario.samples());
@@ -256,7 +257,7 @@ fn a_bus_slower_than_the_controller_shows_enough() {
     let scenario = tx40_paper().unwrap();
     let experiment = record(&scenario, scenario.robot(), scenario.simulation(), 10, true);
     let mut options = options(&scenario);
-    options.regression.decimation_filter.factor = 12;
+    options.decimation_filter.factor = 12;
     let estimate = identify(scenario.robot(), &experiment, &options).unwrap();
     assert!(estimate.simulations <= 10, "{:?}", estimate.convergence);
     let (rms, largest) = deviations(&scenario, &estimate);
@@ -274,18 +275,23 @@ fn without_a_reference_a_stiffer_loop_is_nearer_to_idim_ls() {
     let mut options = options(&scenario);
     let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
     let equation_error =
-        idim_ls(scenario.robot(), &base, &experiment, &options.regression).unwrap().estimate;
+        identification::identify(Method::IdimLs, scenario.robot(), &base, &experiment, &options)
+            .unwrap()
+            .estimate;
     let differences = [25.0, 50.0, 100.0].map(|bandwidth_hz| {
-        options.controller = SimulatedController::Bandwidth {
+        options.controller = Some(SimulatedController::Bandwidth {
             timing: scenario.controller().timing,
             bandwidth_hz: vec![bandwidth_hz; 6],
             damping: 0.8,
             acceleration_feed_forward: true,
-        };
+        });
         let estimate = identify(scenario.robot(), &experiment, &options).unwrap();
         assert_eq!(estimate.reference, Some(ReferenceSource::MeasuredPosition));
-        let told = |note: &String| note.starts_with("no reference was recorded");
-        assert!(estimate.verdict.notes.iter().any(told), "{:?}", estimate.verdict.notes);
+        assert!(
+            estimate.verdict.notes.contains(&Note::NoReference),
+            "{:?}",
+            estimate.verdict.notes
+        );
         let pairs = estimate.parameters.iter().zip(&equation_error.parameters);
         let squares: f64 = pairs.map(|(a, b)| (a.value / b.value - 1.0).powi(2)).sum();
         (squares / 28.0).sqrt()

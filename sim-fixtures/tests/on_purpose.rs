@@ -6,7 +6,7 @@ mod common;
 
 use common::experiment::{experiment, listed, regression};
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
-use didim_core::identification::idim_ls;
+use didim_core::identification::{Method, identify};
 use didim_core::robot::SignModel;
 use didim_core::simulation::{Cogging, FlexibleMode, NoiseConfig, Record, Stribeck, Unmodelled};
 use didim_sim::{Payload, Scenario, tx40_paper, tx40_physical};
@@ -125,7 +125,9 @@ fn slow_motion_of_a_flexible_arm_has_the_whole_inertia() {
         let options = regression(Some(listed(&scenario)), 300.0);
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let experiment = experiment(&scenario);
-        let found = idim_ls(scenario.robot(), &base, &experiment, &options).unwrap().estimate;
+        let found = identify(Method::IdimLs, scenario.robot(), &base, &experiment, &options)
+            .unwrap()
+            .estimate;
         let inertias = found.parameters.iter().filter(|p| p.name.starts_with("zz"));
         inertias.fold(0.0, |largest: f64, p| {
             largest.max((p.value / scenario.truth_of(&p.name).unwrap() - 1.0).abs())

@@ -15,9 +15,7 @@ use common::parallel::in_parallel;
 use common::table::{Column, Table, writing};
 use didim_core::control::ControlLaw;
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    Estimate, Optimiser, OutputErrorOptions, SensitivityMethod, Start, clie, cloe, didim, idim_ls,
-};
+use didim_core::identification::{Estimate, Method, Start};
 use didim_core::simulation::{Cogging, FlexibleMode, NoiseConfig, Unmodelled};
 use didim_sim::{Scenario, tx40_paper};
 use nalgebra::DMatrix;
@@ -106,18 +104,11 @@ fn identify(arm: &Scenario) -> [Estimate; 4] {
     let base = BaseParameters::compute(&Model::new(robot)).unwrap();
     let experiment = experiment(arm);
     let options = loop_options(&tx40_paper().unwrap(), 50.0, Start::IdimLs);
-    let output_error = OutputErrorOptions::of_loop(
-        options.clone(),
-        SensitivityMethod::Exact,
-        Optimiser::LevenbergMarquardt,
-    );
-    [
-        idim_ls(robot, &base, &experiment, &options.regression),
-        didim(robot, &base, &experiment, &options),
-        clie(robot, &base, &experiment, &output_error),
-        cloe(robot, &base, &experiment, &output_error),
-    ]
-    .map(|found| found.unwrap().estimate)
+    [Method::IdimLs, Method::Didim, Method::Clie, Method::Cloe].map(|method| {
+        let found =
+            didim_core::identification::identify(method, robot, &base, &experiment, &options);
+        found.unwrap().estimate
+    })
 }
 
 /// Parameters of a method that are further than 3 σ of IDIM-LS from IDIM-LS.

@@ -6,7 +6,7 @@ mod common;
 use common::experiment::regression;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    Experiment, IdimLsOptions, SignalTiming, Signals, essential_parameters, idim_ls,
+    Experiment, Method, Options, SignalTiming, Signals, essential_parameters, identify,
 };
 use didim_core::simulation::NoiseConfig;
 use didim_sim::tx40_paper;
@@ -32,8 +32,8 @@ fn what_stays_is_what_the_noise_lets_be_found() {
             .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
             .unwrap();
         let identify = |parameters| {
-            let options = IdimLsOptions { parameters, ..options.clone() };
-            idim_ls(robot, &base, &experiment, &options).unwrap().estimate
+            let options = Options { parameters, ..options.clone() };
+            identify(Method::IdimLs, robot, &base, &experiment, &options).unwrap().estimate
         };
         let found = essential_parameters(robot, &base, &experiment, &options, 0.05).unwrap();
         for step in &found.left_out {

@@ -13,10 +13,7 @@ use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use common::parallel::in_parallel;
 use common::table::{Column, Table, writing};
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    Experiment, IdentificationError, Optimiser, OutputErrorOptions, SensitivityMethod, Start, clie,
-    cloe,
-};
+use didim_core::identification::{self, Experiment, IdentificationError, Method, Start};
 use didim_sim::Scenario;
 
 /// Where an identification begins.
@@ -61,18 +58,12 @@ fn identify(scenario: &Scenario, experiment: &Experiment, method: &str, from: Fr
         From::IdimLs => (Start::IdimLs, 0),
         From::Paper(steps) => (Start::UnitDriveInertias, steps),
     };
-    let options = OutputErrorOptions {
-        didim_steps,
-        ..OutputErrorOptions::of_loop(
-            loop_options(scenario, POSITION_FILTER_HZ, start),
-            SensitivityMethod::Exact,
-            Optimiser::LevenbergMarquardt,
-        )
-    };
+    let mut options = loop_options(scenario, POSITION_FILTER_HZ, start);
+    options.simulation.didim_steps = didim_steps;
     let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
     let begin = Instant::now();
-    let method = if method == "CLIE" { clie } else { cloe };
-    let found = match method(&robot, &base, experiment, &options) {
+    let method = if method == "CLIE" { Method::Clie } else { Method::Cloe };
+    let found = match identification::identify(method, &robot, &base, experiment, &options) {
         Ok(found) => {
             let estimate = found.estimate;
             let beyond = estimate.parameters.iter().any(|p| {

@@ -4,13 +4,10 @@ use std::path::PathBuf;
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, Method, Optimiser, PositionFilter, SensitivityMethod,
-    Start, VerdictLimits,
+    DecimationFilter, Method, PositionFilter, SimulationOptions, VerdictLimits,
 };
 use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
-use didim_core::simulation::Integrator;
-use didim_core::trajectory::ReferenceInterpolation;
 use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
 use serde::Deserialize;
@@ -96,49 +93,7 @@ pub struct IdentificationSection {
     pub limits: VerdictLimits,
     /// How the closed loop is simulated, and when the iteration ends; needs `[controller]`.
     #[serde(default)]
-    pub simulation: Option<SimulationSection>,
-}
-
-/// `[identification.simulation]`, of every method that simulates; see
-/// [`DidimOptions`](didim_core::identification::DidimOptions) and
-/// [`OutputErrorOptions`](didim_core::identification::OutputErrorOptions).
-#[derive(Clone, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SimulationSection {
-    /// Whether regressor and torque pass the decimation filter.
-    pub decimated: bool,
-    /// What the drive makes of its targets between two of them.
-    pub reference: ReferenceInterpolation,
-    /// How the simulation is integrated.
-    pub integrator: Integrator,
-    /// Integration steps per period of the controller.
-    pub substeps: u32,
-    /// The parameters of the first simulation.
-    pub start: Start,
-    /// When the iteration ends.
-    pub convergence: ConvergenceLimits,
-    /// DIDIM iterations with which CLIE and CLOE begin; the other methods have no use for it.
-    pub didim_steps: u32,
-    /// Where CLIE and CLOE have their sensitivities from.
-    pub sensitivities: SensitivityMethod,
-    /// How CLIE and CLOE find the next parameters.
-    pub optimiser: Optimiser,
-}
-
-impl Default for SimulationSection {
-    fn default() -> Self {
-        Self {
-            decimated: true,
-            reference: ReferenceInterpolation::default(),
-            integrator: Integrator::default(),
-            substeps: 1,
-            start: Start::default(),
-            convergence: ConvergenceLimits::default(),
-            didim_steps: 0,
-            sensitivities: SensitivityMethod::default(),
-            optimiser: Optimiser::default(),
-        }
-    }
+    pub simulation: Option<SimulationOptions>,
 }
 
 /// `[service]`

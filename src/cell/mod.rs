@@ -15,9 +15,7 @@ mod values;
 use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::identification::{
-    DidimOptions, IdentificationError, IdimLsOptions, Method, OutputErrorOptions,
-};
+use didim_core::identification::{IdentificationError, Method, Options};
 use didim_core::robot::Robot;
 use didim_core::simulation::SetupError;
 use didim_drivers::assemble::Assembler;
@@ -65,12 +63,8 @@ pub struct Cell {
     pub window: WindowOptions,
     /// The method.
     pub method: Method,
-    /// What every method needs to know, and all that IDIM-LS does.
-    pub options: IdimLsOptions,
-    /// The options of DIDIM and IDIM-IV, where the cell says what controls the arm.
-    pub didim: Option<DidimOptions>,
-    /// The options of CLIE and CLOE, likewise.
-    pub output_error: Option<OutputErrorOptions>,
+    /// How it identifies, by whatever method.
+    pub options: Options,
     /// How the service runs.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC or device files, so that a result names what it was made with.
@@ -87,25 +81,8 @@ impl Cell {
 
     /// The same cell with other parameters to identify.
     #[must_use]
-    pub fn with_parameters(self, names: &[String]) -> Self {
-        self.with_regression(|options| options.parameters = Some(names.to_vec()))
-    }
-
-    /// The same cell with a change of what every method does with its equation.
-    #[must_use]
-    pub fn with_regression(mut self, change: impl Fn(&mut IdimLsOptions)) -> Self {
-        let didim = self.didim.iter_mut().map(|options| &mut options.regression);
-        let output_error = self.output_error.iter_mut().map(|options| &mut options.regression);
-        didim.chain(output_error).chain([&mut self.options]).for_each(change);
-        self
-    }
-
-    /// The same cell, whose methods that simulate pass the decimation filter or do not.
-    #[must_use]
-    pub fn with_decimated(mut self, decimated: bool) -> Self {
-        let didim = self.didim.iter_mut().map(|options| &mut options.decimated);
-        let output_error = self.output_error.iter_mut().map(|options| &mut options.decimated);
-        didim.chain(output_error).for_each(|own| *own = decimated);
+    pub fn with_parameters(mut self, names: &[String]) -> Self {
+        self.options.parameters = Some(names.to_vec());
         self
     }
 
@@ -163,15 +140,20 @@ impl Cell {
         let sample_rate_hz = 1e9 / layout.period_ns();
         values::check(&file, robot.joints(), sample_rate_hz)
             .map_err(|(key, problem)| wrong(key, problem))?;
-        let options = IdimLsOptions {
+        let method = file.identification.method;
+        let controlled = file.controller.is_some();
+        let simulation = file.identification.simulation;
+        let options = Options {
             position_filter: file.identification.position_filter,
             decimation_filter: file.identification.decimation_filter,
             parameters: file.identification.parameters.clone(),
             robust: file.identification.robust,
             limits: file.identification.limits,
+            controller: file.controller,
+            simulation: simulation.clone().unwrap_or_default(),
         };
         options
-            .validate_robust(file.identification.method)
+            .validate_robust(method)
             .map_err(|source| wrong("identification.robust", source.to_string()))?;
         file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
         options.position_filter.design(sample_rate_hz).map_err(|source| {
@@ -210,10 +192,11 @@ impl Cell {
                 ));
             }
         }
-        let simulates = file.identification.method != Method::IdimLs;
-        if file.controller.is_none() && (simulates || file.identification.simulation.is_some()) {
-            let key = if simulates { "identification.method" } else { "identification.simulation" };
-            let method = file.identification.method;
+        if !controlled && (method.simulates() || simulation.is_some()) {
+            let key = match method.simulates() {
+                true => "identification.method",
+                false => "identification.simulation",
+            };
             return Err(wrong(
                 key,
                 format!(
@@ -221,27 +204,11 @@ impl Cell {
                 ),
             ));
         }
-        let section = file.identification.simulation.unwrap_or_default();
-        let didim = file.controller.map(|controller| DidimOptions {
-            regression: options.clone(),
-            decimated: section.decimated,
-            controller,
-            reference: section.reference,
-            integrator: section.integrator,
-            substeps: section.substeps,
-            start: section.start,
-            convergence: section.convergence,
-        });
-        let output_error = didim.clone().map(|options| OutputErrorOptions {
-            didim_steps: section.didim_steps,
-            ..OutputErrorOptions::of_loop(options, section.sensitivities, section.optimiser)
-        });
         // Whatever the method: a layout and a controller that contradict each other are both in
         // doubt.
-        if let Some(output_error) = &output_error {
-            let checked = output_error.validate(&robot, sample_rate_hz, layout.torque_timing());
-            checked.map_err(|source| wrong(simulation_key(&source), source.to_string()))?;
-        }
+        options
+            .validate_simulation(&robot, sample_rate_hz, layout.torque_timing())
+            .map_err(|source| wrong(simulation_key(&source), source.to_string()))?;
         Ok(Self {
             name: file.name,
             configuration_sha256: {
@@ -266,10 +233,8 @@ impl Cell {
             drives: file.bus.drives,
             scales,
             window: file.window,
-            method: file.identification.method,
+            method,
             options,
-            didim,
-            output_error,
             service: file.service,
         })
     }

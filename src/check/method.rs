@@ -1,7 +1,6 @@
 //! What the method needs and the bus does not carry; filters and windows that do not fit each other.
 
 use didim_core::JointSample;
-use didim_core::identification::Method;
 
 use super::finding::Finding;
 use crate::cell::Cell;
@@ -24,7 +23,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
 
 /// Methods that simulate the closed loop follow a reference.
 fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
-    if cell.layout.has_reference() || cell.method == Method::IdimLs {
+    if cell.layout.has_reference() || !cell.method.simulates() {
         return;
     }
     findings.push(Finding::warning(

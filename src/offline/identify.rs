@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
     CrossValidation, Experiment, ExperimentError, Failure, Identification, IdentificationError,
-    Method, Reduction, clie, cloe, cross_validate, didim, essential_parameters, idim_iv, idim_ls,
+    Method, Note, Reduction, cross_validate, essential_parameters, identify,
 };
 
 use super::rate::{RateError, measurement};
@@ -23,15 +23,6 @@ pub enum IdentifyError {
     /// The data are no experiment of this robot.
     #[error("the data do not make an experiment of this robot: {0}")]
     Experiment(#[from] ExperimentError),
-    /// The cell does not say what the method needs.
-    #[error(
-        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
-         describe its [controller], or choose idim-ls"
-    )]
-    NoController {
-        /// The method.
-        method: Method,
-    },
     /// The cell asks for robust weights of a method that has none.
     #[error("`identification.robust`: {0}")]
     NotRobust(IdentificationError),
@@ -71,16 +62,13 @@ pub fn identify_recording(
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
     let experiment = experiment(cell, recording, counted)?;
-    let mut identification = identifier(cell, method)?(&experiment)?;
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
+    let mut identification = identify(method, &cell.robot, &cell.base, &experiment, &cell.options)?;
     if recording.rate_unchecked {
-        identification.estimate.verdict.notes.push(RATE_UNCHECKED.to_owned());
+        identification.estimate.verdict.notes.push(Note::RateUnchecked);
     }
     Ok(identification)
 }
-
-/// What is noted where the layout lets the frames count, whatever their stamps.
-const RATE_UNCHECKED: &str = "with cycles_by = \"frames\" the sample rate is taken as stated: neither it \
-                              nor a SYNC lost on the wire can be checked";
 
 /// Identifies without each of `blocks` consecutive parts of the samples that count, in turn, and
 /// predicts it.
@@ -95,8 +83,8 @@ pub fn cross_validate_recording(
     blocks: usize,
 ) -> Result<CrossValidation, IdentifyError> {
     let experiment = experiment(cell, recording, counted)?;
-    let (identify, options) = (identifier(cell, method)?, &cell.options);
-    Ok(cross_validate(&cell.robot, &cell.base, &experiment, options, blocks, identify)?)
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
+    Ok(cross_validate(method, &cell.robot, &cell.base, &experiment, &cell.options, blocks)?)
 }
 
 /// The experiment that a recording is to this cell.
@@ -111,28 +99,6 @@ fn experiment(
     }
     .with_torque_timing(cell.layout.torque_timing())?
     .with_counted(counted)
-}
-
-/// A method with the cell's robot and options.
-type Identifier<'a> = Box<dyn Fn(&Experiment) -> Result<Identification, IdentificationError> + 'a>;
-
-fn identifier(cell: &Cell, method: Method) -> Result<Identifier<'_>, IdentifyError> {
-    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
-    let (robot, base) = (&cell.robot, &cell.base);
-    let missing = || IdentifyError::NoController { method };
-    Ok(match method {
-        Method::IdimLs => Box::new(|of| idim_ls(robot, base, of, &cell.options)),
-        Method::IdimIv | Method::Didim => {
-            let options = cell.didim.as_ref().ok_or_else(missing)?;
-            let identify = if method == Method::Didim { didim } else { idim_iv };
-            Box::new(move |of| identify(robot, base, of, options))
-        }
-        Method::Clie | Method::Cloe => {
-            let options = cell.output_error.as_ref().ok_or_else(missing)?;
-            let identify = if method == Method::Clie { clie } else { cloe };
-            Box::new(move |of| identify(robot, base, of, options))
-        }
-    })
 }
 
 /// Finds the essential parameters in a recording, with the filters of the cell.

@@ -4,14 +4,11 @@ use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::error::IdentificationError;
-use super::estimate::{Estimate, Identification};
-use super::experiment::Experiment;
-use super::observation::observation_matrix;
-use super::options::IdimLsOptions;
-use super::prefilter::{filtered_motion, filtered_torque};
-use super::selection::Selection;
-use crate::dynamics::{BaseParameters, Model};
+use super::given::{Context, Experiment, IdentificationError, Method, Options};
+use super::identify::identify;
+use super::judgement::Estimate;
+use super::observation::{filtered_motion, filtered_torque, fitted_matrix};
+use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 
 /// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
@@ -48,16 +45,15 @@ pub struct CrossValidation {
 /// those of the block.
 ///
 /// # Errors
-/// [`IdentificationError::Blocks`], those of `identify`, and those of the filters.
+/// [`IdentificationError::Blocks`], and those of [`identify`].
 pub fn cross_validate(
+    method: Method,
     robot: &Robot,
     base: &BaseParameters,
     experiment: &Experiment,
-    options: &IdimLsOptions,
+    options: &Options,
     blocks: usize,
-    identify: impl Fn(&Experiment) -> Result<Identification, IdentificationError>,
 ) -> Result<CrossValidation, IdentificationError> {
-    let prediction = Prediction::new(robot, base, experiment, options)?;
     let counted = experiment.counted();
     let guard = REACH_ROWS * options.decimation_filter.factor;
     let length = counted.len() / blocks.max(1);
@@ -71,7 +67,12 @@ pub fn cross_validate(
     let ranges: Vec<Range<usize>> =
         (0..blocks).map(|block| counted.start + block * length..end(block)).collect();
 
+    let identify = |experiment: &_| identify(method, robot, base, experiment, options);
     let whole = identify(experiment)?.estimate;
+    // Of all base parameters, whichever are identified.
+    let options = Options { parameters: None, ..options.clone() };
+    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    let prediction = Prediction::new(&context)?;
     let (mut held_out, mut in_sample) = (Sums::new(robot.joints()), Sums::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);
     for range in &ranges {
@@ -89,29 +90,16 @@ pub fn cross_validate(
 
 /// The rows of the inverse dynamic model with all base parameters.
 struct Prediction<'a> {
-    base: &'a BaseParameters,
-    /// The sample of each row of a joint.
-    samples: Vec<usize>,
+    context: &'a Context<'a>,
     matrix: DMatrix<f64>,
     torque: DVector<f64>,
 }
 
 impl<'a> Prediction<'a> {
-    fn new(
-        robot: &Robot,
-        base: &'a BaseParameters,
-        experiment: &Experiment,
-        options: &IdimLsOptions,
-    ) -> Result<Self, IdentificationError> {
-        let decimation = options.decimation(true)?;
-        let motion = filtered_motion(experiment, &options.position_filter)?;
-        let selection = Selection::new(robot, base, None)?;
-        let model = Model::new(robot);
-        let matrix =
-            observation_matrix(&model, &selection, &motion, &decimation, experiment.counted())?;
-        let matrix = experiment.fitted_matrix(&decimation, matrix);
-        let torque = filtered_torque(experiment, &decimation)?;
-        Ok(Self { base, samples: experiment.fitted_samples(&decimation), matrix, torque })
+    fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
+        let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
+        let matrix = fitted_matrix(context, &motion)?;
+        Ok(Self { context, matrix, torque: filtered_torque(context)? })
     }
 }
 
@@ -127,14 +115,14 @@ impl Sums {
     fn add(&mut self, prediction: &Prediction<'_>, samples: &Range<usize>, estimate: &Estimate) {
         let mut parameters = DVector::zeros(prediction.matrix.ncols());
         for parameter in &estimate.parameters {
-            if let Some(index) = prediction.base.find(&parameter.name) {
+            if let Some(index) = prediction.context.base.find(&parameter.name) {
                 parameters[index] = parameter.value;
             }
         }
         let predicted = &prediction.matrix * parameters;
-        let rows = prediction.samples.len();
+        let rows = prediction.context.samples.len();
         for (joint, [errors, torques]) in self.0.iter_mut().enumerate() {
-            let kept = prediction.samples.iter().enumerate();
+            let kept = prediction.context.samples.iter().enumerate();
             for (row, _) in kept.filter(|(_, sample)| samples.contains(sample)) {
                 let torque = prediction.torque[joint * rows + row];
                 *errors += (torque - predicted[joint * rows + row]).powi(2);

@@ -1,62 +1,39 @@
-//! From an experiment to an estimate: the identification methods.
+//! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
-//! Each method takes an [`Experiment`] and returns an [`Identification`], an [`Estimate`] with what
-//! is needed to look at it; adding one touches one file and the list of methods in [`Method`].
+//! ```text
+//! identify, cross_validation → closed_loop → equation_error → judgement → observation → given
+//! ```
 //!
-//! | step | where |
+//! | room | what |
 //! |---|---|
-//! | signals and when they are valid | [`Experiment`] |
-//! | filtered motion, observation matrix, aligned torque (paper, 3.1.1) | `prefilter`, `observation` |
-//! | the closed loop simulated with an estimate (paper, 3.2 and 3.3) | `simulator` |
-//! | least squares (paper, 3.1.2) | [`regression`](crate::regression) |
-//! | what the model takes for known and may be otherwise | [`ModelCheck`] |
-//! | whether the result may be used | [`VerdictLimits`] |
+//! | `given` | experiment, options, which parameters; found to fit each other |
+//! | `observation` | filtered motion, observation matrix, aligned torque (paper, 3.1.1) |
+//! | `judgement` | uncertainty, alternative models, [`Verdict`] |
+//! | `equation_error` | IDIM-LS (paper, 3.1.2), essential parameters |
+//! | `closed_loop` | the loop simulated with an estimate: IDIM-IV, CLIE, CLOE, DIDIM (paper, 3.2, 3.3) |
 
-mod assemble;
-mod checks;
+mod closed_loop;
 mod cross_validation;
-mod didim;
-mod error;
-mod estimate;
-mod experiment;
-mod filtered_positions;
-mod held_out;
-mod idim_iv;
-mod idim_ls;
-mod information;
-mod instruments;
-mod method;
+mod equation_error;
+mod given;
+mod identify;
+mod judgement;
 mod observation;
-mod options;
-mod outliers;
-mod output_error;
-mod prefilter;
-mod reduction;
-mod selection;
-mod simulation_error;
-mod simulator;
-mod unchecked;
-mod verdict;
-mod weighting;
 
-pub use checks::{Freedom, ModelCheck, TorqueDelay};
+pub use closed_loop::mean_joint_inertia;
 pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
-pub use didim::{ConvergenceLimits, DidimOptions, Start, didim, mean_joint_inertia};
-pub use error::{Failure, IdentificationError};
-pub use estimate::{
-    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
-    SingularValues, Verdict,
+pub use equation_error::{
+    Reduction, ReductionStep, UncheckedEstimate, essential_parameters, idim_ls_unchecked,
 };
-pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
-pub use idim_iv::idim_iv;
-pub use idim_ls::idim_ls;
-pub use information::Information;
-pub use method::{Method, UnknownMethod};
-pub use observation::observation_matrix;
-pub use options::{DecimationFilter, IdimLsOptions, PositionFilter};
-pub use output_error::{Optimiser, OutputErrorOptions, SensitivityMethod, clie, cloe};
-pub use prefilter::{Motion, filtered_motion, filtered_torque};
-pub use reduction::{Reduction, ReductionStep, essential_parameters};
-pub use selection::Selection;
-pub use unchecked::{UncheckedEstimate, idim_ls_unchecked};
-pub use verdict::{LimitError, VerdictLimits};
+pub use given::{
+    ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure, IdentificationError,
+    LimitError, Method, Optimiser, Options, PositionFilter, Selection, SensitivityMethod,
+    SignalTiming, Signals, SimulationOptions, Start, UnknownMethod, VerdictLimits,
+};
+pub use identify::identify;
+pub use judgement::{
+    Alternative, ConvergenceStep, Estimate, Fit, Identification, Information, ModelCheck, Note,
+    Output, ParameterEstimate, Reason, ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
+    Verdict,
+};
+pub use observation::{Motion, filtered_motion, observation_matrix};

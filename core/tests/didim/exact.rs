@@ -15,7 +15,7 @@ const TOLERANCE: f64 = 1e-9;
 fn check(name: &str, looped: &Looped, torque_timing: SignalTiming) {
     let experiment = looped.record(torque_timing);
     for mut options in [looped.options(), looped.rescaled_options(&experiment)] {
-        options.convergence = ConvergenceLimits {
+        options.simulation.convergence = ConvergenceLimits {
             relative_error_change: 0.01,
             parameter_change: 1e-9,
             max_simulations: 30,

@@ -1,12 +1,12 @@
 //! What cannot be simulated or does not come to rest is said, with what to do.
 
 use didim_core::control::{ControlError, ControlTiming, SimulatedController};
-use didim_core::identification::{DidimOptions, IdentificationError, SignalTiming, Start};
+use didim_core::identification::{IdentificationError, Options, SignalTiming, Start};
 use didim_core::simulation::{SetupError, SimulationError};
 
 use crate::looped::{HELD, Looped, PERIOD_S, pd, pd_of, sampled};
 
-fn refused(change: impl Fn(&mut DidimOptions)) -> IdentificationError {
+fn refused(change: impl Fn(&mut Options)) -> IdentificationError {
     let looped = Looped::random(0, 2, sampled(0.0), pd);
     let mut options = looped.options();
     change(&mut options);
@@ -44,7 +44,7 @@ fn a_step_that_leads_nowhere_is_an_error() {
         signals.torque_nm[2].iter_mut().for_each(|torque| *torque = -*torque);
     });
     let mut options = looped.options();
-    options.convergence.max_simulations = 1000;
+    options.simulation.convergence.max_simulations = 1000;
     let error = looped.identify(&experiment, &options).unwrap_err();
     let IdentificationError::NoStep { halvings: 10, cause, .. } = &error else {
         panic!("{error}");
@@ -59,12 +59,12 @@ fn a_step_that_leads_nowhere_is_an_error() {
 fn a_controller_that_does_not_hold_the_arm_names_joint_and_time() {
     // A sampled loop is unstable long before its bandwidth reaches half the sample rate.
     let error = refused(|options| {
-        options.controller = SimulatedController::Bandwidth {
+        options.controller = Some(SimulatedController::Bandwidth {
             timing: sampled(0.0),
             bandwidth_hz: vec![10.0, 150.0],
             damping: 0.8,
             acceleration_feed_forward: false,
-        };
+        });
     });
     let IdentificationError::FirstSimulation { cause } = error else { panic!("{error}") };
     let SimulationError::Divergence { joint: 2, time_s, .. } = cause else { panic!("{cause}") };
@@ -74,7 +74,7 @@ fn a_controller_that_does_not_hold_the_arm_names_joint_and_time() {
 
 #[test]
 fn estimates_that_still_move_are_an_error() {
-    let error = refused(|options| options.convergence.max_simulations = 2);
+    let error = refused(|options| options.simulation.convergence.max_simulations = 2);
     let IdentificationError::NotConverged {
         simulations: 2,
         relative_error_change: Some(error_change),
@@ -92,23 +92,23 @@ fn estimates_that_still_move_are_an_error() {
 fn options_that_make_no_sense_are_named() {
     for (key, expected) in [("relative_error_change", 0.0), ("parameter_change", -1.0)] {
         let error = refused(|options| match key {
-            "parameter_change" => options.convergence.parameter_change = expected,
-            _ => options.convergence.relative_error_change = expected,
+            "parameter_change" => options.simulation.convergence.parameter_change = expected,
+            _ => options.simulation.convergence.relative_error_change = expected,
         });
         assert!(error.to_string().starts_with(&format!("convergence.{key} = ")), "{error}");
     }
-    let error = refused(|options| options.convergence.max_simulations = 1);
+    let error = refused(|options| options.simulation.convergence.max_simulations = 1);
     assert!(error.to_string().contains("convergence.max_simulations = 1"), "{error}");
-    let error = refused(|options| options.start = Start::Nominal);
+    let error = refused(|options| options.simulation.start = Start::Nominal);
     assert!(matches!(error, IdentificationError::NoNominalParameters { .. }), "{error}");
-    let error = refused(|options| options.substeps = 0);
+    let error = refused(|options| options.simulation.substeps = 0);
     let what = "substeps";
     assert!(
         matches!(error, IdentificationError::Setup(SetupError::BadValue { what: w, .. }) if w == what),
         "{error}"
     );
     let error = refused(|options| {
-        if let SimulatedController::Cabinet { joints, .. } = &mut options.controller {
+        if let Some(SimulatedController::Cabinet { joints, .. }) = &mut options.controller {
             joints.pop();
         }
     });
@@ -120,7 +120,8 @@ fn options_that_make_no_sense_are_named() {
 fn times_of_record_and_controller_must_agree() {
     let with_timing = |timing: ControlTiming| {
         refused(|options| {
-            if let SimulatedController::Cabinet { timing: own, .. } = &mut options.controller {
+            if let Some(SimulatedController::Cabinet { timing: own, .. }) = &mut options.controller
+            {
                 *own = timing;
             }
         })

@@ -4,11 +4,11 @@ use didim_core::control::{
     ControlLaw, ControlTiming, ControllerConfig, JointController, SimulatedController,
 };
 use didim_core::identification::{
-    ConvergenceLimits, DidimOptions, Experiment, Identification, SignalTiming, Signals, Start,
-    didim, filtered_motion, mean_joint_inertia,
+    Experiment, Identification, Method, Options, SignalTiming, Signals, Start, filtered_motion,
+    identify, mean_joint_inertia,
 };
 use didim_core::robot::ParameterKind;
-use didim_core::simulation::{ClosedLoop, InitialState, Integrator, SimulationConfig};
+use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::{ReferenceInterpolation, SampledReference};
 use nalgebra::{DMatrix, DVectorView};
 
@@ -135,36 +135,29 @@ impl Looped {
     }
 
     /// The cabinet's fixed gains, and the paper's start.
-    pub(crate) fn options(&self) -> DidimOptions {
-        let mut regression = options(50.0, 0.8, 10);
+    pub(crate) fn options(&self) -> Options {
+        let mut options = options(50.0, 0.8, 10);
         // A random arm on a random motion: the values are judged, not the motion.
-        regression.limits.condition_number = 1e6;
-        DidimOptions {
-            regression,
-            decimated: true,
-            controller: SimulatedController::Cabinet {
-                timing: self.controller.timing,
-                joints: self.controller.joints.clone(),
-                rescale_to_inertia_kg_m2: None,
-            },
-            reference: self.interpolation,
-            integrator: Integrator::Ode3,
-            substeps: 1,
-            start: Start::UnitDriveInertias,
-            convergence: ConvergenceLimits::default(),
-        }
+        options.limits.condition_number = 1e6;
+        options.controller = Some(SimulatedController::Cabinet {
+            timing: self.controller.timing,
+            joints: self.controller.joints.clone(),
+            rescale_to_inertia_kg_m2: None,
+        });
+        options.simulation.reference = self.interpolation;
+        options.simulation.start = Start::UnitDriveInertias;
+        options
     }
 
     /// The same with gains that follow the estimate, and are the cabinet's where it is the truth:
     /// the inertia they were tuned for is the mean over the rows' filtered positions.
-    pub(crate) fn rescaled_options(&self, experiment: &Experiment) -> DidimOptions {
+    pub(crate) fn rescaled_options(&self, experiment: &Experiment) -> Options {
         let mut options = self.options();
-        let regression = &options.regression;
-        let motion = filtered_motion(experiment, &regression.position_filter).unwrap();
-        let decimation = regression.decimation_filter.design().unwrap();
+        let motion = filtered_motion(experiment, &options.position_filter).unwrap();
+        let decimation = options.decimation_filter.design().unwrap();
         let kept: Vec<usize> = decimation.kept(experiment.counted()).collect();
         let postures = motion.position.select_rows(&kept);
-        if let SimulatedController::Cabinet { rescale_to_inertia_kg_m2, .. } =
+        if let Some(SimulatedController::Cabinet { rescale_to_inertia_kg_m2, .. }) =
             &mut options.controller
         {
             let inertia = mean_joint_inertia(&self.arm.model, &self.arm.truth, &postures);
@@ -176,9 +169,9 @@ impl Looped {
     pub(crate) fn identify(
         &self,
         experiment: &Experiment,
-        options: &DidimOptions,
+        options: &Options,
     ) -> Result<Identification, didim_core::identification::IdentificationError> {
-        didim(&self.arm.robot, &self.arm.base, experiment, options)
+        identify(Method::Didim, &self.arm.robot, &self.arm.base, experiment, options)
     }
 
     /// Largest deviation from the true base parameters, relative to their value or to 0.1,

@@ -4,12 +4,9 @@
 use didim_core::control::{ControlTiming, SimulatedController};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdimLsOptions, PositionFilter,
-    Signals, Start, VerdictLimits, didim, idim_ls,
+    DecimationFilter, Experiment, Method, Options, PositionFilter, Signals, Start, identify,
 };
 use didim_core::robot::{Robot, SignModel};
-use didim_core::simulation::Integrator;
-use didim_core::trajectory::ReferenceInterpolation;
 
 use crate::dataset::{columns, datasets};
 
@@ -36,42 +33,29 @@ fn a_stiff_loop_along_the_reconstructed_reference_gives_the_result_of_idim_ls() 
         .with_counted(300..37_401)
         .unwrap();
     let names = robot.nominal().unwrap().listed().iter().map(|(name, _)| name.clone());
-    let regression = IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor: 100,
-        },
-        parameters: Some(names.collect()),
-        robust: None,
-        limits: VerdictLimits::default(),
-    };
-    let equation_error = idim_ls(&robot, &base, &experiment, &regression).unwrap().estimate;
-    let options = DidimOptions {
-        regression,
-        decimated: true,
-        // A torque of the instant belongs to a controller that acts at every instant.
-        controller: SimulatedController::Bandwidth {
-            timing: ControlTiming::Continuous { sample_period_s: 2e-4 },
-            bandwidth_hz: vec![50.0; 6],
-            damping: 0.8,
-            acceleration_feed_forward: true,
-        },
-        reference: ReferenceInterpolation::Cubic,
-        integrator: Integrator::Ode3,
-        substeps: 1,
-        start: Start::UnitDriveInertias,
-        convergence: ConvergenceLimits::default(),
-    };
-    let found = didim(&robot, &base, &experiment, &options).unwrap().estimate;
+    let mut options = Options::new(
+        PositionFilter { order: 4, cutoff_hz: 50.0 },
+        DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 100 },
+    );
+    options.parameters = Some(names.collect());
+    // A torque of the instant belongs to a controller that acts at every instant.
+    options.controller = Some(SimulatedController::Bandwidth {
+        timing: ControlTiming::Continuous { sample_period_s: 2e-4 },
+        bandwidth_hz: vec![50.0; 6],
+        damping: 0.8,
+        acceleration_feed_forward: true,
+    });
+    options.simulation.start = Start::UnitDriveInertias;
+    let equation_error =
+        identify(Method::IdimLs, &robot, &base, &experiment, &options).unwrap().estimate;
+    let found = identify(Method::Didim, &robot, &base, &experiment, &options).unwrap().estimate;
     assert!(found.simulations <= 8, "{:?}", found.convergence);
     // Nothing but the friction law speaks against it, as in the result of IDIM-LS.
     let [reason] = found.verdict.reasons.as_slice() else {
         panic!("one reason: {:?}", found.verdict)
     };
-    assert!(reason.contains("friction law") && reason.contains("sign model"), "{reason}");
+    let words = reason.to_string();
+    assert!(words.contains("friction law") && words.contains("sign model"), "{words}");
     // IDIM-LS has 5.35 %; the reconstruction is a little worse than the measurement itself.
     assert!((0.053..0.058).contains(&found.relative_error), "{}", found.relative_error);
     for (ours, theirs) in found.parameters.iter().zip(&equation_error.parameters) {

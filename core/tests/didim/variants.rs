@@ -2,8 +2,8 @@
 
 use didim_core::control::{ControlTiming, SimulatedController};
 use didim_core::identification::{
-    ConvergenceLimits, DidimOptions, Identification, IdentificationError, ReferenceSource,
-    SignalTiming, Start, idim_ls,
+    ConvergenceLimits, Identification, IdentificationError, Method, Note, Options, ReferenceSource,
+    SignalTiming, Start, identify,
 };
 use didim_core::simulation::Integrator;
 use didim_core::trajectory::ReferenceInterpolation;
@@ -21,7 +21,7 @@ fn a_controller_faster_than_the_record_gives_the_truth_back() {
         looped.interpolation = interpolation;
         let experiment = looped.record(held);
         let mut options = looped.options();
-        options.convergence.parameter_change = 1e-9;
+        options.simulation.convergence.parameter_change = 1e-9;
         let found = looped.identify(&experiment, &options).unwrap();
         let deviation = looped.deviation(&found);
         // As in the tests of exactness.
@@ -41,7 +41,7 @@ fn a_reference_acts_when_its_timing_says() {
     let timing = SignalTiming { hold_s: 0.0, delay_s: PERIOD_S };
     let honoured = early.clone().with_reference_timing(timing).unwrap();
     let mut options = looped.options();
-    options.convergence.parameter_change = 0.01;
+    options.simulation.convergence.parameter_change = 0.01;
     let identify = |experiment| looped.identify(experiment, &options);
     let honoured = looped.deviation(&identify(&honoured).unwrap());
     // These limits stop at 1e-5 here; a period of 1 ms matters to a loop of 10 Hz.
@@ -58,12 +58,12 @@ fn a_loop_of_the_cabinet_s_bandwidth_is_the_cabinet_s() {
     let experiment = looped.record(HELD);
     let mut options = looped.rescaled_options(&experiment);
     let cabinet = looped.identify(&experiment, &options).unwrap();
-    options.controller = SimulatedController::Bandwidth {
+    options.controller = Some(SimulatedController::Bandwidth {
         timing: sampled(0.0),
         bandwidth_hz: vec![10.0; 2],
         damping: 0.8,
         acceleration_feed_forward: false,
-    };
+    });
     let bandwidth = looped.identify(&experiment, &options).unwrap();
     // The cabinet's gains are 10 Hz at the mean inertia along the reference, not over the rows.
     for (a, b) in cabinet.estimate.parameters.iter().zip(&bandwidth.estimate.parameters) {
@@ -77,32 +77,31 @@ fn without_a_reference_the_measured_position_stands_in_and_the_result_says_so() 
     let recorded = looped.record(HELD);
     let silent = looped.record_with(HELD, |signals| signals.reference_rad = None);
     let mut options = looped.options();
-    options.controller = SimulatedController::Bandwidth {
+    options.controller = Some(SimulatedController::Bandwidth {
         timing: sampled(0.0),
         bandwidth_hz: vec![25.0; 2],
         damping: 0.8,
         acceleration_feed_forward: true,
-    };
+    });
     let found = looped.identify(&silent, &options).unwrap();
     assert_eq!(found.estimate.reference, Some(ReferenceSource::MeasuredPosition));
     let told = |found: &Identification| {
         let notes = &found.estimate.verdict.notes;
-        notes.iter().any(|note| note.starts_with("no reference was recorded"))
+        notes.contains(&Note::NoReference)
     };
     assert!(told(&found), "{:?}", found.estimate.verdict);
     let with = looped.identify(&recorded, &looped.options()).unwrap();
     assert_eq!(with.estimate.reference, Some(ReferenceSource::Recorded));
     assert!(!told(&with));
-    let regression = &options.regression;
-    let equation_error = idim_ls(&looped.arm.robot, &looped.arm.base, &silent, regression).unwrap();
+    let equation_error =
+        identify(Method::IdimLs, &looped.arm.robot, &looped.arm.base, &silent, &options).unwrap();
     assert!(equation_error.estimate.reference.is_none());
     assert!(equation_error.estimate.convergence.is_empty());
 }
 
 #[test]
 fn files_need_state_only_what_is_physical() {
-    let text = "[regression]\n\
-                position_filter = { cutoff_hz = 50.0 }\n\
+    let text = "position_filter = { cutoff_hz = 50.0 }\n\
                 decimation_filter = { factor = 125 }\n\
                 [controller]\n\
                 kind = 'bandwidth'\n\
@@ -110,26 +109,26 @@ fn files_need_state_only_what_is_physical() {
                 bandwidth_hz = [50.0]\n\
                 damping = 0.8\n\
                 acceleration_feed_forward = true\n";
-    let options: DidimOptions = toml::from_str(text).unwrap();
-    assert!(options.decimated);
-    assert_eq!(options.start, Start::IdimLs);
-    assert_eq!((options.integrator, options.substeps), (Integrator::Ode3, 1));
-    assert_eq!(options.reference, ReferenceInterpolation::Cubic);
-    assert_eq!(options.convergence, ConvergenceLimits::default());
+    let options: Options = toml::from_str(text).unwrap();
+    assert!(options.simulation.decimated);
+    assert_eq!(options.simulation.start, Start::IdimLs);
+    assert_eq!((options.simulation.integrator, options.simulation.substeps), (Integrator::Ode3, 1));
+    assert_eq!(options.simulation.reference, ReferenceInterpolation::Cubic);
+    assert_eq!(options.simulation.convergence, ConvergenceLimits::default());
     let full = format!(
-        "decimated = false\nstart = 'unit-drive-inertias'\nreference = 'hold'\n{text}\
-         [convergence]\nmax_simulations = 9\n"
+        "{text}[simulation]\ndecimated = false\nstart = 'unit-drive-inertias'\n\
+         reference = 'hold'\n[simulation.convergence]\nmax_simulations = 9\n"
     );
-    let options: DidimOptions = toml::from_str(&full).unwrap();
-    assert_eq!(options.convergence.max_simulations, 9);
-    assert!(!options.decimated);
-    assert_eq!(options.start, Start::UnitDriveInertias);
+    let options: Options = toml::from_str(&full).unwrap();
+    assert_eq!(options.simulation.convergence.max_simulations, 9);
+    assert!(!options.simulation.decimated);
+    assert_eq!(options.simulation.start, Start::UnitDriveInertias);
     for bad in [
         full.replace("max_simulations", "max_iterations"),
         full.replace("decimated", "decimate"),
         full.replace("'unit-drive-inertias'", "'zero'"),
         text.replace("kind = 'bandwidth'\n", ""),
     ] {
-        assert!(toml::from_str::<DidimOptions>(&bad).is_err(), "{bad}");
+        assert!(toml::from_str::<Options>(&bad).is_err(), "{bad}");
     }
 }

@@ -4,9 +4,7 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
-use didim_core::identification::{
-    DecimationFilter, IdimLsOptions, Motion, PositionFilter, Signals, VerdictLimits,
-};
+use didim_core::identification::{DecimationFilter, Motion, Options, PositionFilter, Signals};
 use didim_core::robot::{ParameterKind, Robot};
 use nalgebra::DMatrix;
 
@@ -167,12 +165,9 @@ pub(crate) fn signals(
     Signals { sample_rate_hz, position_rad, torque_nm, reference_rad: None }
 }
 
-pub(crate) fn options(cutoff_hz: f64, cutoff_ratio: f64, factor: usize) -> IdimLsOptions {
-    IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz },
-        decimation_filter: DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio, factor },
-        parameters: None,
-        robust: None,
-        limits: VerdictLimits::default(),
-    }
+pub(crate) fn options(cutoff_hz: f64, cutoff_ratio: f64, factor: usize) -> Options {
+    Options::new(
+        PositionFilter { order: 4, cutoff_hz },
+        DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio, factor },
+    )
 }

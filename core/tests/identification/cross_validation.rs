@@ -1,8 +1,8 @@
 //! Models that are right, too large and too small, by what they predict.
 
 use didim_core::identification::{
-    CrossValidation, Experiment, IdentificationError, IdimLsOptions, VerdictLimits, cross_validate,
-    idim_ls,
+    CrossValidation, Experiment, IdentificationError, Method, Options, VerdictLimits,
+    cross_validate,
 };
 
 use crate::arm::{Arm, Random, options, signals};
@@ -37,12 +37,10 @@ fn case(samples: usize) -> Case {
 
 fn validate(case: &Case, parameters: Option<Vec<String>>) -> CrossValidation {
     let limits = VerdictLimits { condition_number: 1e9, ..VerdictLimits::default() };
-    let options = IdimLsOptions { parameters, limits, ..options(40.0, 0.8, 10) };
+    let options = Options { parameters, limits, ..options(40.0, 0.8, 10) };
     let (robot, base) = (&case.arm.robot, &case.arm.base);
-    let found = cross_validate(robot, base, &case.experiment, &options, BLOCKS, |experiment| {
-        idim_ls(robot, base, experiment, &options)
-    })
-    .unwrap();
+    let found =
+        cross_validate(Method::IdimLs, robot, base, &case.experiment, &options, BLOCKS).unwrap();
     println!(
         "held out {:.4}, in sample {:.4}, noise {:.4}",
         found.held_out.relative_error, found.in_sample.relative_error, case.noise
@@ -96,9 +94,8 @@ fn blocks_that_the_filters_would_mix_are_refused() {
     let options = options(40.0, 0.8, 10);
     let (robot, base) = (&case.arm.robot, &case.arm.base);
     for blocks in [0, 1, 14] {
-        let identify = |experiment: &Experiment| idim_ls(robot, base, experiment, &options);
-        let error =
-            cross_validate(robot, base, &case.experiment, &options, blocks, identify).unwrap_err();
+        let error = cross_validate(Method::IdimLs, robot, base, &case.experiment, &options, blocks)
+            .unwrap_err();
         assert!(matches!(error, IdentificationError::Blocks { .. }), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Exact torques give the parameters back, and what must not change the result does not.
 
-use didim_core::identification::{Experiment, filtered_motion, idim_ls};
+use didim_core::identification::{Experiment, Method, filtered_motion, identify};
 
 use crate::arm::{Arm, Random, options, signals};
 
@@ -28,7 +28,7 @@ fn torques_of_the_filtered_motion_give_every_base_parameter_back() {
                 .unwrap();
         let experiment =
             Experiment::joint_side(&signals(400.0, position, arm.torques(&motion))).unwrap();
-        let found = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap();
+        let found = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap();
         let estimate = &found.estimate;
         assert_eq!(estimate.parameters.len(), arm.base.names().len());
         assert_eq!(estimate.rows, 3 * 400);
@@ -59,8 +59,9 @@ fn motor_side_signals_give_the_same_result() {
     let joint = Experiment::joint_side(&signals(400.0, position, torque)).unwrap();
     let motor = signals(400.0, motor_position, motor_torque);
     let motor = Experiment::motor_side(&motor, transmission).unwrap();
-    let [a, b] = [joint, motor]
-        .map(|experiment| idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap().estimate);
+    let [a, b] = [joint, motor].map(|experiment| {
+        identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap().estimate
+    });
     for (a, b) in a.parameters.iter().zip(&b.parameters) {
         assert!((a.value - b.value).abs() < 1e-9 * a.standard_deviation.max(a.value.abs()));
     }
@@ -107,7 +108,7 @@ fn analytic_torques_give_parameters_back_within_the_error_of_differences() {
         .unwrap()
         .with_counted(2000..38_000)
         .unwrap();
-    let found = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap();
+    let found = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap();
     let deviation = deviation(&arm, found.estimate.parameters.iter().map(|p| p.value));
     assert!(deviation < 1e-4, "{deviation}");
 }

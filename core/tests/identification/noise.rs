@@ -1,7 +1,7 @@
 //! White noise on the torque: the standard deviations are as wide as the scatter of the estimates.
 
 use didim_core::identification::{
-    Experiment, Selection, filtered_motion, idim_ls, observation_matrix,
+    Experiment, Method, Selection, filtered_motion, identify, observation_matrix,
 };
 use didim_core::regression::Observations;
 use nalgebra::DVector;
@@ -101,7 +101,9 @@ fn only_corrected_deviations_cover_noise_behind_the_decimation() {
         });
         let signals = signals(400.0, position.clone(), noisy.collect());
         let experiment = Experiment::joint_side(&signals).unwrap();
-        let estimate = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap().estimate;
+        let estimate = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options)
+            .unwrap()
+            .estimate;
         let parameters = estimate.parameters.iter();
         let own = parameters.clone().map(|p| (p.value, p.classical_standard_deviation));
         classical.add(own, &truth);

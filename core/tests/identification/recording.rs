@@ -5,8 +5,8 @@ use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    DecimationFilter, Experiment, Identification, IdimLsOptions, PositionFilter, SignalTiming,
-    Signals, VerdictLimits, idim_ls,
+    self, DecimationFilter, Experiment, Identification, Method, Options, PositionFilter,
+    SignalTiming, Signals,
 };
 use didim_core::robot::{Robot, SignModel};
 
@@ -46,19 +46,13 @@ const EXPECTED: [(&str, f64, f64, f64, f64); 28] = [
     ("fc_m6", 1.9010842, 0.0659, 1.965221, 0.0669),
 ];
 
-fn options() -> IdimLsOptions {
-    IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz: 50.0 },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor: 100,
-        },
-        parameters: Some(EXPECTED.iter().map(|row| row.0.to_owned()).collect()),
-        robust: None,
-        limits: VerdictLimits::default(),
-    }
+fn options() -> Options {
+    let mut options = Options::new(
+        PositionFilter { order: 4, cutoff_hz: 50.0 },
+        DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 100 },
+    );
+    options.parameters = Some(EXPECTED.iter().map(|row| row.0.to_owned()).collect());
+    options
 }
 
 fn identify(folder: &Path, sign_model: SignModel) -> Identification {
@@ -85,7 +79,7 @@ fn identify_part(
         .unwrap()
         .with_torque_timing(torque_timing)
         .unwrap();
-    idim_ls(&robot, &base, &experiment, &options()).unwrap()
+    identification::identify(Method::IdimLs, &robot, &base, &experiment, &options()).unwrap()
 }
 
 /// Half a unit of the last printed digit, or less.
@@ -126,8 +120,9 @@ fn check(found: &Identification, values: impl Fn(usize) -> (f64, f64), figures: 
     // Coulomb friction depends on the sign model by 5 %, which its deviation does not say.
     let reasons = &estimate.verdict.reasons;
     assert_eq!(reasons.len(), 1, "{reasons:?}");
-    assert!(reasons[0].contains("friction law of joint 1, joint 2"), "{reasons:?}");
-    assert!(reasons[0].contains("sign model"), "{reasons:?}");
+    let words = reasons[0].to_string();
+    assert!(words.contains("friction law of joint 1, joint 2"), "{words}");
+    assert!(words.contains("sign model"), "{words}");
     // Kept samples 300, 400, …, 37,400.
     assert_eq!(found.fit.time_s.len(), 372);
     close(found.fit.time_s[371], 7.48, 1e-12, "time of the last row");

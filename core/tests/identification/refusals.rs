@@ -2,8 +2,8 @@
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    Experiment, ExperimentError, IdentificationError, IdimLsOptions, Method, Motion, Selection,
-    SignalTiming, Signals, VerdictLimits, idim_ls, observation_matrix,
+    Experiment, ExperimentError, IdentificationError, Method, Motion, Options, Reason, Selection,
+    SignalTiming, Signals, VerdictLimits, identify, observation_matrix,
 };
 use didim_core::robot::Robot;
 use didim_core::signal::SignalError;
@@ -21,9 +21,9 @@ fn arm() -> (Arm, Signals) {
     (arm, signals)
 }
 
-fn refused(arm: &Arm, signals: &Signals, options: &IdimLsOptions) -> IdentificationError {
+fn refused(arm: &Arm, signals: &Signals, options: &Options) -> IdentificationError {
     let experiment = Experiment::joint_side(signals).unwrap();
-    idim_ls(&arm.robot, &arm.base, &experiment, options).unwrap_err()
+    identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, options).unwrap_err()
 }
 
 #[test]
@@ -117,11 +117,13 @@ fn another_arm_is_refused() {
     let experiment = Experiment::joint_side(&signals).unwrap();
     let options = options(20.0, 0.8, 10);
     let two = Arm::random(&mut Random(1), 2);
-    let refused = idim_ls(&two.robot, &two.base, &experiment, &options).unwrap_err();
+    let refused =
+        identify(Method::IdimLs, &two.robot, &two.base, &experiment, &options).unwrap_err();
     assert!(matches!(refused, IdentificationError::JointCount { joints: 2, experiment: 3, .. }));
     let tx40 = Robot::from_toml(include_str!("../../../config/robots/tx40.toml")).unwrap();
     let foreign = BaseParameters::compute(&Model::new(&tx40)).unwrap();
-    let refused = idim_ls(&arm.robot, &foreign, &experiment, &options).unwrap_err();
+    let refused =
+        identify(Method::IdimLs, &arm.robot, &foreign, &experiment, &options).unwrap_err();
     assert!(matches!(refused, IdentificationError::OtherBaseParameters { .. }), "{refused}");
 }
 
@@ -180,10 +182,16 @@ fn a_torque_of_the_wrong_sign_is_not_applicable() {
     signals.torque_nm = arm.torques(&motion);
     signals.torque_nm.iter_mut().flatten().for_each(|tau| *tau = -*tau);
     let experiment = Experiment::joint_side(&signals).unwrap();
-    let verdict = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap().estimate.verdict;
+    let verdict = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options)
+        .unwrap()
+        .estimate
+        .verdict;
     assert!(!verdict.applicable);
     for what in ["viscous friction fv1", "Coulomb friction fc1", "drive inertia ia"] {
-        assert!(verdict.reasons.iter().any(|reason| reason.contains(what)), "{verdict:?}");
+        assert!(
+            verdict.reasons.iter().any(|reason| reason.to_string().contains(what)),
+            "{verdict:?}"
+        );
     }
 }
 
@@ -191,21 +199,22 @@ fn a_torque_of_the_wrong_sign_is_not_applicable() {
 fn torques_of_another_arm_are_not_applicable() {
     let (arm, signals) = arm();
     let experiment = Experiment::joint_side(&signals).unwrap();
-    let verdict = idim_ls(&arm.robot, &arm.base, &experiment, &options(20.0, 0.8, 10))
-        .unwrap()
-        .estimate
-        .verdict;
-    assert!(verdict.reasons.iter().any(|reason| reason.starts_with("relative error")));
-    assert!(verdict.reasons.iter().any(|reason| reason.contains("of joint 2")), "{verdict:?}");
+    let verdict =
+        identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options(20.0, 0.8, 10))
+            .unwrap()
+            .estimate
+            .verdict;
+    assert!(verdict.reasons.iter().any(|r| matches!(r, Reason::RelativeError { .. })));
+    assert!(verdict.reasons.iter().any(|r| r.to_string().contains("of joint 2")), "{verdict:?}");
 }
 
 #[test]
 fn options_are_read_strictly() {
     let text = "position_filter = { cutoff_hz = 50 }\ndecimation_filter = { factor = 100 }\n";
-    let read: IdimLsOptions = toml::from_str(text).unwrap();
+    let read: Options = toml::from_str(text).unwrap();
     let mut expected = options(50.0, 0.8, 100);
     assert_eq!(read, expected);
-    let read: IdimLsOptions =
+    let read: Options =
         toml::from_str(&format!("{text}parameters = ['fv1']\nlimits = {{ relative_error = 0.2 }}"))
             .unwrap();
     expected.parameters = Some(vec!["fv1".to_owned()]);
@@ -218,7 +227,7 @@ fn options_are_read_strictly() {
         "position_filter = { cutoff_hz = 50 }\ndecimation_filter = { factor = 100 }\nfoo = 1",
         "position_filter = { cutoff_hz = 50 }\ndecimation_filter = { factor = 1 }\nlimits = { a = 1 }",
     ] {
-        assert!(toml::from_str::<IdimLsOptions>(bad).is_err(), "{bad}");
+        assert!(toml::from_str::<Options>(bad).is_err(), "{bad}");
     }
 }
 
@@ -229,7 +238,7 @@ fn methods_are_known_by_name() {
         assert_eq!(method.to_string(), method.name());
     }
     let unknown = "idim".parse::<Method>().unwrap_err();
-    let known = "idim-ls, didim, clie, cloe, idim-iv";
+    let known = "idim-ls, idim-iv, clie, cloe, didim";
     assert_eq!(unknown.to_string(), format!("unknown method \"idim\"; known: {known}"));
 }
 
@@ -242,7 +251,13 @@ fn counted_samples_need_their_torque_in_the_record() {
         let timing = SignalTiming { hold_s: 0.0, delay_s: periods * period_s };
         let experiment = Experiment::joint_side(&signals).unwrap();
         let experiment = experiment.with_torque_timing(timing).unwrap();
-        idim_ls(&arm.robot, &arm.base, &experiment.with_counted(counted).unwrap(), &options)
+        identify(
+            Method::IdimLs,
+            &arm.robot,
+            &arm.base,
+            &experiment.with_counted(counted).unwrap(),
+            &options,
+        )
     };
     for (periods, counted) in [(50.0, 49..SAMPLES), (50.0, 0..1000), (-50.0, 0..SAMPLES - 48)] {
         let counted = counted.start.saturating_sub(1)..counted.end;
@@ -277,7 +292,8 @@ fn limits_that_nothing_can_be_held_against_are_refused_by_name() {
         for (name, limit) in set {
             let mut options = good.clone();
             *limit(&mut options.limits) = bad;
-            let error = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap_err();
+            let error =
+                identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap_err();
             assert!(error.to_string().starts_with(&format!("limit {name} = ")), "{error}");
         }
     }

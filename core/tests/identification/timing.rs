@@ -1,7 +1,7 @@
 //! A controller that holds its torque: the identification must know it.
 
 use didim_core::dynamics::Workspace;
-use didim_core::identification::{Experiment, SignalTiming, idim_ls};
+use didim_core::identification::{Experiment, Method, SignalTiming, identify};
 use didim_core::robot::ParameterKind;
 
 use crate::arm::{Arm, Random, options, signals};
@@ -79,7 +79,7 @@ fn ignoring_a_hold_biases_the_drive_inertia_and_honouring_it_does_not() {
     let relative_bias = |timing: SignalTiming| {
         let experiment = experiment.clone().with_torque_timing(timing).unwrap();
         let options = options(100.0, 0.8, 10);
-        let found = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap();
+        let found = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap();
         found.estimate.parameters[inertia].value / truth[inertia] - 1.0
     };
     let hold_s = 1.0 / RATE_HZ;

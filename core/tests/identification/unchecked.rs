@@ -1,6 +1,6 @@
 //! The parameters without a verdict, which are those with one.
 
-use didim_core::identification::{Experiment, IdimLsOptions, idim_ls, idim_ls_unchecked};
+use didim_core::identification::{Experiment, Method, Options, identify, idim_ls_unchecked};
 use didim_core::regression::RobustLoss;
 
 use crate::arm::{Arm, Random, options, signals};
@@ -22,9 +22,11 @@ fn unchecked_parameters_are_those_of_the_result_to_the_bit() {
     for parameters in [None, Some(essential)] {
         for robust in [None, Some(RobustLoss::Huber { tuning: 1.345 })] {
             let parameters = parameters.clone();
-            let options = IdimLsOptions { parameters, robust, ..options(40.0, 0.8, 10) };
+            let options = Options { parameters, robust, ..options(40.0, 0.8, 10) };
             let found = idim_ls_unchecked(&arm.robot, &arm.base, &experiment, &options).unwrap();
-            let checked = idim_ls(&arm.robot, &arm.base, &experiment, &options).unwrap().estimate;
+            let checked = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options)
+                .unwrap()
+                .estimate;
             assert_eq!(found.parameters, checked.parameters);
             assert_eq!(found.condition_number.to_bits(), checked.condition_number.to_bits());
             let residuals = &found.residuals;

@@ -1,7 +1,7 @@
 //! Without noise the truth is the minimum, whatever the loop.
 
 use didim_core::control::ControlTiming;
-use didim_core::identification::{IdentificationError, SignalTiming, Start};
+use didim_core::identification::{IdentificationError, SignalTiming, Start, identify};
 
 use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
 use crate::loops::{METHODS, cascade, options};
@@ -17,9 +17,9 @@ fn check(name: &str, looped: &Looped, torque_timing: SignalTiming) {
     for (method_name, method) in METHODS {
         for start in STARTS {
             let mut options = options(looped);
-            options.start = start;
+            options.simulation.start = start;
             let (robot, base) = (&looped.arm.robot, &looped.arm.base);
-            let found = method(robot, base, &experiment, &options).unwrap();
+            let found = identify(method, robot, base, &experiment, &options).unwrap();
             let deviation = looped.deviation(&found);
             let estimate = &found.estimate;
             println!(
@@ -61,8 +61,8 @@ fn cascaded_loops_give_the_truth_back() {
     for (name, method) in METHODS {
         for start in STARTS {
             let mut options = options(&looped);
-            options.start = start;
-            match method(robot, base, &experiment, &options) {
+            options.simulation.start = start;
+            match identify(method, robot, base, &experiment, &options) {
                 Ok(found) => {
                     let deviation = looped.deviation(&found);
                     println!("cascade, {name}, {start:?}: {deviation:.1e}");

@@ -2,7 +2,7 @@
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    Failure, IdentificationError, SensitivityMethod, SignalTiming, Start, clie, idim_ls,
+    Failure, IdentificationError, Method, Reason, SensitivityMethod, SignalTiming, Start, identify,
 };
 
 use crate::arm::Random;
@@ -15,8 +15,9 @@ fn too_few_simulations_are_no_result() {
     let experiment = looped.record(HELD);
     for (name, method) in METHODS {
         let mut options = options(&looped);
-        options.convergence.max_simulations = 2;
-        let error = method(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap_err();
+        options.simulation.convergence.max_simulations = 2;
+        let error = identify(method, &looped.arm.robot, &looped.arm.base, &experiment, &options)
+            .unwrap_err();
         assert!(matches!(error, IdentificationError::NotConverged { .. }), "{name}: {error}");
         assert_eq!(error.failure(), Some(Failure::NotConverged));
     }
@@ -29,13 +30,14 @@ fn a_loop_that_diverges_at_the_start_is_named() {
     for (name, method) in METHODS {
         let mut options = options(&looped);
         // Far beyond what a loop of 1 kHz can hold.
-        options.controller = SimulatedController::Bandwidth {
+        options.controller = Some(SimulatedController::Bandwidth {
             timing: sampled(0.0),
             bandwidth_hz: vec![450.0; 2],
             damping: 0.8,
             acceleration_feed_forward: false,
-        };
-        let error = method(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap_err();
+        });
+        let error = identify(method, &looped.arm.robot, &looped.arm.base, &experiment, &options)
+            .unwrap_err();
         assert!(matches!(error, IdentificationError::FirstSimulation { .. }), "{name}: {error}");
         assert_eq!(error.failure(), Some(Failure::Diverged));
     }
@@ -47,22 +49,21 @@ fn a_minimum_above_the_noise_is_not_applicable() {
     let looped = Looped::random(32, 2, sampled(0.0), pd);
     let mut experiment = looped.record(HELD);
     experiment = experiment.with_counted(2000..4000).unwrap();
-    let (_, clie) = METHODS[0];
     let mut options = options(&looped);
-    options.start = Start::IdimLs;
-    options.controller = SimulatedController::Bandwidth {
+    options.simulation.start = Start::IdimLs;
+    options.controller = Some(SimulatedController::Bandwidth {
         timing: sampled(0.0),
         bandwidth_hz: vec![4.0; 2],
         damping: 0.3,
         acceleration_feed_forward: false,
-    };
-    let found = clie(&looped.arm.robot, &looped.arm.base, &experiment, &options);
+    });
+    let found = identify(Method::Clie, &looped.arm.robot, &looped.arm.base, &experiment, &options);
     let told = match &found {
         Ok(found) => {
             let reasons = &found.estimate.verdict.reasons;
             assert!(!found.estimate.verdict.applicable);
             assert_eq!(found.estimate.verdict.failure, Some(Failure::LocalMinimum));
-            reasons.iter().any(|reason| reason.contains("times the noise of IDIM-LS"))
+            reasons.iter().any(|reason| matches!(reason, Reason::AboveNoise { .. }))
         }
         Err(error) => panic!("{error}"),
     };
@@ -80,10 +81,11 @@ fn noise_that_leaves_every_method_uncertain_is_not_insensitivity() {
     });
     let experiment = experiment.with_counted(2000..3000).unwrap();
     let mut options = options(&looped);
-    options.start = Start::IdimLs;
+    options.simulation.start = Start::IdimLs;
     let (robot, base) = (&looped.arm.robot, &looped.arm.base);
-    let found = clie(robot, base, &experiment, &options).unwrap().estimate;
-    let equation_error = idim_ls(robot, base, &experiment, &options.regression).unwrap().estimate;
+    let found = identify(Method::Clie, robot, base, &experiment, &options).unwrap().estimate;
+    let equation_error =
+        identify(Method::IdimLs, robot, base, &experiment, &options).unwrap().estimate;
     let mut known: Vec<f64> = (equation_error.parameters.iter().zip(&found.parameters))
         .filter(|(p, _)| p.relative_standard_deviation < 1.0 / 3.0)
         .map(|(p, found)| found.standard_deviation / p.value.abs())
@@ -101,24 +103,24 @@ fn options_are_validated_before_anything_is_recorded() {
     let looped = Looped::random(33, 2, sampled(0.0), pd);
     let robot = &looped.arm.robot;
     let good = options(&looped);
-    good.validate(robot, RATE_HZ, HELD).unwrap();
+    good.validate_simulation(robot, RATE_HZ, HELD).unwrap();
     let mut bad = good.clone();
-    bad.convergence.max_simulations = 1;
-    assert!(bad.validate(robot, RATE_HZ, HELD).is_err());
+    bad.simulation.convergence.max_simulations = 1;
+    assert!(bad.validate_simulation(robot, RATE_HZ, HELD).is_err());
     let mut bad = good.clone();
-    bad.didim_steps = good.convergence.max_simulations;
-    let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
+    bad.simulation.didim_steps = good.simulation.convergence.max_simulations;
+    let error = bad.validate_simulation(robot, RATE_HZ, HELD).unwrap_err();
     assert!(matches!(error, IdentificationError::DidimSteps { .. }), "{error}");
     let mut bad = good.clone();
-    bad.start = Start::Nominal;
-    let error = bad.validate(robot, RATE_HZ, HELD).unwrap_err();
+    bad.simulation.start = Start::Nominal;
+    let error = bad.validate_simulation(robot, RATE_HZ, HELD).unwrap_err();
     assert!(matches!(error, IdentificationError::NoNominalParameters { .. }));
     assert_eq!(error.failure(), None);
-    assert!(good.validate(robot, 1.3 * RATE_HZ, HELD).is_err());
+    assert!(good.validate_simulation(robot, 1.3 * RATE_HZ, HELD).is_err());
     let late = SignalTiming { hold_s: PERIOD_S, delay_s: 0.5 * PERIOD_S };
-    assert!(good.validate(robot, RATE_HZ, late).is_err());
+    assert!(good.validate_simulation(robot, RATE_HZ, late).is_err());
     let mut bad = good;
-    bad.substeps = 0;
-    bad.sensitivities = SensitivityMethod::Differences;
-    assert!(bad.validate(robot, RATE_HZ, HELD).is_err());
+    bad.simulation.substeps = 0;
+    bad.simulation.sensitivities = SensitivityMethod::Differences;
+    assert!(bad.validate_simulation(robot, RATE_HZ, HELD).is_err());
 }

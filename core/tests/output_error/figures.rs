@@ -1,6 +1,6 @@
 //! How far the simulated loop is from the measurements, and what is left of each equation.
 
-use didim_core::identification::{Experiment, Identification, Signals, Start, didim, idim_iv};
+use didim_core::identification::{Experiment, Identification, Method, Signals, Start, identify};
 use didim_core::regression::autocorrelation;
 
 use crate::arm::Random;
@@ -28,16 +28,16 @@ fn noisy(looped: &Looped) -> Experiment {
 
 fn all_methods(looped: &Looped, experiment: &Experiment, decimated: bool) -> Vec<Identification> {
     let mut loop_options = looped.options();
-    (loop_options.start, loop_options.decimated) = (Start::IdimLs, decimated);
+    (loop_options.simulation.start, loop_options.simulation.decimated) = (Start::IdimLs, decimated);
     let mut output_error = options(looped);
-    (output_error.start, output_error.decimated) = (Start::IdimLs, decimated);
+    (output_error.simulation.start, output_error.simulation.decimated) = (Start::IdimLs, decimated);
     let (robot, base) = (&looped.arm.robot, &looped.arm.base);
     let mut found: Vec<_> = METHODS
         .iter()
-        .map(|(_, method)| method(robot, base, experiment, &output_error).unwrap())
+        .map(|(_, method)| identify(*method, robot, base, experiment, &output_error).unwrap())
         .collect();
-    found.push(didim(robot, base, experiment, &loop_options).unwrap());
-    found.push(idim_iv(robot, base, experiment, &loop_options).unwrap());
+    found.push(identify(Method::Didim, robot, base, experiment, &loop_options).unwrap());
+    found.push(identify(Method::IdimIv, robot, base, experiment, &loop_options).unwrap());
     found
 }
 

@@ -1,8 +1,6 @@
 //! What is held out has no say, whatever the method.
 
-use didim_core::identification::{
-    Experiment, Identification, Signals, Start, didim, idim_iv, idim_ls,
-};
+use didim_core::identification::{Experiment, Identification, Method, Signals, Start, identify};
 
 use crate::arm::Random;
 use crate::looped::{HELD, Looped, pd, sampled};
@@ -22,15 +20,17 @@ fn record(looped: &Looped, off: core::ops::Range<usize>) -> Experiment {
 
 fn all_methods(looped: &Looped, experiment: &Experiment) -> Vec<Identification> {
     let mut loop_options = looped.options();
-    loop_options.start = Start::IdimLs;
+    loop_options.simulation.start = Start::IdimLs;
     let mut output_error = options(looped);
-    output_error.start = Start::IdimLs;
+    output_error.simulation.start = Start::IdimLs;
     let (robot, base) = (&looped.arm.robot, &looped.arm.base);
-    let mut found: Vec<_> =
-        METHODS.iter().map(|(_, m)| m(robot, base, experiment, &output_error).unwrap()).collect();
-    found.push(didim(robot, base, experiment, &loop_options).unwrap());
-    found.push(idim_iv(robot, base, experiment, &loop_options).unwrap());
-    found.push(idim_ls(robot, base, experiment, &loop_options.regression).unwrap());
+    let mut found: Vec<_> = METHODS
+        .iter()
+        .map(|(_, m)| identify(*m, robot, base, experiment, &output_error).unwrap())
+        .collect();
+    found.push(identify(Method::Didim, robot, base, experiment, &loop_options).unwrap());
+    found.push(identify(Method::IdimIv, robot, base, experiment, &loop_options).unwrap());
+    found.push(identify(Method::IdimLs, robot, base, experiment, &loop_options).unwrap());
     found
 }
 

@@ -1,6 +1,6 @@
 //! IDIM-IV on small arms.
 
-use didim_core::identification::{Experiment, Identification, Signals, Start, idim_iv, idim_ls};
+use didim_core::identification::{Experiment, Identification, Method, Signals, Start, identify};
 
 use crate::arm::Random;
 use crate::looped::{HELD, Looped, pd, sampled};
@@ -23,15 +23,15 @@ fn noisy(looped: &Looped, seed: u64) -> Experiment {
 fn noise_of_the_positions_biases_least_squares_and_not_instruments() {
     let looped = Looped::random(50, 2, sampled(0.0), pd);
     let mut options = looped.options();
-    options.start = Start::IdimLs;
-    options.regression.position_filter.cutoff_hz = 150.0;
+    options.simulation.start = Start::IdimLs;
+    options.position_filter.cutoff_hz = 150.0;
     let (robot, base) = (&looped.arm.robot, &looped.arm.base);
     let truth = looped.arm.true_base();
     let mut means = [vec![0.0; truth.len()], vec![0.0; truth.len()]];
     for seed in 0..RECORDS {
         let experiment = noisy(&looped, seed);
-        let squares = idim_ls(robot, base, &experiment, &options.regression).unwrap();
-        let instruments = idim_iv(robot, base, &experiment, &options).unwrap();
+        let squares = identify(Method::IdimLs, robot, base, &experiment, &options).unwrap();
+        let instruments = identify(Method::IdimIv, robot, base, &experiment, &options).unwrap();
         for (mean, found) in means.iter_mut().zip([squares, instruments]) {
             let pairs = found.estimate.parameters.iter().zip(&truth);
             for (mean, (p, truth)) in mean.iter_mut().zip(pairs) {
@@ -55,8 +55,9 @@ fn every_start_leads_to_nearly_the_same_instruments() {
     let experiment = noisy(&looped, 0);
     let found = [Start::UnitDriveInertias, Start::IdimLs].map(|start| -> Identification {
         let mut options = looped.options();
-        options.start = start;
-        idim_iv(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap()
+        options.simulation.start = start;
+        identify(Method::IdimIv, &looped.arm.robot, &looped.arm.base, &experiment, &options)
+            .unwrap()
     });
     for (a, b) in found[0].estimate.parameters.iter().zip(&found[1].estimate.parameters) {
         // The iteration ends where a step changes nothing by more than 0.2 standard deviations, and

@@ -1,31 +1,18 @@
 //! Loops with their sensitivities, exact and by differences.
 
 use didim_core::control::ControlLaw;
-use didim_core::dynamics::BaseParameters;
-use didim_core::identification::{
-    Experiment, Identification, IdentificationError, Optimiser, OutputErrorOptions,
-    SensitivityMethod, clie, cloe,
-};
-use didim_core::robot::Robot;
+use didim_core::identification::{Method, Options};
 use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::SampledReference;
 use nalgebra::DMatrix;
 
 use crate::looped::{Looped, RATE_HZ};
 
-pub(crate) type Method = fn(
-    &Robot,
-    &BaseParameters,
-    &Experiment,
-    &OutputErrorOptions,
-) -> Result<Identification, IdentificationError>;
-
-pub(crate) const METHODS: [(&str, Method); 2] = [("clie", clie), ("cloe", cloe)];
+pub(crate) const METHODS: [(&str, Method); 2] = [("clie", Method::Clie), ("cloe", Method::Cloe)];
 
 /// The cabinet's fixed gains, and the paper's start.
-pub(crate) fn options(looped: &Looped) -> OutputErrorOptions {
-    let exact = SensitivityMethod::Exact;
-    OutputErrorOptions::of_loop(looped.options(), exact, Optimiser::LevenbergMarquardt)
+pub(crate) fn options(looped: &Looped) -> Options {
+    looped.options()
 }
 
 /// Derivatives of position and torque at the samples of a loop: rows are the samples of joint 1,

@@ -1,7 +1,7 @@
 //! Outliers in the record of a loop.
 
 use didim_core::identification::{
-    Estimate, Experiment, IdentificationError, Signals, Start, clie, didim,
+    Estimate, Experiment, IdentificationError, Method, Signals, Start, identify,
 };
 use didim_core::regression::RobustLoss;
 
@@ -27,8 +27,10 @@ fn didim_does_not_follow_spikes() {
     let truth = looped.arm.true_base();
     let identify = |robust| -> Estimate {
         let mut options = looped.options();
-        (options.start, options.regression.robust) = (Start::IdimLs, robust);
-        didim(&looped.arm.robot, &looped.arm.base, &experiment, &options).unwrap().estimate
+        (options.simulation.start, options.robust) = (Start::IdimLs, robust);
+        identify(Method::Didim, &looped.arm.robot, &looped.arm.base, &experiment, &options)
+            .unwrap()
+            .estimate
     };
     let (plain, robust) = (identify(None), identify(Some(RobustLoss::bisquare())));
     let furthest = |estimate: &Estimate| {
@@ -45,8 +47,8 @@ fn didim_does_not_follow_spikes() {
 fn what_has_no_robust_weights_says_so() {
     let looped = Looped::random(41, 2, sampled(0.0), pd);
     let mut options = loops::options(&looped);
-    options.regression.robust = Some(RobustLoss::huber());
+    options.robust = Some(RobustLoss::huber());
     let (robot, base) = (&looped.arm.robot, &looped.arm.base);
-    let error = clie(robot, base, &spoilt(&looped), &options).unwrap_err();
+    let error = identify(Method::Clie, robot, base, &spoilt(&looped), &options).unwrap_err();
     assert!(matches!(error, IdentificationError::NotRobust { .. }), "{error}");
 }

@@ -1,13 +1,13 @@
 //! The choices that the options offer.
 
 use didim_core::identification::{
-    ConvergenceLimits, Estimate, Experiment, Optimiser, OutputErrorOptions, ReferenceSource,
+    ConvergenceLimits, Estimate, Experiment, Method, Optimiser, Options, ReferenceSource,
     SensitivityMethod, Signals, Start,
 };
 
 use crate::arm::Random;
 use crate::looped::{HELD, Looped, pd, sampled};
-use crate::loops::{METHODS, Method, options};
+use crate::loops::{METHODS, options};
 
 /// A loop whose log has noise: 0.05 N·m on the torques, 1e-5 rad on the positions.
 fn noisy(looped: &Looped) -> Experiment {
@@ -22,9 +22,10 @@ fn identify(
     looped: &Looped,
     method: Method,
     experiment: &Experiment,
-    options: &OutputErrorOptions,
+    options: &Options,
 ) -> Estimate {
-    method(&looped.arm.robot, &looped.arm.base, experiment, options).unwrap().estimate
+    let (robot, base) = (&looped.arm.robot, &looped.arm.base);
+    didim_core::identification::identify(method, robot, base, experiment, options).unwrap().estimate
 }
 
 /// Largest difference in standard deviations.
@@ -43,13 +44,13 @@ fn optimisers_and_sensitivities_have_one_result() {
     let experiment = noisy(&looped);
     for (name, method) in METHODS {
         let mut options = options(&looped);
-        options.start = Start::IdimLs;
+        options.simulation.start = Start::IdimLs;
         let reference = identify(&looped, method, &experiment, &options);
         assert_eq!(reference.reference, Some(ReferenceSource::Recorded));
         for optimiser in [Optimiser::LevenbergMarquardt, Optimiser::GaussNewton] {
             for sensitivities in [SensitivityMethod::Exact, SensitivityMethod::Differences] {
-                options.optimiser = optimiser;
-                options.sensitivities = sensitivities;
+                options.simulation.optimiser = optimiser;
+                options.simulation.sensitivities = sensitivities;
                 let other = identify(&looped, method, &experiment, &options);
                 let difference = difference(&reference, &other);
                 println!(
@@ -76,8 +77,8 @@ fn the_truth_is_within_the_standard_deviations() {
     for (name, method) in METHODS {
         for decimated in [true, false] {
             let mut options = options(&looped);
-            options.start = Start::IdimLs;
-            options.decimated = decimated;
+            options.simulation.start = Start::IdimLs;
+            options.simulation.decimated = decimated;
             let estimate = identify(&looped, method, &experiment, &options);
             let z = estimate.parameters.iter().zip(&truth);
             let z: Vec<f64> =
@@ -88,7 +89,7 @@ fn the_truth_is_within_the_standard_deviations() {
             // Of 16 parameters, the rms is 1 ± 0.18.
             assert!(rms < 1.6 && largest < 4.0, "{name} {decimated}: {rms} {largest}");
             // The model is the arm's, whatever equation was solved.
-            let failed = |check| options.regression.limits.fails(check);
+            let failed = |check| options.limits.fails(check);
             assert!(!estimate.model_checks.is_empty(), "{name}");
             assert!(!estimate.model_checks.iter().any(failed), "{:?}", estimate.model_checks);
         }
@@ -97,8 +98,7 @@ fn the_truth_is_within_the_standard_deviations() {
 
 #[test]
 fn files_need_state_only_what_is_physical() {
-    let text = "[regression]\n\
-                position_filter = { cutoff_hz = 50.0 }\n\
+    let text = "position_filter = { cutoff_hz = 50.0 }\n\
                 decimation_filter = { factor = 125 }\n\
                 [controller]\n\
                 kind = 'bandwidth'\n\
@@ -106,16 +106,17 @@ fn files_need_state_only_what_is_physical() {
                 bandwidth_hz = [50.0]\n\
                 damping = 0.8\n\
                 acceleration_feed_forward = true\n";
-    let options: OutputErrorOptions = toml::from_str(text).unwrap();
-    assert_eq!(options.sensitivities, SensitivityMethod::Exact);
-    assert_eq!(options.optimiser, Optimiser::LevenbergMarquardt);
-    assert_eq!(options.convergence, ConvergenceLimits::default());
-    assert!(options.decimated);
-    let full = format!("sensitivities = 'differences'\noptimiser = 'gauss-newton'\n{text}");
-    let options: OutputErrorOptions = toml::from_str(&full).unwrap();
-    assert_eq!(options.sensitivities, SensitivityMethod::Differences);
-    assert_eq!(options.optimiser, Optimiser::GaussNewton);
+    let options: Options = toml::from_str(text).unwrap();
+    assert_eq!(options.simulation.sensitivities, SensitivityMethod::Exact);
+    assert_eq!(options.simulation.optimiser, Optimiser::LevenbergMarquardt);
+    assert_eq!(options.simulation.convergence, ConvergenceLimits::default());
+    assert!(options.simulation.decimated);
+    let full =
+        format!("{text}[simulation]\nsensitivities = 'differences'\noptimiser = 'gauss-newton'\n");
+    let options: Options = toml::from_str(&full).unwrap();
+    assert_eq!(options.simulation.sensitivities, SensitivityMethod::Differences);
+    assert_eq!(options.simulation.optimiser, Optimiser::GaussNewton);
     for bad in [full.replace("'differences'", "'guess'"), full.replace("optimiser", "optimizer")] {
-        assert!(toml::from_str::<OutputErrorOptions>(&bad).is_err(), "{bad}");
+        assert!(toml::from_str::<Options>(&bad).is_err(), "{bad}");
     }
 }

@@ -4,11 +4,10 @@ use std::fmt::Write as _;
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    ConvergenceLimits, DecimationFilter, DidimOptions, Experiment, IdimLsOptions, PositionFilter,
-    SignalTiming, Signals, Start, VerdictLimits,
+    DecimationFilter, Experiment, Options, PositionFilter, SignalTiming, Signals, Start,
 };
 use didim_core::robot::Robot;
-use didim_core::trajectory::{RandomMoves, ReferenceInterpolation};
+use didim_core::trajectory::RandomMoves;
 use didim_sim::{Scenario, tx40_paper};
 
 /// The shipped motion, or random moves of these seeds, none of them chosen.
@@ -62,38 +61,28 @@ pub(crate) fn listed(scenario: &Scenario) -> Vec<String> {
 
 /// What the methods do with an equation: the paper's settings but for the cut-off of the position
 /// filter, one row in 125, these parameters or all.
-pub(crate) fn regression(parameters: Option<Vec<String>>, cutoff_hz: f64) -> IdimLsOptions {
-    IdimLsOptions {
-        position_filter: PositionFilter { order: 4, cutoff_hz },
-        decimation_filter: DecimationFilter {
-            order: 8,
-            ripple_db: 0.05,
-            cutoff_ratio: 0.8,
-            factor: 125,
-        },
-        parameters,
-        limits: VerdictLimits::default(),
-        robust: None,
-    }
+pub(crate) fn regression(parameters: Option<Vec<String>>, cutoff_hz: f64) -> Options {
+    let mut options = Options::new(
+        PositionFilter { order: 4, cutoff_hz },
+        DecimationFilter { order: 8, ripple_db: 0.05, cutoff_ratio: 0.8, factor: 125 },
+    );
+    options.parameters = parameters;
+    options
 }
 
 /// The paper's settings but for the cut-off of the position filter, 50 Hz there: its 28 parameters, one
 /// row in 125, and the controller that this scenario has.
-pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -> DidimOptions {
-    DidimOptions {
-        regression: regression(Some(listed(described)), cutoff_hz),
-        decimated: true,
-        controller: SimulatedController::Cabinet {
-            timing: described.controller().timing,
-            joints: described.controller().joints.clone(),
-            rescale_to_inertia_kg_m2: None,
-        },
-        reference: ReferenceInterpolation::Cubic,
-        integrator: described.simulation().integrator,
-        substeps: described.simulation().substeps,
-        start,
-        convergence: ConvergenceLimits::default(),
-    }
+pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -> Options {
+    let mut options = regression(Some(listed(described)), cutoff_hz);
+    options.controller = Some(SimulatedController::Cabinet {
+        timing: described.controller().timing,
+        joints: described.controller().joints.clone(),
+        rescale_to_inertia_kg_m2: None,
+    });
+    options.simulation.integrator = described.simulation().integrator;
+    options.simulation.substeps = described.simulation().substeps;
+    options.simulation.start = start;
+    options
 }
 
 /// The paper's robot with nominal parameters 15 % beside the true ones: larger where `pattern` has a bit

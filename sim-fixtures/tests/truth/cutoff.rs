@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use didim_core::identification::Freedom;
+use didim_core::identification::Alternative;
 
 use crate::cells::{Cell, Noise, Parameters};
 use crate::common::experiment::experiment;
@@ -34,9 +34,10 @@ fn the_verdict_knows_what_the_position_filter_does() {
         let experiment = experiment(&scenario);
         let run = |method: &crate::methods::Method| {
             let estimate = (method.identify)(scenario.robot(), &base, &experiment, &names);
-            let of_filter =
-                |freedom| matches!(freedom, Freedom::PositionFilter | Freedom::PositionNoise);
-            let check = estimate.model_checks.iter().find(|check| of_filter(check.freedom));
+            let of_filter = |alternative| {
+                matches!(alternative, Alternative::PositionFilter | Alternative::PositionNoise)
+            };
+            let check = estimate.model_checks.iter().find(|check| of_filter(check.alternative));
             let expected = check.unwrap().shift_deviations.abs();
             (Run::new(&estimate, &scenario), expected)
         };

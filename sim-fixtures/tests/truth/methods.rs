@@ -1,7 +1,7 @@
 //! What is held against the truth.
 
 use didim_core::dynamics::BaseParameters;
-use didim_core::identification::{DidimOptions, Estimate, Experiment, Start, didim, idim_ls};
+use didim_core::identification::{self, Estimate, Experiment, Start};
 use didim_core::robot::Robot;
 use didim_sim::tx40_paper;
 
@@ -56,11 +56,11 @@ fn excused_in_the_loop(cell: Cell) -> &'static [Limit] {
 pub(crate) fn simulated(name: &'static str, excused: fn(Cell) -> &'static [Limit]) -> Method {
     let identify = |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
         let arm = tx40_paper().unwrap();
-        let options = DidimOptions {
-            regression: regression(Some(names.to_vec()), 200.0),
-            ..loop_options(&arm, 200.0, Start::IdimLs)
-        };
-        didim(robot, base, experiment, &options).unwrap().estimate
+        let mut options = loop_options(&arm, 200.0, Start::IdimLs);
+        options.parameters = Some(names.to_vec());
+        identification::identify(identification::Method::Didim, robot, base, experiment, &options)
+            .unwrap()
+            .estimate
     };
     Method { name, identify: Box::new(identify), distorts: false, simulates: true, excused }
 }
@@ -72,9 +72,15 @@ pub(crate) fn least_squares(
     excused: fn(Cell) -> &'static [Limit],
 ) -> Method {
     let identify = move |robot: &Robot, base: &BaseParameters, experiment: &_, names: &[_]| {
-        idim_ls(robot, base, experiment, &regression(Some(names.to_vec()), cutoff_hz))
-            .unwrap()
-            .estimate
+        identification::identify(
+            identification::Method::IdimLs,
+            robot,
+            base,
+            experiment,
+            &regression(Some(names.to_vec()), cutoff_hz),
+        )
+        .unwrap()
+        .estimate
     };
     let distorts = cutoff_hz < 100.0;
     Method { name, identify: Box::new(identify), distorts, simulates: false, excused }

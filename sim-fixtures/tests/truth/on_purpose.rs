@@ -161,11 +161,14 @@ impl Effect {
             applicable: estimates.iter().filter(|(_, run)| run.applicable).count(),
             reasons: estimates
                 .iter()
-                .map(|(estimate, _)| estimate.verdict.reasons.join("; "))
+                .map(|(estimate, _)| {
+                    let reasons = estimate.verdict.reasons.iter().map(ToString::to_string);
+                    reasons.collect::<Vec<_>>().join("; ")
+                })
                 .collect(),
-            first_reason: estimates
-                .iter()
-                .find_map(|(estimate, _)| estimate.verdict.reasons.first().cloned()),
+            first_reason: estimates.iter().find_map(|(estimate, _)| {
+                estimate.verdict.reasons.first().map(ToString::to_string)
+            }),
         }
     }
 }

@@ -66,7 +66,7 @@ impl EstimateSummary {
             relative_error: finite(estimate.relative_error),
             condition_number: finite(estimate.condition_number),
             applicable: estimate.verdict.applicable,
-            reasons: estimate.verdict.reasons.clone(),
+            reasons: estimate.verdict.reasons.iter().map(ToString::to_string).collect(),
         }
     }
 }

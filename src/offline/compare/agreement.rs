@@ -71,6 +71,7 @@ mod tests {
     fn result(method: Method, parameters: &[(&str, f64, f64)]) -> MethodResult {
         let parameter = |&(name, value, standard_deviation): &(&str, f64, f64)| ParameterEstimate {
             name: name.to_owned(),
+            regrouped: false,
             value,
             standard_deviation,
             classical_standard_deviation: standard_deviation,

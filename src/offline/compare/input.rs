@@ -23,6 +23,8 @@ pub struct ComparisonInput<'a> {
 impl ComparisonInput<'_> {
     /// The cell with all methods in one framework.
     pub(super) fn cell_in(&self, framework: Framework) -> Cell {
-        self.cell.clone().with_decimated(framework == Framework::Decimated)
+        let mut cell = self.cell.clone();
+        cell.options.simulation.decimated = framework == Framework::Decimated;
+        cell
     }
 }

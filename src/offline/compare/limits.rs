@@ -135,8 +135,7 @@ impl Limit {
 
     fn trial(&self, method: Method) -> Trial {
         // IDIM-LS is behind the decimation filter always.
-        let framework =
-            if method == Method::IdimLs { Framework::Decimated } else { self.framework };
+        let framework = if method.simulates() { self.framework } else { Framework::Decimated };
         Trial { method, framework }
     }
 
@@ -254,6 +253,7 @@ mod tests {
     fn result(method: Method, values: &[(&str, f64)], smallest: f64) -> MethodResult {
         let parameter = |&(name, value): &(&str, f64)| ParameterEstimate {
             name: name.to_owned(),
+            regrouped: false,
             value,
             standard_deviation: 0.1,
             classical_standard_deviation: 0.1,

@@ -41,18 +41,14 @@ impl fmt::Display for Trial {
     }
 }
 
-/// The order of methods in every table: the paper's.
-const ORDER: [Method; 5] =
-    [Method::IdimLs, Method::IdimIv, Method::Clie, Method::Cloe, Method::Didim];
-
 /// What runs for a choice of methods: the reference, then the others, then those that the paper has
 /// in the strict framework too.
 pub fn trials(methods: &[Method]) -> Vec<Trial> {
-    let chosen = |method: &Method| *method == Method::IdimLs || methods.contains(method);
-    let strict = |method: &Method| matches!(method, Method::Clie | Method::Cloe | Method::Didim);
-    let decimated = ORDER.into_iter().filter(chosen);
+    let reference = Trial::REFERENCE.method;
+    let chosen = |method: &Method| *method == reference || methods.contains(method);
+    let decimated = Method::ALL.into_iter().filter(chosen);
     let decimated = decimated.map(|method| Trial { method, framework: Framework::Decimated });
-    let strict = ORDER.into_iter().filter(|method| chosen(method) && strict(method));
+    let strict = Method::ALL.into_iter().filter(|m| chosen(m) && m.has_strict_framework());
     decimated.chain(strict.map(|method| Trial { method, framework: Framework::Strict })).collect()
 }
 

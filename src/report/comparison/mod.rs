@@ -40,12 +40,13 @@ impl View<'_> {
     /// The verdict of every method.
     pub fn judgements(&self) -> Vec<Judgement> {
         let judgement = |of: &MethodResult| {
-            let (verdict, reasons) = match (&of.estimate, &of.failure) {
-                (Some(estimate), _) if estimate.verdict.applicable => ("applicable", &[][..]),
-                (Some(estimate), _) => ("not applicable", &estimate.verdict.reasons[..]),
-                (None, failure) => ("failed", failure.as_slice()),
+            let (verdict, reasons) = match &of.estimate {
+                Some(estimate) if estimate.verdict.applicable => ("applicable", &[][..]),
+                Some(estimate) => ("not applicable", &estimate.verdict.reasons[..]),
+                None => ("failed", &[][..]),
             };
-            let (reason, more) = (reasons.first().cloned(), reasons.len().saturating_sub(1));
+            let reason = reasons.first().map(ToString::to_string).or(of.failure.clone());
+            let more = reasons.len().saturating_sub(1);
             Judgement { trial: of.trial, verdict, reason, more }
         };
         self.comparison.methods.iter().map(judgement).collect()

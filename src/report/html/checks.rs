@@ -1,4 +1,4 @@
-//! What would change if the model were free to be otherwise.
+//! What alternative models would change.
 
 use didim_core::identification::ModelCheck;
 use maud::{Markup, html};
@@ -23,7 +23,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th scope="col" { "Matters" }
             } }
             tbody { @for check in checks { tr.matters[limits.fails(check)] {
-                th scope="row" { (check.freedom) }
+                th scope="row" { (check.alternative) }
                 td { (check.parameter) }
                 td.number { (number(check.shift_deviations, 2)) }
                 td.number { (check.probability.map_or("–".to_owned(), probability)) }

@@ -75,9 +75,12 @@ impl Report<'_> {
     /// What the rows are, in words: DIDIM may do without decimation.
     fn matrix(&self) -> &'static str {
         let estimate = &self.identification.estimate;
-        let simulated = estimate.method == Method::Didim.name();
-        let strict = self.cell.didim.as_ref().is_some_and(|options| !options.decimated);
-        if simulated && strict { "observation matrix" } else { "decimated observation matrix" }
+        let didim = estimate.method == Method::Didim.name();
+        if didim && !self.cell.options.simulation.decimated {
+            "observation matrix"
+        } else {
+            "decimated observation matrix"
+        }
     }
 }
 

@@ -106,7 +106,7 @@ fn nominal(cell: &Cell, name: &str) -> Option<f64> {
 
 fn regrouping(report: &Report<'_>) -> Markup {
     let regrouped: Vec<(&str, String)> = (report.identification.estimate.parameters.iter())
-        .filter(|p| p.name.ends_with('r'))
+        .filter(|p| p.regrouped)
         .filter_map(|p| Some((p.name.as_str(), report.cell.base.expression(&p.name)?)))
         .collect();
     if regrouped.is_empty() {

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::text::hexadecimal;
-use didim_core::identification::Method;
+use didim_core::identification::{Method, Options};
 use maud::{Markup, html};
 use sha2::Sha256;
 
@@ -135,10 +135,11 @@ fn seconds(samples: usize, rate_hz: f64) -> String {
 
 /// The options of the method, as a cell file has them.
 fn options(report: &Report<'_>) -> Option<String> {
-    let options = match report.identification.estimate.method.parse().ok()? {
-        Method::IdimLs => toml::to_string_pretty(&report.cell.options),
-        Method::Didim | Method::IdimIv => toml::to_string_pretty(report.cell.didim.as_ref()?),
-        Method::Clie | Method::Cloe => toml::to_string_pretty(report.cell.output_error.as_ref()?),
-    };
-    options.ok()
+    let method: Method = report.identification.estimate.method.parse().ok()?;
+    let options = &report.cell.options;
+    if method.simulates() {
+        return toml::to_string_pretty(options).ok();
+    }
+    let unused = Options { controller: None, simulation: Default::default(), ..options.clone() };
+    toml::to_string_pretty(&unused).ok()
 }

@@ -35,11 +35,11 @@ pub(super) fn verdict(verdict: &Verdict) -> Markup {
                 p { "Nothing in the data speaks against the use of these parameters." }
             } @else {
                 p { "These parameters must not be used as they are:" }
-                ul { @for reason in &verdict.reasons { li { (sentence(reason)) } } }
+                ul { @for reason in &verdict.reasons { li { (sentence(&reason.to_string())) } } }
             }
             @if !verdict.notes.is_empty() {
                 p { "To be known with the result:" }
-                ul { @for note in &verdict.notes { li { (sentence(note)) } } }
+                ul { @for note in &verdict.notes { li { (sentence(&note.to_string())) } } }
             }
         }
     }

@@ -1,8 +1,8 @@
 use std::path::Path;
 
 use didim_core::identification::{
-    ConvergenceStep, Estimate, Fit, Freedom, Information, ModelCheck, ParameterEstimate,
-    TorqueDelay, Verdict,
+    Alternative, ConvergenceStep, Estimate, Fit, Information, ModelCheck, Note, ParameterEstimate,
+    Reason, TorqueDelay, Verdict,
 };
 use didim_core::regression::NoiseAutocorrelation;
 
@@ -14,6 +14,7 @@ pub(super) const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
 fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
     ParameterEstimate {
         name: name.to_owned(),
+        regrouped: name.ends_with('r'),
         value,
         standard_deviation: deviation,
         classical_standard_deviation: 0.5 * deviation,
@@ -31,8 +32,8 @@ pub(super) fn identification() -> Identification {
         parameter_change,
         halvings: 0,
     };
-    let check = |freedom, probability, shift_deviations| ModelCheck {
-        freedom,
+    let check = |alternative, probability, shift_deviations| ModelCheck {
+        alternative,
         probability,
         parameter: "fc1".to_owned(),
         shift_deviations,
@@ -66,17 +67,17 @@ pub(super) fn identification() -> Identification {
             Some(TorqueDelay { standard_deviation_s: f64::NAN, ..delay }),
         ],
         model_checks: vec![
-            check(Freedom::TorqueGain(2), Some(0.3), 1.5),
-            check(Freedom::JointFriction(1), Some(1e-9), -7.5),
-            check(Freedom::PositionFilter, None, f64::NAN),
+            check(Alternative::TorqueGain(2), Some(0.3), 1.5),
+            check(Alternative::JointFriction(1), Some(1e-9), -7.5),
+            check(Alternative::PositionFilter, None, f64::NAN),
         ],
         iterations: 4,
         simulations: 3,
         convergence: vec![step(1, 1e5), step(2, f64::NAN), step(3, 0.01)],
         verdict: Verdict {
             applicable: false,
-            reasons: vec![format!("the reason {HOSTILE}")],
-            notes: vec!["a note".to_owned()],
+            reasons: vec![Reason::OtherParameters { name: HOSTILE.to_owned(), deviations: 5.0 }],
+            notes: vec![Note::NoReference],
             failure: None,
         },
         ..Estimate::default()

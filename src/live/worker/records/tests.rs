@@ -39,6 +39,7 @@ fn take_with(records: &mut Records, fc3: f64, drift: DriftOptions) {
         robot: "tx40".into(),
         parameters: vec![ParameterEstimate {
             name: "fc3".into(),
+            regrouped: false,
             value: fc3,
             standard_deviation: 0.003,
             classical_standard_deviation: 0.003,

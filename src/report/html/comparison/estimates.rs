@@ -90,7 +90,7 @@ fn legend(view: &View<'_>, has_truth: bool) -> Markup {
     }
     html! {
         p.legend aria-hidden="true" {
-            @for method in methods { span { (chart::key(class(method))) (title(method)) } }
+            @for method in methods { span { (chart::key(&class(method))) (title(method)) } }
             @if has_truth { span { (chart::truth_key()) "truth" } }
         }
     }

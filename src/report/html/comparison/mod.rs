@@ -103,14 +103,8 @@ impl ComparisonReport<'_> {
 }
 
 /// The class that a method is drawn in.
-fn class(method: Method) -> &'static str {
-    match method {
-        Method::IdimLs => "m-idim-ls",
-        Method::IdimIv => "m-idim-iv",
-        Method::Clie => "m-clie",
-        Method::Cloe => "m-cloe",
-        Method::Didim => "m-didim",
-    }
+fn class(method: Method) -> String {
+    format!("m-{method}")
 }
 
 #[cfg(test)]

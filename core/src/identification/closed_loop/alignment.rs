@@ -1,0 +1,109 @@
+//! Which logged torque acts when.
+
+use nalgebra::DVector;
+
+use crate::control::ControlTiming;
+use crate::identification::given::{Context, IdentificationError, SignalTiming};
+use crate::identification::observation::delayed_torque;
+
+/// Two delays this close are the same \[s\].
+const SAME_DELAY_S: f64 = 1e-9;
+
+/// Two periods this close, relative to each other, are the same: rates are written with few digits.
+const SAME_PERIOD: f64 = 1e-6;
+
+/// A shift this close to a whole sample is one: it is a product of rounded times.
+const WHOLE_SAMPLE: f64 = 1e-9;
+
+/// By how many samples the logged torque is shifted to be that of the simulated sample.
+///
+/// The regressor of a simulated sample, whose acceleration is that just after t_k, times the
+/// simulated parameters is exactly the torque that acts just after t_k: a piece of held torque
+/// with its mean at t_k + c, where c is
+/// [`mean_time_after_sample_s`](ControlTiming::mean_time_after_sample_s). The logged value of t_k
+/// has its mean at t_k plus its own mean delay. The difference is the shift:
+///
+/// - held for the controller's period T from d on, with the same delay d in the simulation:
+///   ⌈d/T⌉ periods exactly, no interpolation;
+/// - of an instant, under a sampled controller: delay − c, which is delay − T/2 without a
+///   computation delay;
+/// - under a continuous controller: the mean delay.
+///
+/// # Errors
+/// [`IdentificationError::TorqueDelay`] when the torque is held and a sampled controller delays it
+/// otherwise.
+pub(super) fn torque_shift_samples(
+    logged: SignalTiming,
+    sample_rate_hz: f64,
+    controller: ControlTiming,
+) -> Result<f64, IdentificationError> {
+    if let ControlTiming::Sampled { computation_delay_s, .. } = controller {
+        let held = logged.hold_s > 0.0;
+        if held && (logged.delay_s - computation_delay_s).abs() > SAME_DELAY_S {
+            return Err(IdentificationError::TorqueDelay {
+                logged_s: logged.delay_s,
+                simulated_s: computation_delay_s,
+            });
+        }
+    }
+    let shift_s = logged.mean_delay_s() - controller.mean_time_after_sample_s();
+    let shift = shift_s * sample_rate_hz;
+    let whole = shift.round();
+    Ok(if (shift - whole).abs() < WHOLE_SAMPLE { whole } else { shift })
+}
+
+/// The measured torques of the rows, shifted to be those of the simulated samples.
+///
+/// # Errors
+/// Those of [`torque_shift_samples`] and of [`delayed_torque`].
+pub(super) fn torque_of_simulated_samples(
+    context: &Context<'_>,
+    controller: ControlTiming,
+) -> Result<DVector<f64>, IdentificationError> {
+    let experiment = context.experiment;
+    let (timing, rate_hz) = (experiment.torque_timing(), experiment.sample_rate_hz());
+    delayed_torque(context, torque_shift_samples(timing, rate_hz, controller)?)
+}
+
+/// Whether a controller computes once per sample of the record.
+pub(super) fn same_period(sample_rate_hz: f64, controller_period_s: f64) -> bool {
+    (sample_rate_hz * controller_period_s - 1.0).abs() <= SAME_PERIOD
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shift(hold: f64, delay: f64, controller: ControlTiming) -> Result<f64, IdentificationError> {
+        let timing = SignalTiming { hold_s: hold * 2e-4, delay_s: delay * 2e-4 };
+        torque_shift_samples(timing, 5000.0, controller)
+    }
+
+    /// Times in periods of the record, 200 µs.
+    #[test]
+    #[allow(clippy::float_cmp, reason = "whole shifts are exact")]
+    fn a_held_command_is_shifted_by_whole_samples() {
+        let sampled = |period: f64, delay: f64| ControlTiming::Sampled {
+            sample_period_s: period * 2e-4,
+            computation_delay_s: delay * 2e-4,
+        };
+        for (delay, expected) in [(0.0, 0.0), (0.3, 1.0), (1.0, 1.0), (1.7, 2.0), (3.0, 3.0)] {
+            assert_eq!(shift(1.0, delay, sampled(1.0, delay)).unwrap(), expected, "{delay}");
+        }
+        // A controller ten times as fast: its command lasts a tenth of the record's period.
+        assert_eq!(shift(0.1, 0.0, sampled(0.1, 0.0)).unwrap(), 0.0);
+        let near = |found: Result<f64, IdentificationError>, expected: f64| {
+            // Rounding of times that are products themselves.
+            assert!((found.unwrap() - expected).abs() < 1e-12, "{expected}");
+        };
+        near(shift(0.1, 0.05, sampled(0.1, 0.05)), 0.1);
+        // A torque of an instant is the simulated one half a period later.
+        near(shift(0.0, 0.0, sampled(1.0, 0.0)), -0.5);
+        near(shift(0.0, 2.0, sampled(1.0, 0.0)), 1.5);
+        let continuous = ControlTiming::Continuous { sample_period_s: 2e-4 };
+        near(shift(0.0, 2.0, continuous), 2.0);
+        near(shift(1.0, 0.0, continuous), 0.5);
+        let error = shift(1.0, 0.5, sampled(1.0, 0.0)).unwrap_err();
+        assert_eq!(error, IdentificationError::TorqueDelay { logged_s: 1e-4, simulated_s: 0.0 });
+    }
+}

@@ -1,0 +1,74 @@
+//! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
+
+use super::alignment::torque_of_simulated_samples;
+use super::controller_check::controller_error;
+use super::position_noise::noisy_torques;
+use super::pseudo_linear::{Converged, Equation, PseudoLinear};
+use super::simulation_error::relative_errors;
+use super::simulator::Simulator;
+use super::start::start;
+use crate::identification::equation_error::{EquationErrorFit, Weighting};
+use crate::identification::given::{Context, IdentificationError, Method};
+use crate::identification::judgement::{Findings, Identification, Iteration, PositionError};
+use crate::identification::observation::BaseColumns;
+
+/// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
+/// in place of the measured one.
+///
+/// 1. Simulate the closed loop with the current estimate θ, along the recorded reference.
+/// 2. Build the regressor φ on the **simulated** positions, velocities and accelerations. With the
+///    dependence of the simulated motion on θ neglected (pseudo-linear regression), φ is the
+///    sensitivity of the simulated torque (equation 20).
+/// 3. Filter and decimate regressor and measured torque alike; weighted least squares gives the
+///    next θ. A step whose parameters cannot be simulated is halved.
+/// 4. Repeat until the estimates stand still.
+///
+/// Measured positions enter by the initial state only, and by the weights: σ_j are those of the
+/// equation error (see IDIM-LS) through all iterations, since residuals of a
+/// motion far from the real one would weight away the joints that fit worst. After convergence
+/// they are renewed from the residuals once, and the last equation is solved once more.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, IdentificationError> {
+    let fit = EquationErrorFit::new(context)?;
+    let simulator = Simulator::new(context, &fit, Method::Didim)?;
+    let torque = torque_of_simulated_samples(context, simulator.timing())?;
+    let mut loops = PseudoLinear::new(context, &fit, Equation::Simulated { torque }, simulator);
+    let Converged { simulated, observations, solution: last } = loops.run(start(context, &fit)?)?;
+
+    let named = |error| context.selection.named(error);
+    let noise_levels = observations.noise_levels(&last.residuals);
+    let weighting =
+        Weighting::new(&observations, &noise_levels, context.options.robust).map_err(named)?;
+    let solution = &weighting.solution;
+    let outliers = fit.outlier_samples(context, Some(&weighting));
+    let unweighted = observations.ordinary().map_err(named)?;
+    let simulator = &loops.simulator;
+    let noisy = noisy_torques(context, simulator, &solution.parameters, &outliers)?;
+    let motion = simulator.motion();
+    let BaseColumns { beside, .. } = BaseColumns::new(context, motion)?;
+    let torque_error_per_joint = relative_errors(
+        context.robot.joints(),
+        observations.measurements(),
+        &(observations.matrix() * simulated),
+    );
+    let findings = Findings {
+        method: Method::Didim,
+        motion,
+        beside: &beside,
+        position_error: noisy.map_or(PositionError::Unknown, PositionError::InTheLoop),
+        observations: weighting.solved(&observations),
+        torque: weighting.torque_rows(&observations),
+        solution,
+        unweighted: &unweighted,
+        downweighted: weighting.downweighted(),
+        iteration: Iteration {
+            torque_error_per_joint: Some(torque_error_per_joint),
+            controller_error_per_joint: controller_error(context, simulator, &outliers)?,
+            ..loops.iteration()?
+        },
+        outliers,
+    };
+    findings.judged(context)
+}

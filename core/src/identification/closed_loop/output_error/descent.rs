@@ -1,0 +1,192 @@
+//! One step of the descent: from a point to the next, damped or halved until it is taken.
+
+use nalgebra::DVector;
+
+use super::damping::Damped;
+use super::problem::{Point, Problem};
+use crate::identification::closed_loop::convergence::Convergence;
+use crate::identification::given::{IdentificationError, Optimiser};
+use crate::regression::{Observations, Solution};
+use crate::simulation::SimulationError;
+
+/// Steps from one point that are tried: each is half as long or ten times as much damped.
+pub(super) const MAX_TRIES: u32 = 12;
+
+/// The damping at the start, for columns of length 1: nearly the linear step (Marquardt 1963 has 0.01).
+const FIRST_DAMPING: f64 = 1e-3;
+
+/// The factor by which the damping changes, Marquardt's ν.
+const DAMPING_CHANGE: f64 = 10.0;
+
+/// A damping below this is none: far below what rounding makes of the normal matrix.
+const NO_DAMPING: f64 = 1e-9;
+
+/// A step whose gain ratio, what it gains over what the linear equation predicts, is above this is good,
+/// and below that poor: the usual quarters (Nocedal and Wright, *Numerical Optimization*, algorithm 4.1).
+const GOOD_GAIN: f64 = 0.75;
+const POOR_GAIN: f64 = 0.25;
+
+/// A point, its equation and the linear step from there.
+pub(super) struct Linearised {
+    pub(super) point: Point,
+    pub(super) observations: Observations,
+    pub(super) solution: Solution,
+}
+
+/// Why a point that could be simulated, or not, is none to go on from.
+pub(super) enum Rejection {
+    Simulation(SimulationError),
+    /// Its parameters cannot be told apart there, or not be computed.
+    Equation(IdentificationError),
+}
+
+/// A way down the criterion Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
+pub(super) struct Descent<'p, 'a> {
+    pub(super) problem: &'p mut Problem<'a>,
+    /// σ_j.
+    pub(super) levels: Vec<f64>,
+    damping: f64,
+    /// Simulations of new parameters, those before the first sensitivities included; those for
+    /// differences are not counted.
+    pub(super) trials: u32,
+    pub(super) linear_steps: u32,
+    pub(super) convergence: Convergence<'a>,
+}
+
+impl<'p, 'a> Descent<'p, 'a> {
+    pub(super) fn new(problem: &'p mut Problem<'a>) -> Self {
+        let context = problem.context;
+        let limits = context.options.simulation.convergence;
+        Self {
+            trials: problem.simulations,
+            problem,
+            levels: vec![],
+            damping: FIRST_DAMPING,
+            linear_steps: 0,
+            convergence: Convergence::new(limits, context.selection.names()),
+        }
+    }
+
+    /// Where the loop is next to instability, its sensitivities grow beyond what can be solved: then
+    /// there is no going on from the point.
+    pub(super) fn linearise(
+        &mut self,
+        mut point: Point,
+    ) -> Result<(Point, Observations), Rejection> {
+        match self.problem.linearise(&mut point) {
+            Ok(Ok(observations)) => Ok((point, observations)),
+            Ok(Err(failed)) => Err(Rejection::Simulation(failed)),
+            Err(error) => Err(Rejection::Equation(error)),
+        }
+    }
+
+    pub(super) fn solved(
+        &mut self,
+        point: Point,
+        observations: Observations,
+    ) -> Result<Linearised, Rejection> {
+        let solution = self.solve(&observations).map_err(Rejection::Equation)?;
+        Ok(Linearised { point, observations, solution })
+    }
+
+    pub(super) fn solve(
+        &mut self,
+        observations: &Observations,
+    ) -> Result<Solution, IdentificationError> {
+        self.linear_steps += 1;
+        observations.weighted(&self.levels).map_err(|error| self.problem.named(error))
+    }
+
+    /// Σ ‖ρ_j‖²/σ_j².
+    fn criterion(&self, residuals: &DVector<f64>) -> f64 {
+        let rows = residuals.len() / self.levels.len();
+        let joints = residuals.as_slice().chunks(rows).zip(&self.levels);
+        joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum()
+    }
+
+    /// The next point: the first along ever shorter steps that lowers the criterion and still tells
+    /// the parameters apart.
+    pub(super) fn advance(
+        &mut self,
+        from: &Linearised,
+    ) -> Result<(Linearised, u32), IdentificationError> {
+        let Linearised { point, observations, solution } = from;
+        let step = &solution.parameters - &point.parameters;
+        let damped = Damped::new(observations, &self.levels, &step);
+        let before = self.criterion(&self.problem.residuals(point));
+        let optimiser = self.problem.context.options.simulation.optimiser;
+        let mut cause = None;
+        for tries in 0..MAX_TRIES {
+            self.convergence.check_left(self.trials, self.problem.simulations)?;
+            let step = match optimiser {
+                Optimiser::GaussNewton => &step * 0.5_f64.powi(tries.cast_signed()),
+                Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => step.clone(),
+                Optimiser::LevenbergMarquardt => damped.step(self.damping),
+            };
+            self.trials += 1;
+            let parameters = &point.parameters + step;
+            match self.try_point(&parameters, before, tries)? {
+                Ok(next) => {
+                    let predicted = self.criterion(&observations.residuals(&parameters));
+                    let after = self.criterion(&self.problem.residuals(&next.point));
+                    self.adapt_damping((before - after) / (before - predicted));
+                    return Ok((next, tries));
+                }
+                Err(rejected) => cause = rejected.or(cause),
+            }
+            self.damping = self.damping.max(NO_DAMPING) * DAMPING_CHANGE;
+        }
+        let simulations = self.problem.simulations;
+        Err(match cause {
+            Some(Rejection::Simulation(cause)) => {
+                IdentificationError::NoStep { simulations, halvings: MAX_TRIES, cause }
+            }
+            Some(Rejection::Equation(error)) => error,
+            None => IdentificationError::NoDescent {
+                simulations,
+                parameter: self.convergence.furthest(),
+                parameter_change: self.convergence.parameter_change().unwrap_or(f64::NAN),
+            },
+        })
+    }
+
+    /// The point with these parameters, if it is one to go on from; why not, where that is more than a
+    /// criterion that is not below `before`.
+    fn try_point(
+        &mut self,
+        parameters: &DVector<f64>,
+        before: f64,
+        tries: u32,
+    ) -> Result<Result<Linearised, Option<Rejection>>, IdentificationError> {
+        // Most first tries are taken. After one that was not, a simulation without sensitivities
+        // says sooner whether this one is.
+        if tries > 0 && self.problem.exact() {
+            match self.problem.simulate_output(parameters)? {
+                Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
+                Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
+                Ok(_) => {}
+            }
+        }
+        let point = match self.problem.simulate(parameters)? {
+            Err(failed) => return Ok(Err(Some(Rejection::Simulation(failed)))),
+            Ok(point) if !self.lowers(&point, before) => return Ok(Err(None)),
+            Ok(point) => point,
+        };
+        let linearised = self.linearise(point);
+        Ok(linearised.and_then(|(point, equation)| self.solved(point, equation)).map_err(Some))
+    }
+
+    fn lowers(&self, point: &Point, before: f64) -> bool {
+        self.criterion(&self.problem.residuals(point)) < before
+    }
+
+    /// Less damping where the linear equation has foretold the criterion, more where it has not:
+    /// `gain` is what a step has gained over what it should have.
+    fn adapt_damping(&mut self, gain: f64) {
+        if gain > GOOD_GAIN {
+            self.damping /= DAMPING_CHANGE;
+        } else if gain < POOR_GAIN {
+            self.damping = self.damping.max(NO_DAMPING) * DAMPING_CHANGE;
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! CLIE and CLOE: closed-loop input error and closed-loop output error (paper, section 3.2).
+
+mod damping;
+mod descent;
+mod iteration;
+mod problem;
+mod sensitivities;
+mod sufficiency;
+
+use super::alignment::torque_of_simulated_samples;
+use super::controller_check::controller_error;
+use super::pseudo_linear::{Equation, PseudoLinear};
+use super::simulation_error::{position_errors, relative_errors};
+use super::simulator::Simulator;
+use super::start::start;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, Method};
+use crate::identification::judgement::{
+    Findings, Identification, Iteration, Output, PositionError, TorqueRows,
+};
+use crate::identification::observation::BaseColumns;
+use crate::regression::Observations;
+use descent::{Descent, Linearised};
+use problem::Problem;
+
+/// Identifies base parameters by closed-loop input error: the parameters whose simulated closed
+/// loop has the measured torques (equations 18 and 19).
+///
+/// 1. Simulate the closed loop with the current estimate θ, along the recorded reference, and its
+///    sensitivities ∂τ_s/∂θ with it.
+/// 2. Filter and decimate the error of the torque and the sensitivities alike.
+/// 3. A weighted Levenberg–Marquardt or Gauss–Newton step gives the next θ.
+/// 4. Repeat until the linear step is a small part of the standard deviations; renew the weights,
+///    and repeat until they stay.
+///
+/// Torques are aligned as in DIDIM, and so are initial state and reference. The
+/// gains of the simulated controller are fixed: the sensitivities belong to one controller.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub(crate) fn clie(context: &Context<'_>) -> Result<Identification, IdentificationError> {
+    identify(context, Method::Clie, Output::Torque)
+}
+
+/// Identifies base parameters by closed-loop output error: the parameters whose simulated closed
+/// loop has the measured positions (equations 16 and 17).
+///
+/// As CLIE, with the error of the joint positions in place of that of the torques. Standard
+/// deviations, whiteness and Durbin–Watson statistics are those of the positions' equation. The
+/// errors of the estimate, and its fit, are those of the torques along the simulated motion, so that
+/// methods can be compared. So are the checks of the model: as DIDIM's, on the weighted least squares
+/// solution of the torques along that motion, and in its standard deviations.
+///
+/// # Errors
+/// [`IdentificationError`], each variant with its remedy.
+pub(crate) fn cloe(context: &Context<'_>) -> Result<Identification, IdentificationError> {
+    identify(context, Method::Cloe, Output::Position)
+}
+
+fn identify(
+    context: &Context<'_>,
+    method: Method,
+    output: Output,
+) -> Result<Identification, IdentificationError> {
+    let fit = EquationErrorFit::new(context)?;
+    let simulator =
+        Simulator::new(context, &fit, method)?.with_gains_for(&fit.weighted.solution.parameters)?;
+    let torque = torque_of_simulated_samples(context, simulator.timing())?;
+    let equation = Equation::Simulated { torque: torque.clone() };
+    let mut approach = PseudoLinear::new(context, &fit, equation, simulator);
+    let (start, before) =
+        approach.steps_from(start(context, &fit)?, context.options.simulation.didim_steps)?;
+    let measured = match output {
+        Output::Torque => torque.clone(),
+        Output::Position => context.rows_of(context.experiment.position_rad(), "position")?,
+    };
+    let PseudoLinear { simulations, simulator, .. } = approach;
+    let mut problem = Problem { output, context, fit: &fit, measured, simulations, simulator };
+    let optimum = Descent::new(&mut problem).run(start, before.as_ref())?;
+
+    let named = |error| context.selection.named(error);
+    let Linearised { point, observations, solution } = &optimum.at;
+    let unweighted = observations.ordinary().map_err(named)?;
+    let BaseColumns { selected, beside } = BaseColumns::new(context, &point.motion)?;
+    let joints = context.robot.joints();
+    let above_noise = sufficiency::above_noise(&fit, &(&torque - &point.torque));
+    let torque_error_per_joint = relative_errors(joints, &torque, &point.torque);
+    let along = Observations::new(selected, torque, joints).map_err(named)?;
+    let (torque_residuals, own) = match output {
+        Output::Torque => (solution.residuals.clone(), None),
+        Output::Position => {
+            let levels = along.noise_levels(&along.ordinary().map_err(named)?.residuals);
+            let own = along.weighted(&levels).map_err(named)?;
+            (along.residuals(&solution.parameters), Some(own))
+        }
+    };
+    let findings = Findings {
+        method,
+        motion: &point.motion,
+        beside: &beside,
+        position_error: PositionError::NotLookedAt,
+        observations,
+        torque: Some(TorqueRows {
+            observations: &along,
+            residuals: &torque_residuals,
+            own: own.as_ref(),
+        }),
+        solution,
+        unweighted: &unweighted,
+        downweighted: None,
+        outliers: Vec::new(),
+        iteration: Iteration {
+            linear_steps: optimum.linear_steps,
+            simulations: problem.simulations,
+            steps: optimum.steps.clone(),
+            reference: Some(problem.simulator.source()),
+            position_error_per_joint: Some(position_errors(context, &point.motion)?),
+            torque_error_per_joint: Some(torque_error_per_joint),
+            controller_error_per_joint: controller_error(context, &problem.simulator, &[])?,
+            instrument_correlation: None,
+        },
+    };
+    let mut found = findings.judged(context)?;
+    let insensitive = sufficiency::insensitive(context, output, &found.estimate, &fit);
+    let mut reasons = [above_noise, insensitive];
+    // Torques that are off make the standard deviations of CLIE large; those of CLOE are of positions,
+    // and where they do not say what the parameters are, torques are off.
+    if output == Output::Position {
+        reasons.reverse();
+    }
+    found.estimate.verdict = found.estimate.verdict.with_reasons(reasons.into_iter().flatten());
+    Ok(found)
+}

@@ -1,0 +1,216 @@
+//! From parameters to the simulated rows and their sensitivities.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::sensitivities::SensitivitySignals;
+use crate::identification::closed_loop::simulator::Simulator;
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, SensitivityMethod};
+use crate::identification::judgement::Output;
+use crate::identification::observation::Motion;
+use crate::numeric::WIDTH;
+use crate::regression::{Observations, RegressionError};
+use crate::simulation::{SimulationError, set_row};
+
+/// A difference moves a parameter by this much of its size. Rounding makes an error of some 1e-11
+/// over it, relative to the derivative, and curvature one of its own size.
+const DIFFERENCE: f64 = 1e-6;
+
+/// Simulations for differences that run side by side.
+const LANES: usize = WIDTH;
+
+/// One simulation and what it says.
+pub(super) struct Point {
+    pub(super) parameters: DVector<f64>,
+    pub(super) motion: Motion,
+    /// The rows of both simulated outputs.
+    pub(super) torque: DVector<f64>,
+    position: DVector<f64>,
+    /// Ψ of the output whose error is minimised, once it is known.
+    jacobian: Option<DMatrix<f64>>,
+}
+
+impl Point {
+    fn simulated(&self, output: Output) -> &DVector<f64> {
+        match output {
+            Output::Torque => &self.torque,
+            Output::Position => &self.position,
+        }
+    }
+}
+
+/// Measurements and the loop that is to explain them.
+pub(super) struct Problem<'a> {
+    pub(super) output: Output,
+    pub(super) context: &'a Context<'a>,
+    pub(super) fit: &'a EquationErrorFit,
+    /// Measured rows of the output.
+    pub(super) measured: DVector<f64>,
+    pub(super) simulator: Simulator<'a>,
+    /// Closed-loop simulations, those that failed and those for differences included.
+    pub(super) simulations: u32,
+}
+
+impl Problem<'_> {
+    /// One simulation, with exact sensitivities where they are asked for.
+    ///
+    /// # Errors
+    /// Outside, what no other parameters would mend; inside, what ended the simulation.
+    pub(super) fn simulate(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.run(parameters, self.exact())
+    }
+
+    /// Whether simulations come with exact sensitivities.
+    pub(super) fn exact(&self) -> bool {
+        self.context.options.simulation.sensitivities == SensitivityMethod::Exact
+    }
+
+    /// The same without sensitivities, which takes a fraction of the time.
+    pub(super) fn simulate_output(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.run(parameters, false)
+    }
+
+    fn run(
+        &mut self,
+        parameters: &DVector<f64>,
+        exact: bool,
+    ) -> Result<Result<Point, SimulationError>, IdentificationError> {
+        self.simulations += 1;
+        let columns = self.context.selection.columns();
+        let mut closed_loop = self.simulator.closed_loop(parameters)?;
+        let mut motion = self.simulator.motion().clone();
+        let (samples, joints) = motion.position.shape();
+        let mut torque = DMatrix::zeros(samples, joints);
+        let mut signals = exact.then(|| SensitivitySignals::new(samples, joints, columns.len()));
+        if exact {
+            let setup = IdentificationError::Setup;
+            closed_loop = closed_loop.with_sensitivities(columns).map_err(setup)?;
+        }
+        let output = self.output;
+        let done = self.simulator.for_each_sample(&mut closed_loop, |k, sample, sensitivities| {
+            motion.set(k, sample);
+            set_row(&mut torque, k, &sample.true_torque_nm);
+            if let (Some(signals), Some(found)) = (&mut signals, sensitivities) {
+                signals.set(
+                    k,
+                    match output {
+                        Output::Torque => found.torque,
+                        Output::Position => found.position,
+                    },
+                );
+            }
+        });
+        if let Err(error) = done {
+            return Ok(Err(error));
+        }
+        let jacobian = signals.map(|signals| signals.rows(self.context)).transpose()?;
+        Ok(Ok(Point {
+            parameters: parameters.clone(),
+            torque: self.context.rows_of(&torque, simulated(Output::Torque))?,
+            position: self.context.rows_of(&motion.position, simulated(Output::Position))?,
+            motion,
+            jacobian,
+        }))
+    }
+
+    /// The linear equation around a point, `y − y_s + Ψ θ_s = Ψ θ + ε` (equations 17 and 19 with
+    /// Δθ = θ − θ_s).
+    ///
+    /// # Errors
+    /// Inside, what ended a simulation for a difference.
+    pub(super) fn linearise(
+        &mut self,
+        point: &mut Point,
+    ) -> Result<Result<Observations, SimulationError>, IdentificationError> {
+        let jacobian = match point.jacobian.take() {
+            Some(jacobian) => jacobian,
+            None => match self.differences(point)? {
+                Ok(jacobian) => jacobian,
+                Err(error) => return Ok(Err(error)),
+            },
+        };
+        point.jacobian = Some(jacobian.clone());
+        let equation = self.residuals(point) + &jacobian * &point.parameters;
+        let named = |error| self.named(error);
+        let joints = self.context.robot.joints();
+        Observations::new(jacobian, equation, joints).map(Ok).map_err(named)
+    }
+
+    /// `(y_s(θ + h) − y_s(θ)) / h`, one parameter after the other.
+    fn differences(
+        &mut self,
+        point: &Point,
+    ) -> Result<Result<DMatrix<f64>, SimulationError>, IdentificationError> {
+        let base = point.simulated(self.output).clone();
+        let deviations = self.fit.weighted.solution.standard_deviations();
+        let mut jacobian = DMatrix::zeros(base.len(), point.parameters.len());
+        let (samples, joints) = point.motion.position.shape();
+        let output = self.output;
+        let columns: Vec<usize> = (0..point.parameters.len()).collect();
+        // So many at a time that their signals take little memory.
+        for columns in columns.chunks(LANES) {
+            let mut steps = [0.0; LANES];
+            let mut loops = Vec::with_capacity(LANES);
+            for (h, &k) in steps.iter_mut().zip(columns) {
+                let mut moved = point.parameters.clone();
+                // A parameter that is 0 has the size of its uncertainty.
+                moved[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
+                *h = moved[k] - point.parameters[k];
+                loops.push(self.simulator.closed_loop(&moved)?);
+            }
+            self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
+            let mut signals: [_; LANES] =
+                core::array::from_fn(|_| DMatrix::<f64>::zeros(samples, joints));
+            let done = self.simulator.for_each_sample_of(loops, |one, k, sample| {
+                let values = match output {
+                    Output::Torque => &sample.true_torque_nm,
+                    Output::Position => &sample.true_position_rad,
+                };
+                set_row(&mut signals[one], k, values);
+            });
+            if let Err(error) = done {
+                return Ok(Err(error));
+            }
+            for ((signals, h), &k) in signals.iter().zip(steps).zip(columns) {
+                let other = self.context.rows_of(signals, simulated(output))?;
+                jacobian.set_column(k, &((other - &base) / h));
+            }
+        }
+        Ok(Ok(jacobian))
+    }
+
+    /// `y − y_s`.
+    pub(super) fn residuals(&self, point: &Point) -> DVector<f64> {
+        &self.measured - point.simulated(self.output)
+    }
+
+    /// The failure of a regression: where columns do not tell parameters apart, it is the criterion
+    /// that does not see them.
+    pub(super) fn named(&self, error: RegressionError) -> IdentificationError {
+        let signal = match self.output {
+            Output::Torque => "torque",
+            Output::Position => "position",
+        };
+        match self.context.selection.named(error) {
+            IdentificationError::NotExcited { parameters }
+            | IdentificationError::RankDeficient { parameters } => {
+                IdentificationError::Insensitive { signal, parameters }
+            }
+            other => other,
+        }
+    }
+}
+
+/// What a simulated signal is called in an error.
+fn simulated(output: Output) -> &'static str {
+    match output {
+        Output::Torque => "simulated torque",
+        Output::Position => "simulated position",
+    }
+}

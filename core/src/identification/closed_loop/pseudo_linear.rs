@@ -1,0 +1,158 @@
+//! Pseudo-linear regression on the simulated motion: simulation and least squares in turn, until the
+//! estimates stand still.
+
+use nalgebra::DVector;
+
+use super::convergence::Convergence;
+use super::instruments::Instruments;
+use super::simulation_error::position_errors;
+use super::simulator::Simulator;
+use crate::identification::equation_error::{EquationErrorFit, Weighting};
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::judgement::Iteration;
+use crate::identification::observation::fitted_matrix;
+use crate::regression::{Observations, Solution};
+
+/// A step is halved no more often than this: a thousandth of it leads nowhere else.
+const MAX_HALVINGS: u32 = 10;
+
+/// Which equation the simulated motion enters, and how.
+pub(super) enum Equation {
+    /// DIDIM: the observation matrix is that of the simulated motion. Measured torque of the rows,
+    /// shifted to the simulated samples.
+    Simulated { torque: DVector<f64> },
+    /// IDIM-IV: the equation is that of the measured motion, with instruments of the simulated one.
+    Instrumented,
+}
+
+/// The last simulation, its equation and the solution.
+pub(super) struct Converged {
+    /// The parameters that were simulated (b).
+    pub(super) simulated: DVector<f64>,
+    pub(super) observations: Observations,
+    pub(super) solution: Solution,
+}
+
+/// From a start to parameters that stand still.
+pub(super) struct PseudoLinear<'a> {
+    context: &'a Context<'a>,
+    fit: &'a EquationErrorFit,
+    equation: Equation,
+    pub(super) simulator: Simulator<'a>,
+    /// Simulations run, those that failed included.
+    pub(super) simulations: u32,
+    pub(super) convergence: Convergence<'a>,
+}
+
+impl<'a> PseudoLinear<'a> {
+    pub(super) fn new(
+        context: &'a Context<'a>,
+        fit: &'a EquationErrorFit,
+        equation: Equation,
+        simulator: Simulator<'a>,
+    ) -> Self {
+        let limits = context.options.simulation.convergence;
+        let convergence = Convergence::new(limits, context.selection.names());
+        Self { context, fit, equation, simulator, simulations: 0, convergence }
+    }
+
+    /// Until the estimates stand still.
+    pub(super) fn run(&mut self, start: DVector<f64>) -> Result<Converged, IdentificationError> {
+        let mut previous = None;
+        let mut parameters = start;
+        loop {
+            let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
+            let (observations, solution) = self.solve()?;
+            let relative_error = solution.residuals.norm() / observations.measurements().norm();
+            let changes =
+                (&solution.parameters - &parameters).component_div(&solution.standard_deviations());
+            if self.convergence.note(self.simulations, halvings, relative_error, &changes) {
+                return Ok(Converged { simulated: parameters, observations, solution });
+            }
+            self.check_simulations_left()?;
+            let next = solution.parameters;
+            previous = Some(core::mem::replace(&mut parameters, next));
+        }
+    }
+
+    /// The estimate after so many steps, whether it stands still or not, and the one before, from
+    /// where the last step came.
+    pub(super) fn steps_from(
+        &mut self,
+        start: DVector<f64>,
+        steps: u32,
+    ) -> Result<(DVector<f64>, Option<DVector<f64>>), IdentificationError> {
+        let mut previous = None;
+        let mut parameters = start;
+        for _ in 0..steps {
+            self.simulate(previous.as_ref(), &mut parameters)?;
+            let next = self.solve()?.1.parameters;
+            previous = Some(core::mem::replace(&mut parameters, next));
+        }
+        Ok((parameters, previous))
+    }
+
+    /// Simulates `parameters`, halving the step from the `previous` ones as long as it fails, and
+    /// says how often that was.
+    fn simulate(
+        &mut self,
+        previous: Option<&DVector<f64>>,
+        parameters: &mut DVector<f64>,
+    ) -> Result<u32, IdentificationError> {
+        let mut halvings = 0;
+        loop {
+            self.simulations += 1;
+            let Err(cause) = self.simulator.run(parameters)? else { return Ok(halvings) };
+            let Some(previous) = previous else {
+                return Err(IdentificationError::FirstSimulation { cause });
+            };
+            let simulations = self.simulations;
+            if halvings == MAX_HALVINGS {
+                return Err(IdentificationError::NoStep { simulations, halvings, cause });
+            }
+            self.check_simulations_left()?;
+            halvings += 1;
+            *parameters = (&*parameters + previous) * 0.5;
+        }
+    }
+
+    /// Weighted least squares on the motion of the last simulation.
+    fn solve(&self) -> Result<(Observations, Solution), IdentificationError> {
+        let Self { context, fit, .. } = self;
+        let named = |error| context.selection.named(error);
+        let matrix = fitted_matrix(context, self.simulator.motion())?;
+        match &self.equation {
+            Equation::Simulated { torque } => {
+                let joints = context.robot.joints();
+                let observations =
+                    Observations::new(matrix, torque.clone(), joints).map_err(named)?;
+                let robust = context.options.robust;
+                let weighting = Weighting::new(&observations, &fit.noise_levels, robust);
+                Ok((observations, weighting.map_err(named)?.solution))
+            }
+            Equation::Instrumented => {
+                let (equation, levels) = (&fit.observations, &fit.noise_levels);
+                let instruments = Instruments::new(equation, &matrix, levels, &context.selection)?;
+                let solution = instruments.solve(equation, levels).map_err(named)?;
+                Ok((instruments.projected, solution))
+            }
+        }
+    }
+
+    /// The way so far, with one step more for the renewed weights.
+    pub(super) fn iteration(&self) -> Result<Iteration, IdentificationError> {
+        let steps = self.convergence.steps.clone();
+        Ok(Iteration {
+            linear_steps: u32::try_from(steps.len()).unwrap_or(u32::MAX) + 1,
+            simulations: self.simulations,
+            steps,
+            reference: Some(self.simulator.source()),
+            position_error_per_joint: Some(position_errors(self.context, self.simulator.motion())?),
+            ..Iteration::default()
+        })
+    }
+
+    fn check_simulations_left(&self) -> Result<(), IdentificationError> {
+        self.convergence.check_left(self.simulations, self.simulations)
+    }
+}

@@ -1,0 +1,260 @@
+//! The closed loop of the experiment, simulated with an estimate.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::inertia::mean_joint_inertia;
+use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, Method};
+use crate::identification::judgement::ReferenceSource;
+use crate::identification::observation::Motion;
+use crate::numeric::WIDTH;
+use crate::simulation::{
+    ClosedLoop, InitialState, Lockstep, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
+    SimulationError, StepOutput, set_row,
+};
+use crate::trajectory::SampledReference;
+
+/// A record's sample period this close to a whole multiple of the controller's, relative to it, is
+/// one: rates and periods are written with few digits.
+const WHOLE_MULTIPLE: f64 = 1e-6;
+
+/// A controller computes no more often per sample of the record.
+const MOST_PERIODS: f64 = 200.0;
+
+/// Everything about the loop but the estimate.
+pub(super) struct Simulator<'a> {
+    context: &'a Context<'a>,
+    controller: &'a SimulatedController,
+    /// The gains, where they do not follow the estimate.
+    fixed: Option<ControllerConfig>,
+    reference: SampledReference,
+    source: ReferenceSource,
+    config: SimulationConfig,
+    initial: InitialState,
+    /// Measured positions of the rows, over which inertias are averaged.
+    postures: DMatrix<f64>,
+    /// Controller periods per sample of the record.
+    periods: usize,
+    motion: Motion,
+    /// Memory for the next one.
+    spare: Option<Motion>,
+}
+
+impl<'a> Simulator<'a> {
+    /// The loop that the experiment was recorded in: its reference where there is one, otherwise
+    /// the filtered measured position, beginning at the filtered measured position and velocity.
+    pub(super) fn new(
+        context: &'a Context<'a>,
+        fit: &EquationErrorFit,
+        method: Method,
+    ) -> Result<Self, IdentificationError> {
+        let (experiment, options) = (context.experiment, &context.options.simulation);
+        let controller = context.options.controller(method)?;
+        let rate = experiment.sample_rate_hz();
+        let periods = periods_per_sample(rate, controller.timing())?;
+        let (source, recorded, delay_s) = match experiment.reference_rad() {
+            Some(recorded) => {
+                (ReferenceSource::Recorded, recorded, experiment.reference_timing().delay_s)
+            }
+            None => (ReferenceSource::MeasuredPosition, &fit.motion.position, 0.0),
+        };
+        let reference = SampledReference::new(rate, recorded)
+            .map_err(IdentificationError::Reference)?
+            .with_interpolation(options.reference)
+            .with_delay_s(delay_s);
+        let first = |signal: &DMatrix<f64>| signal.row(0).iter().copied().collect();
+        Ok(Self {
+            context,
+            controller,
+            fixed: None,
+            reference,
+            source,
+            config: SimulationConfig {
+                integrator: options.integrator,
+                substeps: options.substeps,
+                ..SimulationConfig::default()
+            },
+            initial: InitialState::At {
+                position_rad: first(&fit.motion.position),
+                velocity_rad_s: first(&fit.motion.velocity),
+            },
+            postures: fit.motion.position.select_rows(&context.samples),
+            periods,
+            motion: fit.motion.clone(),
+            spare: None,
+        })
+    }
+
+    /// What the loop follows.
+    pub(super) fn reference(&self) -> &SampledReference {
+        &self.reference
+    }
+
+    /// What controls the simulated arm.
+    pub(super) fn controller(&self) -> &SimulatedController {
+        self.controller
+    }
+
+    /// When the controller computes.
+    pub(super) fn timing(&self) -> ControlTiming {
+        self.controller.timing()
+    }
+
+    /// Where the reference comes from.
+    pub(super) fn source(&self) -> ReferenceSource {
+        self.source
+    }
+
+    /// The same with the gains that these parameters ask for, whatever is simulated later.
+    pub(super) fn with_gains_for(
+        mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Self, IdentificationError> {
+        self.fixed = Some(self.controller_for(&self.context.selection.standard(parameters))?);
+        Ok(self)
+    }
+
+    fn controller_for(&self, standard: &[f64]) -> Result<ControllerConfig, IdentificationError> {
+        let inertia = mean_joint_inertia(&self.context.model, standard, &self.postures);
+        let controller = self.controller.for_inertia(&inertia);
+        controller.map_err(|error| IdentificationError::Setup(SetupError::Control(error)))
+    }
+
+    /// The loop with these selected parameters, every other parameter 0.
+    pub(super) fn closed_loop(
+        &self,
+        parameters: &DVector<f64>,
+    ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
+        self.closed_loop_with(parameters, &self.config)
+    }
+
+    fn closed_loop_with(
+        &self,
+        parameters: &DVector<f64>,
+        config: &SimulationConfig,
+    ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
+        let standard = self.context.selection.standard(parameters);
+        let controller = match &self.fixed {
+            Some(fixed) => fixed.clone(),
+            None => self.controller_for(&standard)?,
+        };
+        let (reference, start) = (&self.reference, self.initial.clone());
+        ClosedLoop::new(self.context.robot, &standard, &controller, reference, config, start)
+            .map_err(IdentificationError::Setup)
+    }
+
+    /// Calls `each` with every sample of the record's grid, which is one in so many of the loop's.
+    pub(super) fn for_each_sample(
+        &self,
+        closed_loop: &mut ClosedLoop<&SampledReference>,
+        mut each: impl FnMut(usize, &StepOutput, Option<Sensitivities<'_>>),
+    ) -> Result<(), SimulationError> {
+        for k in 0..self.motion.position.nrows() {
+            if k > 0 {
+                for _ in 1..self.periods {
+                    closed_loop.step()?;
+                }
+            }
+            closed_loop.step()?;
+            each(k, closed_loop.output(), closed_loop.sensitivities());
+        }
+        Ok(())
+    }
+
+    /// The motion of the arm with these selected parameters, every other parameter 0: at the
+    /// samples of the record, accelerations just after them.
+    ///
+    /// # Errors
+    /// Outside, what no other parameters would mend; inside, what ended the simulation.
+    pub(super) fn run(
+        &mut self,
+        parameters: &DVector<f64>,
+    ) -> Result<Result<(), SimulationError>, IdentificationError> {
+        let mut motion = self.spare.take().unwrap_or_else(|| self.motion.clone());
+        let mut closed_loop = self.closed_loop(parameters)?;
+        let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| motion.set(k, sample));
+        if recorded.is_ok() {
+            core::mem::swap(&mut self.motion, &mut motion);
+        }
+        self.spare = Some(motion);
+        Ok(recorded)
+    }
+
+    /// The torque that acts just after every sample, samples × joints \[N·m\], in a simulation with
+    /// each of these noises.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub(super) fn torques_with_noise<const L: usize>(
+        &self,
+        parameters: &DVector<f64>,
+        noises: [NoiseConfig; L],
+    ) -> Result<Result<[DMatrix<f64>; L], SimulationError>, IdentificationError> {
+        let mut loops = Vec::with_capacity(L);
+        for noise in noises {
+            let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
+            loops.push(self.closed_loop_with(parameters, &config)?);
+        }
+        let (samples, joints) = (self.motion.position.nrows(), self.context.robot.joints());
+        let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
+        let done = self.for_each_sample_of(loops, |one, k, sample| {
+            set_row(&mut torques[one], k, &sample.true_torque_nm);
+        });
+        Ok(done.map(|()| torques))
+    }
+
+    /// Calls `each` with the number of each of these loops, several of them side by side, and every sample
+    /// of the record's grid.
+    pub(super) fn for_each_sample_of(
+        &self,
+        loops: Vec<ClosedLoop<&SampledReference>>,
+        mut each: impl FnMut(usize, usize, &StepOutput),
+    ) -> Result<(), SimulationError> {
+        let (mut first, mut rest) = (0, loops.into_iter().peekable());
+        while rest.peek().is_some() {
+            let mut lockstep = Lockstep::new(rest.by_ref().take(WIDTH).collect());
+            for k in 0..self.motion.position.nrows() {
+                let periods = if k > 0 { self.periods } else { 1 };
+                (0..periods).try_for_each(|_| lockstep.step())?;
+                for (l, sample) in lockstep.outputs().enumerate() {
+                    each(first + l, k, sample);
+                }
+            }
+            first += WIDTH;
+        }
+        Ok(())
+    }
+
+    /// The motion of the last simulation that [`run`](Self::run) completed.
+    pub(super) fn motion(&self) -> &Motion {
+        &self.motion
+    }
+}
+
+impl Motion {
+    /// Takes the true motion of a simulated sample.
+    pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
+        set_row(&mut self.position, k, &sample.true_position_rad);
+        set_row(&mut self.velocity, k, &sample.true_velocity_rad_s);
+        set_row(&mut self.acceleration, k, &sample.true_acceleration_rad_s2);
+    }
+}
+
+/// # Errors
+/// [`IdentificationError::ControllerPeriod`].
+pub(super) fn periods_per_sample(
+    sample_rate_hz: f64,
+    controller: ControlTiming,
+) -> Result<usize, IdentificationError> {
+    let sample_period_s = 1.0 / sample_rate_hz;
+    let controller_period_s = controller.sample_period_s();
+    let periods = sample_period_s / controller_period_s;
+    let whole = periods.round();
+    // More is a mistake of units, and takes hours to simulate.
+    if (1.0..=MOST_PERIODS).contains(&whole) && (periods - whole).abs() <= WHOLE_MULTIPLE * whole {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+        return Ok(whole as usize);
+    }
+    Err(IdentificationError::ControllerPeriod { controller_period_s, sample_period_s })
+}

@@ -1,0 +1,76 @@
+//! The parameters of the first simulation.
+
+use nalgebra::DVector;
+
+use crate::identification::equation_error::EquationErrorFit;
+use crate::identification::given::{Context, IdentificationError, Start};
+use crate::robot::{ParameterKind, Robot};
+
+/// A value for every selected parameter.
+pub(super) fn start(
+    context: &Context<'_>,
+    fit: &EquationErrorFit,
+) -> Result<DVector<f64>, IdentificationError> {
+    let Context { robot, base, selection, .. } = context;
+    let standard = match context.options.simulation.start {
+        Start::IdimLs => return Ok(fit.weighted.solution.parameters.clone()),
+        Start::Nominal => match robot.nominal() {
+            Some(nominal) => nominal.standard().to_vec(),
+            None => {
+                let robot = robot.name().to_owned();
+                return Err(IdentificationError::NoNominalParameters { robot });
+            }
+        },
+        Start::UnitDriveInertias => unit_drive_inertias(robot),
+    };
+    let values = base.regroup(&standard);
+    // Base parameter and selected parameter are both known by their regressor column.
+    let selected = selection.columns().iter().map(|column| {
+        base.columns().binary_search(column).ok().and_then(|row| values.get(row).copied())
+    });
+    let selected = selected.map(Option::unwrap_or_default);
+    Ok(DVector::from_iterator(selection.columns().len(), selected))
+}
+
+/// Standard parameters of an arm of motors with 1 kg·m² at their joints.
+///
+/// The parameter ia_j of a joint whose motor moves no other joint also stands for what the motors
+/// i that do move it add there, s_ij² ia_i: ia_j = 1 + Σ s_ij², with s_ij how far motor i turns per
+/// turn of joint j, over how far it turns per turn of its own.
+fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
+    let (table, transmission) = (robot.parameters(), robot.transmission());
+    let has_inertia = |motor: usize| table.column(ParameterKind::Ia, motor).is_some();
+    let value = |joint: usize| {
+        let others = (0..robot.joints()).filter(|&motor| {
+            motor != joint && has_inertia(motor) && !transmission.is_coupled(joint)
+        });
+        1.0 + others.map(|motor| transmission.direction(motor)[joint].powi(2)).sum::<f64>()
+    };
+    let parameters = table.parameters().iter();
+    parameters
+        .map(|parameter| match parameter.kind {
+            ParameterKind::Ia => value(parameter.joint),
+            _ => 0.0,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, reason = "ones and zeros")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tx40_starts_where_the_paper_does() {
+        let robot = Robot::from_toml(include_str!("../../../../config/robots/tx40.toml")).unwrap();
+        let standard = unit_drive_inertias(&robot);
+        for (parameter, value) in robot.parameters().parameters().iter().zip(standard) {
+            let expected = match (parameter.kind, parameter.joint) {
+                (ParameterKind::Ia, 4) => 2.0,
+                (ParameterKind::Ia, _) => 1.0,
+                _ => 0.0,
+            };
+            assert_eq!(value, expected, "{parameter}");
+        }
+    }
+}

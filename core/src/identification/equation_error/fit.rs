@@ -1,0 +1,85 @@
+//! What the equation error says before it is judged: the result of IDIM-LS, and where the methods that
+//! simulate begin.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::weighting::Weighting;
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::observation::{
+    BaseColumns, BesideObservation, Motion, filtered_motion, filtered_torque, fitted_matrix,
+};
+use crate::regression::{Observations, ResidualAnalysis, Solution};
+
+/// The equation of the measured motion, and its solution.
+pub(crate) struct EquationErrorFit {
+    /// The filtered measured motion.
+    pub(crate) motion: Motion,
+    pub(crate) observations: Observations,
+    pub(crate) ordinary: Solution,
+    /// σ_j from the ordinary residuals.
+    pub(crate) noise_levels: Vec<f64>,
+    pub(crate) weighted: Weighting,
+}
+
+impl EquationErrorFit {
+    /// Steps 1 to 4 of [`idim_ls`](super::idim_ls).
+    pub(crate) fn new(context: &Context<'_>) -> Result<Self, IdentificationError> {
+        let motion = measured_motion(context)?;
+        let matrix = fitted_matrix(context, &motion)?;
+        Self::solved(context, motion, matrix)
+    }
+
+    /// The same, and what the model is checked with along the measured motion.
+    pub(crate) fn with_beside(
+        context: &Context<'_>,
+    ) -> Result<(Self, BesideObservation), IdentificationError> {
+        let motion = measured_motion(context)?;
+        let BaseColumns { selected, beside } = BaseColumns::new(context, &motion)?;
+        Ok((Self::solved(context, motion, selected)?, beside))
+    }
+
+    /// Steps 3 and 4, with the observation matrix of this motion.
+    fn solved(
+        context: &Context<'_>,
+        motion: Motion,
+        matrix: DMatrix<f64>,
+    ) -> Result<Self, IdentificationError> {
+        let torque = filtered_torque(context)?;
+        let named = |error| context.selection.named(error);
+        let observations =
+            Observations::new(matrix, torque, context.robot.joints()).map_err(named)?;
+        let ordinary = observations.ordinary().map_err(named)?;
+        let robust = context.options.robust;
+        let noise_levels = match robust {
+            None => observations.noise_levels(&ordinary.residuals),
+            Some(loss) => observations.robust_noise_levels(loss).map_err(named)?,
+        };
+        let weighted = Weighting::new(&observations, &noise_levels, robust).map_err(named)?;
+        Ok(Self { motion, observations, ordinary, noise_levels, weighted })
+    }
+
+    /// Samples that outliers reach, by the equation error or by another equation's weights.
+    pub(crate) fn outlier_samples(
+        &self,
+        context: &Context<'_>,
+        other: Option<&Weighting>,
+    ) -> Vec<Range<usize>> {
+        let weightings = [Some(&self.weighted), other].into_iter().flatten();
+        let downweighted = weightings.filter_map(Weighting::downweighted);
+        downweighted.flat_map(|rows| rows.outlier_samples(&context.samples)).collect()
+    }
+
+    /// Standard deviations of the parameters, corrected for the colour of the residuals.
+    pub(crate) fn standard_deviations(&self, context: &Context<'_>) -> DVector<f64> {
+        let equation = self.weighted.solved(&self.observations);
+        let filter = context.row_filter();
+        let analysis = ResidualAnalysis::new(equation, &self.weighted.solution, &filter);
+        analysis.covariance().diagonal().map(f64::sqrt)
+    }
+}
+
+fn measured_motion(context: &Context<'_>) -> Result<Motion, IdentificationError> {
+    filtered_motion(context.experiment, &context.options.position_filter)
+}

@@ -1,0 +1,13 @@
+//! The equation error: the inverse dynamic model along the measured motion, by least squares.
+
+mod fit;
+mod idim_ls;
+mod reduction;
+mod unchecked;
+mod weighting;
+
+pub(crate) use fit::EquationErrorFit;
+pub(crate) use idim_ls::idim_ls;
+pub use reduction::{Reduction, ReductionStep, essential_parameters};
+pub use unchecked::{UncheckedEstimate, idim_ls_unchecked};
+pub(crate) use weighting::Weighting;

@@ -1,0 +1,51 @@
+//! IDIM-LS for who asks for parameters and not for whether they may be used.
+
+use super::fit::EquationErrorFit;
+use crate::dynamics::BaseParameters;
+use crate::identification::given::{Context, Experiment, IdentificationError, Method, Options};
+use crate::identification::judgement::ParameterEstimate;
+use crate::regression::ResidualStatistics;
+use crate::robot::Robot;
+
+/// Parameters that nobody has checked: where a simulation may start, or what a study of noise counts.
+///
+/// It carries no verdict and is no [`Estimate`](crate::identification::Estimate), so that it cannot stand where a
+/// result is wanted that may be applied to an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UncheckedEstimate {
+    /// The parameters, in the model's order, with the standard deviations that
+    /// IDIM-LS gives them. They are the uncertainty only of a model that is right.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Condition number of the weighted, decimated observation matrix.
+    pub condition_number: f64,
+    /// What the parameters leave of the filtered, decimated torques \[N·m or N\].
+    pub residuals: ResidualStatistics,
+}
+
+/// The parameters of IDIM-LS, to the bit, without what its verdict rests on.
+///
+/// Not in it: whether the residuals are white, the checks of the model (friction laws, torque delays
+/// and gains, parameters left out, position filter), the mass matrix over the workspace, the limits of
+/// the options, and the fit for plots. The limits are still refused where they make no sense.
+///
+/// # Errors
+/// As IDIM-LS.
+pub fn idim_ls_unchecked(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &Options,
+) -> Result<UncheckedEstimate, IdentificationError> {
+    let context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    let fit = EquationErrorFit::new(&context)?;
+    let EquationErrorFit { observations, weighted, .. } = &fit;
+    let solution = &weighted.solution;
+    let robust = weighted.torque_rows(observations);
+    let residuals = robust.map_or(&solution.residuals, |rows| rows.residuals);
+    let deviations = fit.standard_deviations(&context);
+    Ok(UncheckedEstimate {
+        parameters: ParameterEstimate::of(&context.selection, solution, &deviations),
+        condition_number: solution.condition_number(),
+        residuals: observations.residual_statistics(residuals),
+    })
+}

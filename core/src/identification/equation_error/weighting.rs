@@ -1,0 +1,82 @@
+//! The weighted solution of an equation, by least squares or as an M-estimate.
+
+use nalgebra::DVector;
+
+use crate::identification::judgement::{DownweightedRows, TorqueRows};
+use crate::regression::{Observations, RegressionError, RobustLoss, Solution};
+
+/// Parameters, and the equation whose least squares solution they are.
+pub(crate) struct Weighting {
+    pub(crate) solution: Solution,
+    robust: Option<Robust>,
+}
+
+struct Robust {
+    /// The equation with pseudo-values, without the rows that are weighted down.
+    kept: Observations,
+    /// What the parameters leave of the measurements themselves.
+    residuals: DVector<f64>,
+    downweighted: DownweightedRows,
+}
+
+impl Weighting {
+    pub(crate) fn new(
+        equation: &Observations,
+        noise_levels: &[f64],
+        loss: Option<RobustLoss>,
+    ) -> Result<Self, RegressionError> {
+        let Some(loss) = loss else {
+            return Ok(Self { solution: equation.weighted(noise_levels)?, robust: None });
+        };
+        let found = equation.robust(loss, noise_levels)?;
+        let residuals = equation.residuals(&found.solution.parameters);
+        let downweighted = DownweightedRows::new(&found, loss);
+        let (kept, solution) = without(&found.pseudo, &found.solution, &downweighted)?;
+        let robust = Robust { kept, residuals, downweighted };
+        Ok(Self { solution, robust: Some(robust) })
+    }
+
+    /// The equation that least squares solved.
+    pub(crate) fn solved<'a>(&'a self, equation: &'a Observations) -> &'a Observations {
+        self.robust.as_ref().map_or(equation, |robust| &robust.kept)
+    }
+
+    /// The measured torques, where other values were solved.
+    pub(crate) fn torque_rows<'a>(&'a self, equation: &'a Observations) -> Option<TorqueRows<'a>> {
+        let robust = self.robust.as_ref()?;
+        Some(TorqueRows { observations: equation, residuals: &robust.residuals, own: None })
+    }
+
+    /// Rows that count for less than a half, where any may.
+    pub(crate) fn downweighted(&self) -> Option<&DownweightedRows> {
+        self.robust.as_ref().map(|robust| &robust.downweighted)
+    }
+}
+
+/// The equation and its solution with zeros in the rows that are weighted down, and the same
+/// parameters.
+///
+/// An encoder's glitch makes rows of X that are large and say nothing: with them the covariance would
+/// be too small, and what the checks add to the model would have to be 0 there. The residuals that
+/// are kept lose what the parameters could still explain of them, so that they stay orthogonal to X.
+fn without(
+    pseudo: &Observations,
+    solution: &Solution,
+    downweighted: &DownweightedRows,
+) -> Result<(Observations, Solution), RegressionError> {
+    let (mut matrix, mut residuals) = (pseudo.matrix().clone(), solution.residuals.clone());
+    for (joint, rows) in downweighted.per_joint().iter().enumerate() {
+        for row in rows {
+            let row = pseudo.joint_rows(joint).start + row;
+            matrix.row_mut(row).fill(0.0);
+            residuals[row] = 0.0;
+        }
+    }
+    let predicted = &matrix * &solution.parameters;
+    let values = &predicted + residuals;
+    let near = Observations::new(matrix.clone(), values, pseudo.joints())?;
+    let mut near = near.weighted(&solution.noise_levels)?;
+    let kept = Observations::new(matrix, predicted + &near.residuals, pseudo.joints())?;
+    near.parameters.copy_from(&solution.parameters);
+    Ok((kept, near))
+}

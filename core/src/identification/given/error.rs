@@ -1,0 +1,371 @@
+//! Why an identification is refused.
+
+use core::ops::Range;
+
+use serde::Serialize;
+use thiserror::Error;
+
+use super::experiment::ExperimentError;
+use super::limits::LimitError;
+use super::method::Method;
+use crate::regression::RegressionError;
+use crate::signal::SignalError;
+use crate::simulation::{SetupError, SimulationError};
+use crate::trajectory::TrajectoryError;
+
+/// What speaks against an identification; each message ends with what to do.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum IdentificationError {
+    /// Experiment and robot are not the same arm. Remedy: check the robot named in the cell file.
+    #[error(
+        "the experiment has {experiment} joints, robot {robot:?} has {joints}; \
+         choose the robot that was recorded"
+    )]
+    JointCount {
+        /// The robot.
+        robot: String,
+        /// Its joints.
+        joints: usize,
+        /// Joints of the experiment.
+        experiment: usize,
+    },
+    /// The base parameters belong to another robot. Remedy: compute them from this one's model.
+    #[error("the base parameters are not those of robot {robot:?}; compute them from its model")]
+    OtherBaseParameters {
+        /// The robot.
+        robot: String,
+    },
+    /// No base parameter has this name. Remedy: use one of those listed.
+    #[error("{name:?} is no base parameter of this robot; known are: {}", known.join(" "))]
+    UnknownParameter {
+        /// The name given.
+        name: String,
+        /// Every base parameter.
+        known: Vec<String>,
+    },
+    /// A parameter is listed more than once. Remedy: list it once.
+    #[error("parameter {name:?} is listed more than once; list it once")]
+    RepeatedParameter {
+        /// The name.
+        name: String,
+    },
+    /// The list of parameters is empty. Remedy: leave it out to identify all base parameters.
+    #[error("the list of parameters is empty; leave it out to identify every base parameter")]
+    NoParameter,
+    /// The filter of the positions cannot be designed. Remedy: the cut-off must lie below half the
+    /// sample rate.
+    #[error("position filter: {0}")]
+    PositionFilter(SignalError),
+    /// The filter for decimation cannot be designed. Remedy: as the cause says.
+    #[error("decimation filter: {0}")]
+    DecimationFilter(SignalError),
+    /// A joint's signal cannot be filtered or differentiated. Remedy: as the cause says; usually a
+    /// longer record.
+    #[error("{signal} of joint {joint}: {cause}")]
+    Signal {
+        /// Which signal.
+        signal: &'static str,
+        /// Joint, from 1.
+        joint: usize,
+        /// What is wrong.
+        cause: SignalError,
+    },
+    /// The columns of the regressor cannot be filtered. Remedy: as the cause says; usually a longer
+    /// record.
+    #[error("regressor: {0}")]
+    RegressorFilter(SignalError),
+    /// Counted samples need torques from before or after the record: the torque acts that much later
+    /// or earlier than it was logged. Remedy: count only samples that lie inside by the shift.
+    #[error(
+        "the torque acts {shift_samples} samples after it was logged, so samples {} to {} need \
+         torques outside of the record's {samples} samples; count fewer samples at its ends",
+        counted.start, counted.end
+    )]
+    TorqueOutside {
+        /// The shift \[samples\]; negative where the torque acted before.
+        shift_samples: f64,
+        /// The counted samples.
+        counted: Range<usize>,
+        /// Samples of the record.
+        samples: usize,
+    },
+    /// A limit of the verdict makes no sense. Remedy: correct the named limit.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// The observation matrix holds a value that is not finite. Remedy: look for absurd positions
+    /// near that sample.
+    #[error("the regressor at sample {sample} is not finite; look for absurd positions there")]
+    Regressor {
+        /// Sample, from 0.
+        sample: usize,
+    },
+    /// Too few rows remain after decimation. Remedy: record longer, count more samples, or decimate
+    /// less.
+    #[error(
+        "{rows} rows after decimation are too few for {parameters} parameters; record longer, \
+         count more samples or decimate less"
+    )]
+    TooFewRows {
+        /// Rows of the observation matrix, all joints.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// The motion does not excite some parameters at all. Remedy: move the joints concerned, or
+    /// leave the parameters out.
+    #[error(
+        "the motion does not excite {}; move the joints concerned or leave these parameters out",
+        parameters.join(", ")
+    )]
+    NotExcited {
+        /// Their names.
+        parameters: Vec<String>,
+    },
+    /// Only combinations of some parameters can be told from this motion. Remedy: a richer
+    /// trajectory, or leave some of them out.
+    #[error(
+        "the motion does not tell {} apart; move along a richer trajectory or leave some out",
+        parameters.join(", ")
+    )]
+    RankDeficient {
+        /// Every parameter that takes part.
+        parameters: Vec<String>,
+    },
+    /// A joint's torque is zero in every row. Remedy: check that it is recorded.
+    #[error("the torque of joint {joint} is zero throughout; check that it is recorded")]
+    NoTorque {
+        /// Joint, from 1.
+        joint: usize,
+    },
+    /// A limit of the iteration makes no sense. Remedy: correct the named key.
+    #[error("convergence.{key} = {value} must be {expected}")]
+    Convergence {
+        /// The key in the file.
+        key: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// The iterations of DIDIM before CLIE or CLOE leave none for these. Remedy: fewer of them (one or
+    /// two are of use), or more simulations.
+    #[error(
+        "didim_steps = {steps} must be less than convergence.max_simulations = {max_simulations}, which \
+         counts them too; one or two are of use"
+    )]
+    DidimSteps {
+        /// The iterations of DIDIM asked for.
+        steps: u32,
+        /// The simulations allowed.
+        max_simulations: u32,
+    },
+    /// The samples of the simulated controller do not meet those of the record. Remedy: state the
+    /// real controller's period; the record's must be a whole multiple of it.
+    #[error(
+        "a controller period of {:.3} µs does not divide the record's sample period of {:.3} µs \
+         into 1 to 200 whole parts; state the controller's own period (timing.sample_period_s)",
+        1e6 * controller_period_s, 1e6 * sample_period_s
+    )]
+    ControllerPeriod {
+        /// Period of the simulated controller \[s\].
+        controller_period_s: f64,
+        /// Sample period of the record \[s\].
+        sample_period_s: f64,
+    },
+    /// Without the decimation filter every sample is a row, and there are too many. Remedy: decimate.
+    #[error(
+        "{rows} rows of {parameters} parameters without the decimation filter take too much memory; \
+         decimate, or take a shorter part"
+    )]
+    TooManyRows {
+        /// Rows of the observation matrix, all joints.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// A torque command that is held acts when the controller says so, and layout and controller
+    /// say different things. Remedy: make them agree.
+    #[error(
+        "the logged torque is held from {:.3} µs after its sample on (delay_us in the layout), the \
+         simulated controller's from {:.3} µs on (computation_delay_s); make the two agree",
+        1e6 * logged_s, 1e6 * simulated_s
+    )]
+    TorqueDelay {
+        /// Delay of the logged torque \[s\].
+        logged_s: f64,
+        /// Computation delay of the simulated controller \[s\].
+        simulated_s: f64,
+    },
+    /// The simulated loop cannot be built. Remedy: as the cause says.
+    #[error("simulated loop: {0}")]
+    Setup(SetupError),
+    /// The recorded reference cannot be followed. Remedy: as the cause says.
+    #[error(transparent)]
+    Reference(TrajectoryError),
+    /// The robot's file has no nominal parameters to start from. Remedy: another start, or state
+    /// them.
+    #[error("robot {robot:?} states no [nominal] parameters to start from; choose another start")]
+    NoNominalParameters {
+        /// The robot.
+        robot: String,
+    },
+    /// The closed loop cannot be simulated with the parameters to start from. Remedy: another
+    /// start, or a controller that holds the arm.
+    #[error(
+        "the first simulation failed: {cause}; choose another start, or check gains, timing and \
+         substeps of the simulated controller"
+    )]
+    FirstSimulation {
+        /// What went wrong, with joint and time.
+        cause: SimulationError,
+    },
+    /// Even the shortest step leads to parameters that cannot be simulated. Remedy: fewer
+    /// parameters, another start, or a controller that holds the arm.
+    #[error(
+        "simulation {simulations} failed after halving the step {halvings} times: {cause}; \
+         identify fewer parameters, choose another start, or check the simulated controller"
+    )]
+    NoStep {
+        /// Simulations run.
+        simulations: u32,
+        /// Halvings tried.
+        halvings: u32,
+        /// What went wrong at last, with joint and time.
+        cause: SimulationError,
+    },
+    /// The estimates still change. Remedy: allow more simulations, leave out the parameter that
+    /// moves most, or check reference and controller.
+    #[error(
+        "not converged after {simulations} simulations: the relative error changed by {}, \
+         {parameter} by {parameter_change:.2e} standard deviations; allow more simulations, leave \
+         {parameter} out, or check the reference and the simulated controller",
+        relative_error_change.map_or("an unknown amount".to_owned(), |c| format!("{c:.1e}"))
+    )]
+    NotConverged {
+        /// Simulations run.
+        simulations: u32,
+        /// Last change of the relative error, when there were two steps.
+        relative_error_change: Option<f64>,
+        /// Last change of the parameter that moves most, in standard deviations.
+        parameter_change: f64,
+        /// That parameter.
+        parameter: String,
+    },
+    /// No step lowers the error, though the parameters are not at its minimum: the sensitivities do
+    /// not describe the simulation. Remedy: a smooth sign model, more substeps, or fewer parameters.
+    #[error(
+        "no step lowers the error after {simulations} simulations, though {parameter} should move \
+         by {parameter_change:.2e} standard deviations; choose a smooth sign model, more substeps, \
+         or leave {parameter} out"
+    )]
+    NoDescent {
+        /// Simulations run.
+        simulations: u32,
+        /// The parameter that the linear step moves furthest.
+        parameter: String,
+        /// How far, in standard deviations.
+        parameter_change: f64,
+    },
+    /// The simulated signal does not depend on some parameters, or only on combinations of them.
+    /// Remedy: leave some of them out, move along a richer trajectory, or compare the torques.
+    #[error(
+        "the simulated {signal} does not tell {} apart; leave some out, move along a richer \
+         trajectory, or identify from the torques (clie)",
+        parameters.join(", ")
+    )]
+    Insensitive {
+        /// The signal whose error is minimised.
+        signal: &'static str,
+        /// Every parameter that takes part.
+        parameters: Vec<String>,
+    },
+    /// Nothing says what controls the arm. Remedy: describe the controller, or choose IDIM-LS.
+    #[error(
+        "{method} simulates the closed loop, and the cell does not say what controls the arm; \
+         describe its [controller], or choose idim-ls"
+    )]
+    NoController {
+        /// The method.
+        method: Method,
+    },
+    /// The method has no M-estimate, and plain least squares were not asked for. Remedy: another
+    /// method, or no robust weights.
+    #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
+    NotRobust {
+        /// The method.
+        method: Method,
+    },
+    /// A level of significance is no probability. Remedy: 0.05 is usual.
+    #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
+    Level {
+        /// The level given.
+        level: f64,
+    },
+    /// The counted samples cannot be split so. Remedy: two blocks or more, each longer than what the
+    /// filters mix at its ends.
+    #[error(
+        "{samples} counted samples do not make {blocks} blocks to hold out: at least 2, each of more \
+         than {guard} samples"
+    )]
+    Blocks {
+        /// Blocks wanted.
+        blocks: usize,
+        /// Counted samples.
+        samples: usize,
+        /// Samples that the filters reach over.
+        guard: usize,
+    },
+    /// Samples cannot be held out. Remedy: as the cause says.
+    #[error("held-out samples: {0}")]
+    HeldOut(ExperimentError),
+    /// Any other failure of the least squares. Remedy: as the cause says.
+    #[error("least squares: {0}")]
+    Regression(RegressionError),
+}
+
+/// How an identification fails, for those who count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Failure {
+    /// The simulated loop is unstable, or its parameters belong to no arm.
+    Diverged,
+    /// Converged where the error is far above the noise.
+    LocalMinimum,
+    /// What is compared does not depend on the parameters, or hardly.
+    Insensitive,
+    /// The estimates still change, or no step lowers the error.
+    NotConverged,
+    /// The experiment does not allow for it: too short, or not exciting.
+    Refused,
+}
+
+impl Failure {
+    /// The name: `local-minimum`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Diverged => "diverged",
+            Self::LocalMinimum => "local-minimum",
+            Self::Insensitive => "insensitive",
+            Self::NotConverged => "not-converged",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+impl IdentificationError {
+    /// How the identification failed; none where options, robot and experiment do not fit each other,
+    /// so that there was none.
+    pub fn failure(&self) -> Option<Failure> {
+        match self {
+            Self::FirstSimulation { .. } | Self::NoStep { .. } => Some(Failure::Diverged),
+            Self::Insensitive { .. } => Some(Failure::Insensitive),
+            Self::NotConverged { .. } | Self::NoDescent { .. } => Some(Failure::NotConverged),
+            Self::TooFewRows { .. }
+            | Self::NotExcited { .. }
+            | Self::RankDeficient { .. }
+            | Self::NoTorque { .. }
+            | Self::Regression(_) => Some(Failure::Refused),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! What a result must satisfy to be called applicable: thresholds as data.
+
+use serde::{Deserialize, Serialize};
+
+/// What a result must satisfy to be called applicable.
+///
+/// The verdict finds what the data can show: a motion that does not excite, a model of another arm,
+/// a torque with the wrong sign, a friction law that is not the arm's. It cannot find what no data
+/// show, a factor common to all torques above all.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct VerdictLimits {
+    /// Fewest independent rows (rows times the passband of the decimation filter) for each
+    /// parameter. 8: with fewer, the residuals tell too little of their own spectrum.
+    pub rows_per_parameter: f64,
+    /// Largest condition number of the weighted, decimated observation matrix. 5000: the paper's
+    /// useful results have up to 1178 (its tables 2 and 5), its poor one 7622.
+    pub condition_number: f64,
+    /// How uncertain the parameters may make the torque of a joint along the window's own motion,
+    /// relative to that torque. 0.10: a short or quiet window then has too little to tell.
+    pub prediction_deviation: f64,
+    /// Largest relative error ‖y − Xθ‖/‖y‖ over all joints. 0.10: a good model of an industrial arm
+    /// reaches 0.04 to 0.07.
+    pub relative_error: f64,
+    /// Largest relative error of a single joint. 0.25: wrists with little load reach 0.12, a joint
+    /// with a wrong coupling 0.15 to 0.33.
+    pub relative_error_per_joint: f64,
+    /// A friction coefficient or drive inertia below zero by more than this many standard
+    /// deviations is impossible. 3.
+    pub negative_deviations: f64,
+    /// Furthest that a parameter may move, in its standard deviations, if the model is free where
+    /// the data want it to be ([`ModelCheck`](crate::identification::ModelCheck)). 4: the standard deviation is then no longer the
+    /// uncertainty.
+    pub model_shift_deviations: f64,
+    /// A model check counts when a right model gives it by chance with less than this probability.
+    /// 1e-4: some twenty checks then cry wolf in one result of five hundred.
+    pub model_probability: f64,
+    /// How far the command that the described controller makes of the recorded reference and
+    /// position may be from the recorded one, relative to it. 0.001: counts of reference and torque
+    /// leave a few 1e-5, a gain that is wrong by 2 % twice this limit.
+    pub controller_error: f64,
+    /// Furthest that position filter and position noise may move a parameter, in its standard
+    /// deviations. 0.5: half of what the noise of the torques does.
+    pub position_filter_deviations: f64,
+}
+
+impl Default for VerdictLimits {
+    fn default() -> Self {
+        Self {
+            rows_per_parameter: 8.0,
+            condition_number: 5000.0,
+            prediction_deviation: 0.10,
+            relative_error: 0.10,
+            relative_error_per_joint: 0.25,
+            negative_deviations: 3.0,
+            model_shift_deviations: 4.0,
+            model_probability: 1e-4,
+            controller_error: 0.001,
+            position_filter_deviations: 0.5,
+        }
+    }
+}
+
+/// A limit that no result can be held against.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("limit {name} = {value} must be finite and greater than 0, and a share at most 1")]
+pub struct LimitError {
+    /// Its key.
+    pub name: &'static str,
+    /// The value given.
+    pub value: f64,
+}
+
+impl VerdictLimits {
+    /// Whether every limit is finite and greater than 0: against NaN everything passes.
+    ///
+    /// # Errors
+    /// [`LimitError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), LimitError> {
+        for (name, value) in [
+            ("rows_per_parameter", self.rows_per_parameter),
+            ("condition_number", self.condition_number),
+            ("prediction_deviation", self.prediction_deviation),
+            ("relative_error", self.relative_error),
+            ("relative_error_per_joint", self.relative_error_per_joint),
+            ("negative_deviations", self.negative_deviations),
+            ("model_shift_deviations", self.model_shift_deviations),
+            ("model_probability", self.model_probability),
+            ("controller_error", self.controller_error),
+            ("position_filter_deviations", self.position_filter_deviations),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(LimitError { name, value });
+            }
+        }
+        // Shares of the whole; 5 % is 0.05.
+        for (name, value) in [
+            ("model_probability", self.model_probability),
+            ("relative_error", self.relative_error),
+            ("relative_error_per_joint", self.relative_error_per_joint),
+            ("prediction_deviation", self.prediction_deviation),
+            ("controller_error", self.controller_error),
+        ] {
+            if value > 1.0 {
+                return Err(LimitError { name, value });
+            }
+        }
+        Ok(())
+    }
+}

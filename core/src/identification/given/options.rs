@@ -1,0 +1,145 @@
+//! What a person decides about an identification.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::IdentificationError;
+use super::limits::VerdictLimits;
+use super::method::Method;
+use super::simulation::SimulationOptions;
+use crate::control::SimulatedController;
+use crate::regression::RobustLoss;
+use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
+
+/// What a person decides about an identification, by whatever method, as a cell file states it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// Filter of the positions.
+    pub position_filter: PositionFilter,
+    /// Filter and decimation of both sides of the equation.
+    pub decimation_filter: DecimationFilter,
+    /// Names of the essential parameters (`zz1r`, `fv_m6`); every base parameter when left out.
+    /// Parameters that are not named are taken as 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<Vec<String>>,
+    /// Whether rows with large residuals count less, and how; with IDIM-LS and DIDIM. Plain least
+    /// squares when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robust: Option<RobustLoss>,
+    /// What a result must satisfy to be called applicable.
+    #[serde(default)]
+    pub limits: VerdictLimits,
+    /// What controls the arm, and the simulated one: methods that simulate the closed loop need it.
+    /// CLIE and CLOE keep its gains through all simulations; those that follow an inertia take the one
+    /// of IDIM-LS.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<SimulatedController>,
+    /// How the closed loop is simulated, and when the iteration ends.
+    #[serde(default)]
+    pub simulation: SimulationOptions,
+}
+
+impl Options {
+    /// With these filters, and whatever else has a usual value at that: every base parameter, least
+    /// squares, the usual limits, and nothing that controls the arm.
+    pub fn new(position_filter: PositionFilter, decimation_filter: DecimationFilter) -> Self {
+        Self {
+            position_filter,
+            decimation_filter,
+            parameters: None,
+            robust: None,
+            limits: VerdictLimits::default(),
+            controller: None,
+            simulation: SimulationOptions::default(),
+        }
+    }
+
+    /// What controls the simulated arm.
+    ///
+    /// # Errors
+    /// [`IdentificationError::NoController`] where a method that needs it is not told.
+    pub fn controller(&self, method: Method) -> Result<&SimulatedController, IdentificationError> {
+        self.controller.as_ref().ok_or(IdentificationError::NoController { method })
+    }
+
+    /// Whether a method has the robust weights that are asked for, if any are.
+    ///
+    /// # Errors
+    /// [`IdentificationError::NotRobust`], and the tuning constant of no M-estimate.
+    pub fn validate_robust(&self, method: Method) -> Result<(), IdentificationError> {
+        match self.robust {
+            None => Ok(()),
+            Some(loss) if method.has_robust_weights() => {
+                loss.validate().map_err(IdentificationError::Regression)
+            }
+            Some(_) => Err(IdentificationError::NotRobust { method }),
+        }
+    }
+}
+
+/// The Butterworth filter of the positions, forward and backward (paper, section 3.1.1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionFilter {
+    /// Order of one pass; 4 unless stated.
+    #[serde(default = "PositionFilter::default_order")]
+    pub order: usize,
+    /// Cut-off of one pass \[Hz\], five times the highest dynamics to be modelled or more; there is
+    /// no default, because the robot decides it.
+    pub cutoff_hz: f64,
+}
+
+impl PositionFilter {
+    fn default_order() -> usize {
+        4
+    }
+
+    /// The filter at a sample rate \[Hz\].
+    ///
+    /// # Errors
+    /// [`SignalError::Order`] and [`SignalError::Cutoff`].
+    pub fn design(&self, sample_rate_hz: f64) -> Result<SecondOrderSections, SignalError> {
+        butterworth_low_pass(self.order, self.cutoff_hz / (0.5 * sample_rate_hz))
+    }
+}
+
+/// The parallel Chebyshev filter F_p and the decimation factor n_d (paper, equation 6).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DecimationFilter {
+    /// Order of one pass; 8 unless stated.
+    #[serde(default = "DecimationFilter::default_order")]
+    pub order: usize,
+    /// Pass-band ripple of one pass \[dB\]; 0.05 unless stated.
+    #[serde(default = "DecimationFilter::default_ripple_db")]
+    pub ripple_db: f64,
+    /// Cut-off as a fraction of the Nyquist frequency after decimation; 0.8 unless stated.
+    #[serde(default = "DecimationFilter::default_cutoff_ratio")]
+    pub cutoff_ratio: f64,
+    /// n_d: one sample in so many becomes a row. No default: with the sample rate it decides the
+    /// frequency band that is identified.
+    pub factor: usize,
+}
+
+impl DecimationFilter {
+    fn default_order() -> usize {
+        8
+    }
+
+    fn default_ripple_db() -> f64 {
+        0.05
+    }
+
+    fn default_cutoff_ratio() -> f64 {
+        0.8
+    }
+
+    /// The filter, which depends on the factor only.
+    ///
+    /// # Errors
+    /// [`SignalError::Order`], [`SignalError::Ripple`], [`SignalError::Cutoff`] and
+    /// [`SignalError::Factor`].
+    pub fn design(&self) -> Result<ParallelDecimation, SignalError> {
+        ParallelDecimation::chebyshev1(self.order, self.ripple_db, self.cutoff_ratio, self.factor)
+    }
+}

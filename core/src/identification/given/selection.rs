@@ -1,0 +1,120 @@
+//! Which base parameters are identified.
+
+use nalgebra::DVector;
+
+use super::error::IdentificationError;
+use crate::dynamics::BaseParameters;
+use crate::regression::RegressionError;
+use crate::robot::{ParameterKind, Robot};
+
+/// The essential parameters: some or all base parameters, in the model's order, with the regressor
+/// column each one stands at.
+///
+/// A base parameter's regressor column is that of the standard parameter it is named after.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Selection {
+    names: Vec<String>,
+    columns: Vec<usize>,
+    kinds: Vec<ParameterKind>,
+    regrouped: Vec<bool>,
+    /// Columns of the regressor.
+    width: usize,
+}
+
+impl Selection {
+    /// The base parameters of `robot` with the given names, or all of them.
+    ///
+    /// # Errors
+    /// [`IdentificationError::UnknownParameter`],
+    /// [`IdentificationError::RepeatedParameter`], [`IdentificationError::NoParameter`], and
+    /// [`IdentificationError::OtherBaseParameters`] when `base` is not of this robot.
+    pub fn new(
+        robot: &Robot,
+        base: &BaseParameters,
+        names: Option<&[String]>,
+    ) -> Result<Self, IdentificationError> {
+        let mut chosen: Vec<usize> = match names {
+            None => (0..base.names().len()).collect(),
+            Some(names) => names
+                .iter()
+                .map(|name| {
+                    base.find(name).ok_or_else(|| IdentificationError::UnknownParameter {
+                        name: name.clone(),
+                        known: base.names().to_vec(),
+                    })
+                })
+                .collect::<Result<_, _>>()?,
+        };
+        chosen.sort_unstable();
+        if let Some(pair) = chosen.windows(2).find(|pair| pair[0] == pair[1]) {
+            let name = base.names()[pair[0]].clone();
+            return Err(IdentificationError::RepeatedParameter { name });
+        }
+        if chosen.is_empty() {
+            return Err(IdentificationError::NoParameter);
+        }
+        let names: Vec<String> = chosen.iter().map(|&index| base.names()[index].clone()).collect();
+        let columns: Vec<usize> = chosen.iter().map(|&index| base.columns()[index]).collect();
+        let table = robot.parameters();
+        if names.iter().zip(&columns).any(|(name, &column)| table.find(name) != Some(column)) {
+            let robot = robot.name().to_owned();
+            return Err(IdentificationError::OtherBaseParameters { robot });
+        }
+        let kinds = columns.iter().map(|&column| table.parameters()[column].kind).collect();
+        let terms =
+            |&index: &usize| base.regrouping().row(index).iter().filter(|c| **c != 0.0).count();
+        let regrouped = chosen.iter().map(|index| terms(index) > 1).collect();
+        Ok(Self { names, columns, kinds, regrouped, width: table.names().len() })
+    }
+
+    /// The names, in the model's order.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The regressor column of each.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// What each is named after.
+    pub fn kinds(&self) -> &[ParameterKind] {
+        &self.kinds
+    }
+
+    /// Whether other parameters are regrouped into each.
+    pub(crate) fn regrouped(&self) -> &[bool] {
+        &self.regrouped
+    }
+
+    /// Standard parameters with these selected ones, every other 0.
+    pub(crate) fn standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
+        let mut standard = vec![0.0; self.width];
+        for (&column, &value) in self.columns.iter().zip(parameters.iter()) {
+            standard[column] = value;
+        }
+        standard
+    }
+
+    /// The failure of a regression, with columns called by their parameters' names.
+    pub(crate) fn named(&self, error: RegressionError) -> IdentificationError {
+        let named = |columns: Vec<usize>| -> Vec<String> {
+            columns.iter().filter_map(|&column| self.names.get(column).cloned()).collect()
+        };
+        match error {
+            RegressionError::TooFewRows { rows, columns } => {
+                IdentificationError::TooFewRows { rows, parameters: columns }
+            }
+            RegressionError::ZeroColumns { columns } => {
+                IdentificationError::NotExcited { parameters: named(columns) }
+            }
+            RegressionError::DependentColumns { columns } => {
+                IdentificationError::RankDeficient { parameters: named(columns) }
+            }
+            RegressionError::NoMeasurement { joint } => {
+                IdentificationError::NoTorque { joint: joint + 1 }
+            }
+            other => IdentificationError::Regression(other),
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The columns of what the model does not have, filtered and decimated as its own.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::FittedModel;
+use crate::MAX_JOINTS;
+use crate::dynamics::{Model, Workspace};
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::observation::{FilteredPositions, MotionGroup, group_of};
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
+use crate::signal::Group;
+
+/// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
+const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
+
+impl FittedModel<'_> {
+    /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
+    /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. For each
+    /// direction; none where nothing moves.
+    ///
+    /// Above the last bend all of them vanish: what the model calls Coulomb friction stays what it
+    /// is there, and moves only as far as the shape below is another.
+    pub(super) fn friction_columns(
+        &self,
+        directions: &[Vec<f64>],
+    ) -> Result<Vec<Option<DMatrix<f64>>>, IdentificationError> {
+        let Context { experiment, decimation, robot, .. } = self.context;
+        let speeds: Vec<Speed<'_>> = directions.iter().map(|of| self.speed(of)).collect();
+        let highest: Vec<f64> =
+            speeds.iter().map(|speed| speed.highest(experiment.counted())).collect();
+        let moving: Vec<(&Speed<'_>, [f64; BENDS.len()])> = (speeds.iter().zip(&highest))
+            .filter(|(_, highest)| **highest > 0.0)
+            .map(|(speed, highest)| (speed, BENDS.map(|bend| 1.0 / (bend * highest))))
+            .collect();
+        let sign = robot.sign_model();
+        let mut read = |first, laws: &mut [Group]| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (laws, &(speed, scales)) in laws.chunks_exact_mut(BENDS.len()).zip(&moving)
+                    {
+                        let u = speed.at(first);
+                        let model = sign.value(u);
+                        for (law, scale) in laws.iter_mut().zip(scales) {
+                            *law = (u * Lanes::constant(scale)).tanh() - model;
+                        }
+                    }
+                },
+            );
+        };
+        let samples = self.motion.velocity.nrows();
+        let signals = moving.len() * BENDS.len();
+        let laws = decimation
+            .decimate_groups(samples, signals, experiment.counted(), &mut read)
+            .map_err(IdentificationError::RegressorFilter)?;
+        let laws = self.context.fitted(laws);
+        let rows = laws.nrows();
+        let mut next = 0;
+        let columns = directions.iter().zip(highest).map(|(direction, highest)| {
+            if highest <= 0.0 {
+                return None;
+            }
+            let laws = laws.columns(next, BENDS.len());
+            next += BENDS.len();
+            let mut columns = DMatrix::zeros(rows * direction.len(), laws.ncols());
+            for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                columns.rows_mut(joint * rows, rows).copy_from(&(laws * *share));
+            }
+            Some(columns)
+        });
+        Ok(columns.collect())
+    }
+
+    /// `directionᵀ q̇` along the motion.
+    fn speed(&self, direction: &[f64]) -> Speed<'_> {
+        let velocity = &self.motion.velocity;
+        let joints = direction.iter().copied().zip(velocity.as_slice().chunks(velocity.nrows()));
+        Speed { shares: joints.filter(|(share, _)| *share != 0.0).collect() }
+    }
+
+    /// The rows of what the estimate predicts along the motion, less those of another.
+    /// Without the glitches of the positions, which are no motion that a filter could distort.
+    pub(super) fn torque_difference(
+        &self,
+        other: &FilteredPositions,
+        reach: usize,
+    ) -> Result<DVector<f64>, IdentificationError> {
+        let (samples, joints) = self.motion.position.shape();
+        let mut silenced = vec![false; samples];
+        for k in self.glitches(other) {
+            let end = k.saturating_add(reach).saturating_add(1).min(samples);
+            silenced[k.saturating_sub(reach)..end].fill(true);
+        }
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self);
+        let rows = self.filtered_groups(joints, &mut |first, torques| {
+            torques.copy_from_slice(dynamics.torque(group.differentiate(other, first)));
+            let silenced = &silenced[first..samples.min(first + WIDTH)];
+            if silenced.contains(&true) {
+                let torque = dynamics.torque(group.read(self.motion, first));
+                for (l, _) in silenced.iter().enumerate().filter(|(_, silenced)| **silenced) {
+                    for (other, torque) in torques.iter_mut().zip(torque) {
+                        other.0[l] = torque.0[l];
+                    }
+                }
+            }
+        })?;
+        Ok(self.predicted() - DVector::from_column_slice(rows.as_slice()))
+    }
+
+    /// Of what outliers reach, the samples where a joint differs by more than it does anywhere else.
+    fn glitches(&self, other: &FilteredPositions) -> Vec<usize> {
+        if self.outliers.is_empty() {
+            return Vec::new();
+        }
+        let (samples, joints) = self.motion.position.shape();
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self);
+        let difference = along(samples, joints, |first, difference| {
+            difference.copy_from_slice(dynamics.torque(group.read(self.motion, first)));
+            let torque = dynamics.torque(group.differentiate(other, first));
+            for (difference, torque) in difference.iter_mut().zip(torque) {
+                *difference -= *torque;
+            }
+        });
+        let outlier = |k: &usize| self.outliers.iter().any(|range| range.contains(k));
+        let counted = self.context.experiment.counted();
+        let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(outlier);
+        let largest = |joint: usize| {
+            sound.iter().fold(0.0, |largest: f64, &k| largest.max(difference[(k, joint)].abs()))
+        };
+        let largest: Vec<f64> = (0..joints).map(largest).collect();
+        let glitch = |k: &usize| {
+            let joints = difference.row(*k);
+            joints.iter().zip(&largest).any(|(value, largest)| value.abs() > *largest)
+        };
+        outliers.into_iter().filter(glitch).collect()
+    }
+
+    /// Torques along the whole motion, samples × joints, filtered and decimated.
+    pub(super) fn rows_of(
+        &self,
+        torque: &DMatrix<f64>,
+    ) -> Result<DVector<f64>, IdentificationError> {
+        let samples = torque.nrows();
+        let rows = self.filtered_groups(torque.ncols(), &mut |first, group| {
+            for (group, torque) in group.iter_mut().zip(torque.as_slice().chunks(samples)) {
+                *group = group_of(torque, first);
+            }
+        })?;
+        Ok(DVector::from_column_slice(rows.as_slice()))
+    }
+
+    /// So many signals behind the parallel filter, at the rows of one joint. `read` writes them from
+    /// a sample on.
+    fn filtered_groups(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [Group]),
+    ) -> Result<DMatrix<f64>, IdentificationError> {
+        let Context { experiment, decimation, .. } = self.context;
+        let filtered =
+            decimation.decimate_groups(experiment.samples(), signals, experiment.counted(), read);
+        let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;
+        Ok(self.context.fitted(filtered))
+    }
+}
+
+/// A sum of joints' speeds.
+struct Speed<'a> {
+    /// How much of which.
+    shares: Vec<(f64, &'a [f64])>,
+}
+
+impl Speed<'_> {
+    /// From a sample on.
+    #[inline(always)]
+    fn at(&self, first: usize) -> Group {
+        let mut speed = Lanes::zero();
+        for (share, joint) in &self.shares {
+            speed += group_of(joint, first) * Lanes::constant(*share);
+        }
+        speed
+    }
+
+    /// The highest of these samples, whatever its sign.
+    fn highest(&self, samples: Range<usize>) -> f64 {
+        let groups = samples.clone().step_by(WIDTH).map(|first| {
+            let inside = samples.end - first;
+            self.at(first).0.iter().take(inside).fold(0.0, |most: f64, u| most.max(u.abs()))
+        });
+        groups.fold(0.0, f64::max)
+    }
+}
+
+/// The inverse dynamic model with the parameters of the estimate.
+struct InverseDynamics<'a> {
+    model: &'a Model,
+    standard: Vec<Group>,
+    workspace: Workspace<Group>,
+    torque: [Group; MAX_JOINTS],
+}
+
+impl<'a> InverseDynamics<'a> {
+    fn of_the_estimate(fitted: &FittedModel<'a>) -> Self {
+        let standard = fitted.context.selection.standard(fitted.parameters);
+        let standard = standard.into_iter().map(Lanes::constant).collect();
+        let torque = [Lanes::zero(); MAX_JOINTS];
+        Self { model: &fitted.context.model, standard, workspace: Workspace::new(), torque }
+    }
+
+    /// Torque of every joint \[N·m\] at q, q̇ and q̈.
+    fn torque(&mut self, [q, dq, ddq]: [&[Group]; 3]) -> &[Group] {
+        let torque = &mut self.torque[..q.len()];
+        self.model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, torque);
+        torque
+    }
+}
+
+/// Signals of the joints over all samples (samples × joints). `read` writes them from a sample on.
+fn along(samples: usize, joints: usize, mut read: impl FnMut(usize, &mut [Group])) -> DMatrix<f64> {
+    let mut signals = DMatrix::zeros(samples, joints);
+    let mut group = [Lanes::zero(); MAX_JOINTS];
+    for first in (0..samples).step_by(WIDTH) {
+        read(first, &mut group[..joints]);
+        let mut rows = signals.rows_mut(first, WIDTH.min(samples - first));
+        for (mut rows, values) in rows.column_iter_mut().zip(&group) {
+            for (row, value) in rows.iter_mut().zip(values.0) {
+                *row = value;
+            }
+        }
+    }
+    signals
+}

@@ -1,0 +1,265 @@
+//! Whether the model is the arm's: what alternative models would change.
+//!
+//! Residuals of a few per cent are usual on an arm, and their colour alone does not tell harmless
+//! noise from a model that is wrong. So each error that has a name gets columns of its own: if the
+//! data want them, and the parameters would move by more than their standard deviations allow, the
+//! standard deviations are not the uncertainty.
+
+mod columns;
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::alternative::{Alternative, ModelCheck, TorqueDelay};
+use super::reasons::Note;
+use super::verdict::CERTAIN;
+use crate::identification::given::{Context, IdentificationError, PositionFilter};
+use crate::identification::observation::{BesideObservation, FilteredPositions, Motion};
+use crate::regression::{Extension, Observations, ResidualAnalysis};
+
+/// The position filter is held against one with so many times its cut-off, where the sample rate
+/// allows, and one in between.
+const WIDER: f64 = 4.0;
+
+/// With less room above its cut-off, smoothing and noise cannot be told apart.
+const NARROWEST_COMPARISON: f64 = 1.5;
+
+/// A cut-off beyond this share of the Nyquist frequency filters nothing.
+const WIDEST_CUTOFF: f64 = 0.8;
+
+/// Periods of the cut-off after which a position filter has forgotten a glitch to 1e-4: the slowest pole
+/// of order 4 is damped by 0.38.
+const RINGING_PERIODS: f64 = 4.0;
+
+/// Where the noise of the measured positions may do harm.
+pub(crate) enum PositionError {
+    /// The method does not ask.
+    NotLookedAt,
+    /// It is not known: the loop could not be simulated with it.
+    Unknown,
+    /// In the regressor, behind the position filter, which may do harm itself.
+    InTheRegressor,
+    /// In the loop that was recorded, and not in the one that was simulated: torques under half the
+    /// noise and all of it, samples × joints \[N·m\].
+    InTheLoop([DMatrix<f64>; 2]),
+}
+
+/// The model that was fitted, and what it is checked with.
+pub(super) struct FittedModel<'a> {
+    pub(super) context: &'a Context<'a>,
+    /// The motion that the observation matrix was built on.
+    pub(super) motion: &'a Motion,
+    /// What there is of it beside the observation matrix.
+    pub(super) beside: &'a BesideObservation,
+    pub(super) position_error: &'a PositionError,
+    /// Samples that outliers reach.
+    pub(super) outliers: &'a [Range<usize>],
+    pub(super) observations: &'a Observations,
+    pub(super) analysis: &'a ResidualAnalysis<'a>,
+    /// θ.
+    pub(super) parameters: &'a DVector<f64>,
+    /// Their corrected standard deviations.
+    pub(super) deviations: &'a DVector<f64>,
+}
+
+/// What they found.
+pub(super) struct Checks {
+    pub(super) model_checks: Vec<ModelCheck>,
+    /// Of each joint; none where the motion does not tell it.
+    pub(super) torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+    /// What has not been checked, and why.
+    pub(super) notes: Vec<Note>,
+}
+
+impl FittedModel<'_> {
+    /// Every alternative in turn.
+    pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
+        let robot = self.context.robot;
+        let (joints, transmission) = (robot.joints(), robot.transmission());
+        // What explains much comes first: a filter or a delay also bends every friction law.
+        let mut model_checks = Vec::new();
+        let mut notes = Vec::new();
+        match self.position_check()? {
+            Some(check) => model_checks.push(check),
+            None => notes.push(self.position_unchecked()),
+        }
+        let mut add = |alternative, columns: Option<&DMatrix<f64>>| {
+            let extension = match columns {
+                Some(columns) => self.analysis.extended(columns),
+                None => Ok(None),
+            };
+            let extension = extension.map_err(IdentificationError::Regression)?;
+            model_checks
+                .extend(extension.iter().map(|extension| self.shifted(alternative, extension)));
+            Ok::<_, IdentificationError>(extension)
+        };
+        let delays = add(Alternative::TorqueDelay, Some(&self.delays()))?;
+        add(Alternative::LeftOutParameters, Some(&self.beside.left_out))?;
+        let coupled: Vec<usize> =
+            (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
+        let of_joints = (0..joints).map(|joint| unit(joint, joints));
+        let of_motors =
+            coupled.iter().map(|&motor| transmission.direction(motor)[..joints].to_vec());
+        let frictions = (0..joints).map(|joint| Alternative::JointFriction(joint + 1));
+        let frictions =
+            frictions.chain(coupled.iter().map(|motor| Alternative::MotorFriction(motor + 1)));
+        let directions: Vec<Vec<f64>> = of_joints.chain(of_motors).collect();
+        for (alternative, friction) in frictions.zip(self.friction_columns(&directions)?) {
+            add(alternative, friction.as_ref())?;
+        }
+        let predicted = self.predicted();
+        for joint in 0..joints {
+            add(Alternative::TorqueGain(joint + 1), Some(&self.gain(&predicted, joint)))?;
+        }
+        if delays.is_none() {
+            notes.push(Note::DelayUnchecked);
+        }
+
+        let mut torque_delay_per_joint = vec![None; joints];
+        for (k, &joint) in delays.iter().flat_map(|d| d.columns.iter().enumerate()) {
+            torque_delay_per_joint[joint] = delays.as_ref().map(|found| TorqueDelay {
+                delay_s: found.coefficients[k],
+                standard_deviation_s: found.covariance[(k, k)].sqrt(),
+            });
+        }
+        Ok(Checks { model_checks, torque_delay_per_joint, notes })
+    }
+
+    fn shifted(&self, alternative: Alternative, extension: &Extension) -> ModelCheck {
+        let uncertainty = Some(&extension.shift_deviation);
+        self.check_of(alternative, Some(extension.probability), &extension.shift, uncertainty)
+    }
+
+    fn check_of(
+        &self,
+        alternative: Alternative,
+        probability: Option<f64>,
+        shift: &DVector<f64>,
+        uncertainty: Option<&DVector<f64>>,
+    ) -> ModelCheck {
+        let relative = shift.component_div(self.deviations);
+        let certain = |k: usize| uncertainty.is_none_or(|u| shift[k].abs() > CERTAIN * u[k]);
+        let furthest = (0..relative.len()).max_by(|&a, &b| {
+            let order = certain(a).cmp(&certain(b));
+            order.then(relative[a].abs().total_cmp(&relative[b].abs()))
+        });
+        let furthest = furthest.unwrap_or_default();
+        ModelCheck {
+            alternative,
+            probability,
+            parameter: self.context.selection.names()[furthest].clone(),
+            shift_deviations: relative[furthest],
+            shift_uncertainty: uncertainty.map(|u| u[furthest] / self.deviations[furthest]),
+        }
+    }
+
+    /// What of the noise of the positions was not looked at.
+    fn position_unchecked(&self) -> Note {
+        match self.position_error {
+            PositionError::InTheRegressor => {
+                let cutoff_hz = self.context.options.position_filter.cutoff_hz;
+                Note::PositionFilterUnchecked { cutoff_hz }
+            }
+            PositionError::NotLookedAt => Note::PositionNoiseIgnored,
+            PositionError::Unknown | PositionError::InTheLoop(_) => Note::PositionNoiseNotSimulated,
+        }
+    }
+
+    /// The predicted torque of one joint in its own rows: a gain that is wrong by a factor 1 + g
+    /// adds g times this.
+    fn gain(&self, predicted: &DVector<f64>, joint: usize) -> DMatrix<f64> {
+        let range = self.observations.joint_rows(joint);
+        DMatrix::from_fn(predicted.len(), 1, |row, _| {
+            if range.contains(&row) { predicted[row] } else { 0.0 }
+        })
+    }
+
+    /// X θ.
+    fn predicted(&self) -> DVector<f64> {
+        self.observations.matrix() * self.parameters
+    }
+
+    /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
+    /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`. Filtered torques
+    /// are differentiated, which is as good as the reverse but for what filters make of the ends of a
+    /// record, where nothing is known of either.
+    fn delays(&self) -> DMatrix<f64> {
+        let rates = &self.beside.rates * self.parameters;
+        DMatrix::from_fn(rates.len(), self.observations.joints(), |row, joint| {
+            if self.observations.joint_rows(joint).contains(&row) { rates[row] } else { 0.0 }
+        })
+    }
+
+    /// What the noise of the positions does.
+    fn position_check(&self) -> Result<Option<ModelCheck>, IdentificationError> {
+        match self.position_error {
+            PositionError::Unknown | PositionError::NotLookedAt => Ok(None),
+            PositionError::InTheRegressor => self.position_filter_check(),
+            // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
+            // the noise and biases the estimate.
+            PositionError::InTheLoop([half, all]) => {
+                let even = (self.rows_of(&(all - half * 2.0))? + self.predicted()) * 2.0;
+                let shift = -self.analysis.moved_by(&even);
+                Ok(Some(self.check_of(Alternative::PositionNoise, None, &shift, None)))
+            }
+        }
+    }
+
+    /// What position filter and position noise do to the estimate, from what another cut-off f
+    /// would change: smoothing has an effect of f⁻², as far as it bends what changes suddenly, and
+    /// the noise of the velocity one of f³, as its power.
+    ///
+    /// ```text
+    /// θ(f) = θ₀ + s + n        with another cut-off        θ(r f) = θ₀ + r⁻² s + r³ n
+    /// ```
+    ///
+    /// Two wider filters give s and n, and −(s + n) is how far the parameter is from θ₀.
+    fn position_filter_check(&self) -> Result<Option<ModelCheck>, IdentificationError> {
+        let (experiment, filter) = (self.context.experiment, self.context.options.position_filter);
+        let nyquist_hz = 0.5 * experiment.sample_rate_hz();
+        let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
+        if widest < NARROWEST_COMPARISON {
+            return Ok(None);
+        }
+        // How far the filter rings around a glitch [samples].
+        let reach = RINGING_PERIODS * experiment.sample_rate_hz() / filter.cutoff_hz;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "above 0, and casts saturate"
+        )]
+        let reach = reach.ceil() as usize;
+        // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
+        // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
+        let mut positions = FilteredPositions::of(experiment);
+        let mut move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
+            let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..filter };
+            positions.filter(experiment, &other)?;
+            Ok(self.analysis.moved_by(&self.torque_difference(&positions, reach)?))
+        };
+        let (near, far) = (widest.sqrt(), widest);
+        let (moved_near, moved_far) = (move_with(near)?, move_with(far)?);
+        let ([s1, n1], [s2, n2]) = (effects(near), effects(far));
+        let determinant = s1 * n2 - s2 * n1;
+        let smoothing = (&moved_near * n2 - &moved_far * n1) / determinant;
+        let noise = (&moved_far * s1 - &moved_near * s2) / determinant;
+        let back = self.check_of(Alternative::PositionFilter, None, &-(&smoothing + &noise), None);
+        let parameter =
+            self.context.selection.names().iter().position(|name| *name == back.parameter);
+        let smoothed = parameter.is_none_or(|k| smoothing[k].abs() >= noise[k].abs());
+        let alternative =
+            if smoothed { Alternative::PositionFilter } else { Alternative::PositionNoise };
+        Ok(Some(ModelCheck { alternative, ..back }))
+    }
+}
+
+/// What smoothing and noise change when the cut-off is multiplied by a ratio, per unit of each.
+fn effects(ratio: f64) -> [f64; 2] {
+    [ratio.powi(-2) - 1.0, ratio.powi(3) - 1.0]
+}
+
+/// The direction of a joint's own speed.
+fn unit(joint: usize, joints: usize) -> Vec<f64> {
+    (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect()
+}

@@ -1,0 +1,240 @@
+//! What an identification says.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use super::alternative::{ModelCheck, TorqueDelay};
+use super::information::Information;
+use super::reasons::{Note, Reason};
+use crate::identification::given::{Failure, Selection};
+use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
+
+/// Version of [`Estimate`]'s layout in JSON.
+pub const SCHEMA: u32 = 1;
+
+/// One parameter with its uncertainty. Nothing leaves the library without one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterEstimate {
+    /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
+    pub name: String,
+    /// Whether others are regrouped into it.
+    #[serde(skip)]
+    pub regrouped: bool,
+    /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
+    pub value: f64,
+    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
+    pub standard_deviation: f64,
+    /// The classical one, which takes the residuals for white (equation 10).
+    pub classical_standard_deviation: f64,
+    /// `standard_deviation / |value|`.
+    pub relative_standard_deviation: f64,
+}
+
+impl ParameterEstimate {
+    /// Every selected parameter, from a solution and its corrected standard deviations.
+    pub(crate) fn of(
+        selection: &Selection,
+        solution: &Solution,
+        deviations: &DVector<f64>,
+    ) -> Vec<Self> {
+        let classical = solution.standard_deviations();
+        let names = selection.names().iter().zip(selection.regrouped());
+        let parameters = names.enumerate().map(|(k, (name, &regrouped))| Self {
+            name: name.clone(),
+            regrouped,
+            value: solution.parameters[k],
+            standard_deviation: deviations[k],
+            classical_standard_deviation: classical[k],
+            relative_standard_deviation: deviations[k] / solution.parameters[k].abs(),
+        });
+        parameters.collect()
+    }
+}
+
+/// The extreme singular values of an observation matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SingularValues {
+    /// Largest.
+    pub max: f64,
+    /// Smallest.
+    pub min: f64,
+}
+
+impl SingularValues {
+    /// Of the matrix that was solved.
+    pub(crate) fn of(solution: &Solution) -> Self {
+        let (max, min) = solution.extreme_singular_values();
+        Self { max, min }
+    }
+}
+
+/// Whether a result may be used, and if not, why not.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Verdict {
+    /// True when no reason speaks against use.
+    pub applicable: bool,
+    /// The reasons against.
+    pub reasons: Vec<Reason>,
+    /// What must be known with the result and does not speak against its use.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+    /// How the method failed although it has a result, where it did; the first of the reasons that
+    /// says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failure: Option<Failure>,
+}
+
+impl Verdict {
+    /// With these reasons against and these notes.
+    pub fn new(reasons: Vec<Reason>, notes: Vec<Note>) -> Self {
+        let failure = reasons.iter().find_map(Reason::failure);
+        Self { applicable: reasons.is_empty(), reasons, notes, failure }
+    }
+
+    /// The same with what else speaks against.
+    #[must_use]
+    pub(crate) fn with_reasons(self, more: impl IntoIterator<Item = Reason>) -> Self {
+        Self::new(self.reasons.into_iter().chain(more).collect(), self.notes)
+    }
+}
+
+/// Where the reference of the simulated closed loops came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReferenceSource {
+    /// What the controller was told was recorded.
+    Recorded,
+    /// It was not: the filtered measured position stood in for it.
+    MeasuredPosition,
+}
+
+/// One closed-loop simulation and the least-squares step from it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ConvergenceStep {
+    /// Number of the simulation, from 1; those that failed count.
+    pub simulation: u32,
+    /// ‖y − Xθ‖ / ‖y‖ with X of this simulation and θ of the step from it.
+    pub relative_error: f64,
+    /// Its change from the step before, relative to that step's, or to 1e-3 where that is less.
+    pub relative_error_change: Option<f64>,
+    /// Largest difference between a parameter of the step and the simulated one, in standard
+    /// deviations of the step.
+    pub parameter_change: f64,
+    /// How often the step before was halved until it could be simulated.
+    pub halvings: u32,
+}
+
+/// The result of one identification. Its JSON is a contract: see the command line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Version of this record's layout.
+    pub schema: u32,
+    /// The method's name on the command line: `idim-ls`.
+    pub method: String,
+    /// The robot's name.
+    pub robot: String,
+    /// Samples of the experiment.
+    pub samples: usize,
+    /// Rows of the observation matrix, all joints together.
+    pub rows: usize,
+    /// The parameters, in the model's order.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Condition number of the weighted, decimated observation matrix.
+    pub condition_number: f64,
+    /// Its extreme singular values.
+    pub singular_values: SingularValues,
+    /// Condition number of the same matrix without the weights.
+    pub unweighted_condition_number: f64,
+    /// Its extreme singular values: the μ of the paper's tables 2 and 5.
+    pub unweighted_singular_values: SingularValues,
+    /// ‖y − Xθ‖ / ‖y‖ over all joints, unweighted.
+    pub relative_error: f64,
+    /// The same per joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// Root mean square of the residual per joint \[N·m or N\].
+    pub rms_error_per_joint_nm: Vec<f64>,
+    /// How uncertain the parameters make the torque of each joint along this motion: root mean
+    /// square of the standard deviation of X θ, relative to that of the torque.
+    pub relative_prediction_deviation_per_joint: Vec<f64>,
+    /// Durbin–Watson statistic of the residual per joint.
+    pub durbin_watson_per_joint: Vec<f64>,
+    /// What white noise behind the decimation filter has.
+    pub durbin_watson_expected: f64,
+    /// The probability that white noise behind the decimation filter has residuals as correlated
+    /// as those of each joint.
+    pub whiteness_per_joint: Vec<f64>,
+    /// The test that says so.
+    pub ljung_box_per_joint: Vec<LjungBox>,
+    /// How many independent rows those of each joint are worth where a mean is formed.
+    pub effective_rows_per_joint: Vec<f64>,
+    /// How much later than stated each joint's torque acts; null where the motion does not tell.
+    pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+    /// What alternative models would change.
+    pub model_checks: Vec<ModelCheck>,
+    /// Linear least-squares steps taken.
+    pub iterations: u32,
+    /// Closed-loop simulations of the iteration, those that failed included; the check for position
+    /// noise takes two more.
+    pub simulations: u32,
+    /// The way there, for methods that iterate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub convergence: Vec<ConvergenceStep>,
+    /// What the simulated loops followed, for methods that simulate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceSource>,
+    /// Rows of each joint of whose residual less than a half counts, with robust weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downweighted_rows_per_joint: Option<Vec<usize>>,
+    /// ‖q − q_s‖ / ‖q‖ over the rows of each joint, with q_s the positions of the last simulation, for
+    /// methods that simulate (the paper's table 3).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_position_error_per_joint: Option<Vec<f64>>,
+    /// ‖τ − τ_s‖ / ‖τ‖ over the rows of each joint, with τ_s the torques of the last simulation, for
+    /// methods that simulate (the paper's table 3); absent where the logged torques and those of the
+    /// simulated controller do not act at the same time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulated_torque_error_per_joint: Option<Vec<f64>>,
+    /// How far the command that the described controller makes of the recorded reference and
+    /// position is from the recorded one, relative to it; for methods that simulate, where it can
+    /// be told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controller_error_per_joint: Option<Vec<f64>>,
+    /// Smallest canonical correlation between instruments and observation matrix, for methods with
+    /// instruments: 1 where they say the same, 0 where a combination of parameters has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_instrument_correlation: Option<f64>,
+    /// Whether the result may be used.
+    pub verdict: Verdict,
+}
+
+/// The decimated torques that the parameters were fitted to, for plots: one vector per joint, one
+/// entry per row \[N·m or N\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// Time of each row since the first sample \[s\].
+    pub time_s: Vec<f64>,
+    /// Filtered measured torque.
+    pub measured: Vec<Vec<f64>>,
+    /// What the identified model gives for the same rows, X θ.
+    pub predicted: Vec<Vec<f64>>,
+    /// What is left of the equation that was solved: `measured − predicted`, but with CLOE that of
+    /// the positions \[rad or m\].
+    pub equation_residuals: Vec<Vec<f64>>,
+    /// What the autocorrelation of `equation_residuals` would be if they were white noise behind the
+    /// decimation filter, if there is one, from lag 1.
+    pub white_noise: Vec<NoiseAutocorrelation>,
+    /// Rows of each joint of whose residual less than a half counts, in rising order; nothing without
+    /// robust weights.
+    pub downweighted: Vec<Vec<usize>>,
+    /// Which moves inform which parameter, in the order of the estimate's parameters.
+    pub information: Information,
+}
+
+/// An estimate with what is needed to look at it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The result.
+    pub estimate: Estimate,
+    /// Measurement against model.
+    pub fit: Fit,
+}

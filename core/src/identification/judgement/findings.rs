@@ -1,0 +1,210 @@
+//! From a solved equation to the record that leaves the library.
+
+use core::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::checks::{Checks, FittedModel, PositionError};
+use super::estimate::{
+    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
+    SingularValues, Verdict,
+};
+use super::information::Information;
+use super::outliers::DownweightedRows;
+use super::workspace::indefinite_posture;
+use crate::identification::given::{Context, IdentificationError, Method};
+use crate::identification::observation::{BesideObservation, Motion};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
+
+/// Lags of the residuals' autocorrelation that are worth looking at.
+const LAGS: usize = 30;
+
+/// The torques along the motion, where the equation that was solved is another one.
+pub(crate) struct TorqueRows<'a> {
+    /// Regressor and measured torques of the same rows.
+    pub(crate) observations: &'a Observations,
+    /// What the estimate leaves of the measured torques.
+    pub(crate) residuals: &'a DVector<f64>,
+    /// Their own weighted solution, where the solved equation is not one of torques: there the model
+    /// is checked.
+    pub(crate) own: Option<&'a Solution>,
+}
+
+/// What a method hands in, beside its context.
+pub(crate) struct Findings<'a> {
+    pub(crate) method: Method,
+    /// The motion that the observation matrix was built on.
+    pub(crate) motion: &'a Motion,
+    /// What there is of it beside the observation matrix.
+    pub(crate) beside: &'a BesideObservation,
+    /// Where the noise of the positions may do harm.
+    pub(crate) position_error: PositionError,
+    /// The equation that was solved.
+    pub(crate) observations: &'a Observations,
+    /// None where it is that of the torques and their regressor.
+    pub(crate) torque: Option<TorqueRows<'a>>,
+    /// The weighted solution, whose parameters are the result.
+    pub(crate) solution: &'a Solution,
+    /// The solution of the same equation without weights.
+    pub(crate) unweighted: &'a Solution,
+    /// Rows that an M-estimate weights down, where it is one.
+    pub(crate) downweighted: Option<&'a DownweightedRows>,
+    /// Samples that outliers reach.
+    pub(crate) outliers: Vec<Range<usize>>,
+    /// The way to the solution.
+    pub(crate) iteration: Iteration,
+}
+
+/// The way to a solution.
+#[derive(Default)]
+pub(crate) struct Iteration {
+    pub(crate) linear_steps: u32,
+    /// Simulations of the closed loop, those that failed included.
+    pub(crate) simulations: u32,
+    pub(crate) steps: Vec<ConvergenceStep>,
+    /// What the simulated loops followed.
+    pub(crate) reference: Option<ReferenceSource>,
+    /// ‖q − q_s‖ / ‖q‖ of the last simulation.
+    pub(crate) position_error_per_joint: Option<Vec<f64>>,
+    /// ‖τ − τ_s‖ / ‖τ‖ of the last simulation, where the torques can be compared.
+    pub(crate) torque_error_per_joint: Option<Vec<f64>>,
+    /// How far the described controller is from the recorded one, where that can be told.
+    pub(crate) controller_error_per_joint: Option<Vec<f64>>,
+    /// Smallest canonical correlation of instruments, where there are any.
+    pub(crate) instrument_correlation: Option<f64>,
+}
+
+impl Findings<'_> {
+    /// The estimate with its verdict, and the fit.
+    pub(crate) fn judged(
+        self,
+        context: &Context<'_>,
+    ) -> Result<Identification, IdentificationError> {
+        let Self { observations, solution, iteration, .. } = &self;
+        let (limits, filter) = (&context.options.limits, context.row_filter());
+        let analysis = ResidualAnalysis::new(observations, solution, &filter);
+        let covariance = analysis.covariance();
+        let deviations = covariance.diagonal().map(f64::sqrt);
+        let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
+        let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
+        let mut other = None;
+        let checks = match self.torque.as_ref().and_then(|rows| rows.own) {
+            None => self.checks(context, torque, &analysis, &solution.parameters, &deviations)?,
+            Some(own) => {
+                let analysis = ResidualAnalysis::new(torque, own, &filter);
+                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+                other = limits.other_parameters(
+                    context.selection.names(),
+                    &(&own.parameters - &solution.parameters),
+                    &own_deviations.zip_map(&deviations, f64::hypot),
+                );
+                self.checks(context, torque, &analysis, &own.parameters, &own_deviations)?
+            }
+        };
+
+        let statistics = torque.residual_statistics(residuals);
+        let ljung_box = analysis.spectrum().ljung_box_per_joint();
+        let own_statistics = observations.residual_statistics(&solution.residuals);
+        let downweighted = self.downweighted.map(DownweightedRows::per_joint);
+        let mut estimate = Estimate {
+            schema: SCHEMA,
+            method: self.method.name().to_owned(),
+            robot: context.robot.name().to_owned(),
+            samples: context.experiment.samples(),
+            rows: observations.matrix().nrows(),
+            parameters: ParameterEstimate::of(&context.selection, solution, &deviations),
+            condition_number: solution.condition_number(),
+            singular_values: SingularValues::of(solution),
+            unweighted_condition_number: self.unweighted.condition_number(),
+            unweighted_singular_values: SingularValues::of(self.unweighted),
+            relative_error: statistics.relative_error,
+            relative_error_per_joint: statistics.relative_error_per_joint,
+            rms_error_per_joint_nm: statistics.rms_per_joint,
+            relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
+            durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
+            durbin_watson_expected: filter.durbin_watson_of_white_noise(),
+            whiteness_per_joint: ljung_box.iter().map(LjungBox::probability).collect(),
+            ljung_box_per_joint: ljung_box,
+            effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
+            torque_delay_per_joint: checks.torque_delay_per_joint,
+            model_checks: checks.model_checks,
+            iterations: iteration.linear_steps,
+            simulations: iteration.simulations,
+            convergence: iteration.steps.clone(),
+            reference: iteration.reference,
+            downweighted_rows_per_joint: downweighted
+                .map(|rows| rows.iter().map(Vec::len).collect()),
+            relative_position_error_per_joint: iteration.position_error_per_joint.clone(),
+            simulated_torque_error_per_joint: iteration.torque_error_per_joint.clone(),
+            controller_error_per_joint: iteration.controller_error_per_joint.clone(),
+            smallest_instrument_correlation: iteration.instrument_correlation,
+            verdict: Verdict::default(),
+        };
+        let standard = context.selection.standard(&solution.parameters);
+        let indefinite = indefinite_posture(context.robot, &context.model, &standard);
+        let mut reasons = limits.reasons(context, &estimate, indefinite);
+        reasons.extend(other);
+        let time_s = context.time_s();
+        let mut notes = limits.notes(context, &estimate);
+        notes.extend(checks.notes);
+        notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
+        estimate.verdict = Verdict::new(reasons, notes);
+        let measured = torque.measurements();
+        let information = Information::new(
+            observations,
+            &analysis,
+            &solution.noise_levels,
+            self.motion,
+            &context.samples,
+            context.experiment.sample_rate_hz(),
+        );
+        let fit = Fit {
+            information,
+            time_s,
+            downweighted: downweighted.map_or_else(Vec::new, <[_]>::to_vec),
+            measured: per_joint(torque, measured),
+            predicted: per_joint(torque, &(measured - residuals)),
+            equation_residuals: per_joint(observations, &solution.residuals),
+            white_noise: filter.autocorrelation_of_white_noise(observations.rows_per_joint(), LAGS),
+        };
+        Ok(Identification { estimate, fit })
+    }
+
+    /// Checks the model on an equation of torques and its solution.
+    fn checks(
+        &self,
+        context: &Context<'_>,
+        torque: &Observations,
+        analysis: &ResidualAnalysis<'_>,
+        parameters: &DVector<f64>,
+        deviations: &DVector<f64>,
+    ) -> Result<Checks, IdentificationError> {
+        let fitted = FittedModel {
+            context,
+            motion: self.motion,
+            beside: self.beside,
+            position_error: &self.position_error,
+            outliers: &self.outliers,
+            observations: torque,
+            analysis,
+            parameters,
+            deviations,
+        };
+        fitted.check()
+    }
+}
+
+/// `√(tr(X_j Σ X_jᵀ)) / ‖y_j‖` of every joint.
+fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
+    let (x, y) = (observations.matrix(), observations.measurements());
+    let deviation = |joint: usize| {
+        let range = observations.joint_rows(joint);
+        let x = x.rows_range(range.clone());
+        (x * covariance).dot(&x).max(0.0).sqrt() / y.rows_range(range).norm()
+    };
+    (0..observations.joints()).map(deviation).collect()
+}
+
+fn per_joint(observations: &Observations, rows: &DVector<f64>) -> Vec<Vec<f64>> {
+    rows.as_slice().chunks(observations.rows_per_joint()).map(<[f64]>::to_vec).collect()
+}

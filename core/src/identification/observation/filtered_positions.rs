@@ -1,0 +1,111 @@
+//! Filtered positions, and velocities and accelerations only where they are asked for.
+
+use nalgebra::DMatrix;
+
+use crate::MAX_JOINTS;
+use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
+use crate::numeric::each;
+use crate::signal::neighbours;
+
+/// Filtered positions of every joint, sample by sample. Velocities and accelerations are formed
+/// where they are asked for: memory for all of them takes longer to get than they take to compute.
+pub(crate) struct FilteredPositions {
+    rate_hz: f64,
+    /// 0 beyond the joints.
+    samples: Vec<[f64; MAX_JOINTS]>,
+}
+
+impl FilteredPositions {
+    /// Memory for the positions of an experiment, all 0 yet.
+    pub(crate) fn of(experiment: &Experiment) -> Self {
+        let samples = vec![[0.0; MAX_JOINTS]; experiment.samples()];
+        Self { rate_hz: experiment.sample_rate_hz(), samples }
+    }
+
+    /// Filters the positions of the experiment without phase over the whole record.
+    ///
+    /// # Errors
+    /// [`IdentificationError::PositionFilter`] and [`IdentificationError::Signal`].
+    pub(crate) fn filter(
+        &mut self,
+        experiment: &Experiment,
+        filter: &PositionFilter,
+    ) -> Result<(), IdentificationError> {
+        let sections = filter.design(self.rate_hz).map_err(IdentificationError::PositionFilter)?;
+        side_by_side(experiment.position_rad(), &mut self.samples);
+        sections
+            .filter_zero_phase_lanes(&mut self.samples, sections.default_padding())
+            .map_err(|cause| IdentificationError::Signal { signal: "position", joint: 1, cause })
+    }
+
+    /// Their number.
+    pub(crate) fn samples(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// The positions of so many joints, samples × joints.
+    pub(crate) fn joint_after_joint(&self, joints: usize) -> DMatrix<f64> {
+        one_after_the_other(&self.samples, joints)
+    }
+
+    /// q of a sample.
+    #[inline(always)]
+    pub(crate) fn position(&self, sample: usize) -> [f64; MAX_JOINTS] {
+        self.samples[sample]
+    }
+
+    /// q̇ of a sample.
+    #[inline(always)]
+    pub(crate) fn velocity(&self, sample: usize) -> [f64; MAX_JOINTS] {
+        self.derivative(sample, Self::position)
+    }
+
+    /// q̈ of a sample.
+    #[inline(always)]
+    pub(crate) fn acceleration(&self, sample: usize) -> [f64; MAX_JOINTS] {
+        self.derivative(sample, Self::velocity)
+    }
+
+    /// [`central_difference`](crate::signal::central_difference) of all joints at one sample.
+    #[inline(always)]
+    fn derivative(
+        &self,
+        sample: usize,
+        value: impl Fn(&Self, usize) -> [f64; MAX_JOINTS],
+    ) -> [f64; MAX_JOINTS] {
+        let (before, after, factor) = neighbours(sample, self.samples.len(), self.rate_hz);
+        let (before, after) = (value(self, before), value(self, after));
+        each(
+            #[inline(always)]
+            |joint| (after[joint] - before[joint]) * factor,
+        )
+    }
+}
+
+/// Samples that are turned from joint after joint to side by side while they are in the nearest cache.
+const CACHED: usize = 64;
+
+/// Writes the joints' signals sample by sample.
+fn side_by_side(signals: &DMatrix<f64>, lanes: &mut [[f64; MAX_JOINTS]]) {
+    for (block, lanes) in lanes.chunks_mut(CACHED).enumerate() {
+        for (joint, signal) in signals.column_iter().enumerate() {
+            for (lanes, value) in lanes.iter_mut().zip(&signal.as_slice()[block * CACHED..]) {
+                lanes[joint] = *value;
+            }
+        }
+    }
+}
+
+/// The signals of so many joints, samples × joints.
+fn one_after_the_other(lanes: &[[f64; MAX_JOINTS]], joints: usize) -> DMatrix<f64> {
+    let mut signals = DMatrix::zeros(lanes.len(), joints);
+    for (block, lanes) in lanes.chunks(CACHED).enumerate() {
+        for (joint, mut signal) in signals.column_iter_mut().enumerate() {
+            let signal = &mut signal.as_mut_slice()[block * CACHED..];
+            for (value, lanes) in signal.iter_mut().zip(lanes) {
+                *value = lanes[joint];
+            }
+        }
+    }
+    signals
+}

@@ -1,0 +1,134 @@
+//! The observation matrix of equations 7 and 8.
+
+use core::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::group::MotionGroup;
+use super::motion::Motion;
+use crate::dynamics::{Model, RegressorColumns, Workspace};
+use crate::identification::given::{Context, IdentificationError, Selection};
+use crate::signal::{Group, ParallelDecimation, SignalError};
+
+/// The filtered, decimated observation matrix X of a motion: the rows of each joint together, one
+/// column per selected parameter. Equation 6 filters each column as the torque is filtered.
+///
+/// # Errors
+/// [`IdentificationError::RegressorFilter`] when the record is too short for the filter,
+/// [`IdentificationError::Regressor`] when the regressor is not finite.
+///
+/// # Panics
+/// When model, selection and motion are not of the same robot.
+pub fn observation_matrix(
+    model: &Model,
+    selection: &Selection,
+    motion: &Motion,
+    decimation: &ParallelDecimation,
+    counted: Range<usize>,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let columns = model.regressor_entries(selection.columns());
+    let entries = entries(model, &columns, motion, decimation, counted)?;
+    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
+}
+
+/// The observation matrix of the rows that are fitted.
+///
+/// # Errors
+/// As [`observation_matrix`].
+pub(crate) fn fitted_matrix(
+    context: &Context<'_>,
+    motion: &Motion,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let Context { model, selection, decimation, .. } = context;
+    let columns = model.regressor_entries(selection.columns());
+    let entries = entries(model, &columns, motion, decimation, context.experiment.counted())?;
+    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &context.fitted(entries)))
+}
+
+/// The columns of all base parameters along a motion, behind the parallel filter, at the rows that are
+/// fitted.
+pub(crate) struct BaseColumns {
+    /// Those of the selected parameters, the observation matrix X.
+    pub(crate) selected: DMatrix<f64>,
+    pub(crate) beside: BesideObservation,
+}
+
+/// What the model is checked with beside the observation matrix.
+pub(crate) struct BesideObservation {
+    /// dX/dt.
+    pub(crate) rates: DMatrix<f64>,
+    /// The columns of the base parameters that are not selected, which are taken as 0.
+    pub(crate) left_out: DMatrix<f64>,
+}
+
+impl BaseColumns {
+    pub(crate) fn new(context: &Context<'_>, motion: &Motion) -> Result<Self, IdentificationError> {
+        let Context { model, base, selection, experiment, .. } = context;
+        let width = selection.columns().len();
+        let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
+        let all: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
+        let columns = model.regressor_entries(&all);
+        let (samples, joints) = motion.position.shape();
+        let (signals, counted) = (columns.entries().len(), experiment.counted());
+        let mut read = entries_along(model, &columns, motion);
+        let filtered =
+            context.decimation.decimate_with_differences(samples, signals, counted, &mut read);
+        let [entries, differences] = filtered.map_err(named)?.map(|rows| context.fitted(rows));
+        let selected = matrix_of(&columns, 0..width, joints, &entries);
+        let left_out = matrix_of(&columns, width..all.len(), joints, &entries);
+        let differences = matrix_of(&columns, 0..width, joints, &differences);
+        let rates = differences * (0.5 * experiment.sample_rate_hz());
+        Ok(Self { selected, beside: BesideObservation { rates, left_out } })
+    }
+}
+
+/// The entries of these columns along a motion, filtered and decimated.
+fn entries(
+    model: &Model,
+    columns: &RegressorColumns,
+    motion: &Motion,
+    decimation: &ParallelDecimation,
+    counted: Range<usize>,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let mut read = entries_along(model, columns, motion);
+    let (samples, signals) = (motion.position.nrows(), columns.entries().len());
+    decimation.decimate_groups(samples, signals, counted, &mut read).map_err(named)
+}
+
+/// The entries of these columns of the regressor, by lanes of samples from the first on.
+fn entries_along<'a>(
+    model: &'a Model,
+    columns: &'a RegressorColumns,
+    motion: &'a Motion,
+) -> impl FnMut(usize, &mut [Group]) + use<'a> {
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
+    move |first, entries| {
+        let [q, dq, ddq] = group.read(motion, first);
+        model.selected_regressor(&mut workspace, columns, q, dq, ddq, entries);
+    }
+}
+
+/// Some of the columns from rows of their entries: the rows of each joint together.
+fn matrix_of(
+    columns: &RegressorColumns,
+    wanted: Range<usize>,
+    joints: usize,
+    entries: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let rows = entries.nrows();
+    let mut matrix = DMatrix::zeros(rows * joints, wanted.len());
+    for (entry, &(joint, column)) in entries.column_iter().zip(columns.entries()) {
+        if wanted.contains(&column) {
+            let mut own = matrix.view_mut((joint * rows, column - wanted.start), (rows, 1));
+            own.copy_from(&entry);
+        }
+    }
+    matrix
+}
+
+fn named(error: SignalError) -> IdentificationError {
+    match error {
+        SignalError::NotFinite { index } => IdentificationError::Regressor { sample: index },
+        cause => IdentificationError::RegressorFilter(cause),
+    }
+}

@@ -1,0 +1,16 @@
+//! What was observed: the motion, and both sides of the equation y = X θ + ε along it.
+//!
+//! Methods solve these rows, and the judgement checks the model on them.
+
+mod filtered_positions;
+mod group;
+mod matrix;
+mod motion;
+mod torque;
+
+pub(crate) use filtered_positions::FilteredPositions;
+pub(crate) use group::{MotionGroup, group_of};
+pub use matrix::observation_matrix;
+pub(crate) use matrix::{BaseColumns, BesideObservation, fitted_matrix};
+pub use motion::{Motion, filtered_motion};
+pub(crate) use torque::{delayed_torque, filtered_torque};

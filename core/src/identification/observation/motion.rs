@@ -1,0 +1,53 @@
+//! The measured motion, filtered and differentiated (paper, section 3.1.1).
+
+use nalgebra::DMatrix;
+
+use super::filtered_positions::FilteredPositions;
+use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
+use crate::signal::central_difference;
+
+/// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
+/// rad/s²; m for a prismatic joint\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// q.
+    pub position: DMatrix<f64>,
+    /// q̇.
+    pub velocity: DMatrix<f64>,
+    /// q̈.
+    pub acceleration: DMatrix<f64>,
+}
+
+/// The motion of an experiment: positions filtered without phase over the whole record, then
+/// central differences twice.
+///
+/// # Errors
+/// [`IdentificationError::PositionFilter`] and [`IdentificationError::Signal`].
+pub fn filtered_motion(
+    experiment: &Experiment,
+    filter: &PositionFilter,
+) -> Result<Motion, IdentificationError> {
+    let rate = experiment.sample_rate_hz();
+    let mut positions = FilteredPositions::of(experiment);
+    positions.filter(experiment, filter)?;
+    let position = positions.joint_after_joint(experiment.joints());
+    let velocity = derivatives(&position, rate, "position")?;
+    let acceleration = derivatives(&velocity, rate, "position")?;
+    Ok(Motion { position, velocity, acceleration })
+}
+
+/// The [`central_difference`] of every joint's signal.
+fn derivatives(
+    signals: &DMatrix<f64>,
+    rate_hz: f64,
+    signal: &'static str,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let mut derivatives = DMatrix::zeros(signals.nrows(), signals.ncols());
+    for (joint, (from, mut to)) in
+        signals.column_iter().zip(derivatives.column_iter_mut()).enumerate()
+    {
+        central_difference(from.as_slice(), rate_hz, to.as_mut_slice())
+            .map_err(|cause| IdentificationError::Signal { signal, joint: joint + 1, cause })?;
+    }
+    Ok(derivatives)
+}

@@ -1,0 +1,51 @@
+//! The measured torque, at the instants of the positions and behind the parallel filter.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::identification::given::{Context, Experiment, IdentificationError};
+use crate::signal::delay_linear;
+
+/// The measurements y of equation 7: torques moved to the instants of the positions, filtered, and
+/// decimated, the rows of each joint together.
+///
+/// A value that acts late or is held is worth at an instant what was logged its mean delay before,
+/// linear between samples: for a command held over one period, the mean of the command before and
+/// after the instant.
+///
+/// At the very ends up to one sample may be missing, as the command before the first one; then the
+/// nearest is taken. More would be a torque that nobody measured.
+///
+/// # Errors
+/// [`IdentificationError::TorqueOutside`] and [`IdentificationError::Signal`].
+pub(crate) fn filtered_torque(context: &Context<'_>) -> Result<DVector<f64>, IdentificationError> {
+    let experiment = context.experiment;
+    let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+    delayed_torque(context, delay)
+}
+
+/// [`filtered_torque`] with a delay of the caller's choice \[samples\].
+pub(crate) fn delayed_torque(
+    context: &Context<'_>,
+    delay: f64,
+) -> Result<DVector<f64>, IdentificationError> {
+    check_inside(context.experiment, delay)?;
+    let logged = context.experiment.torque_nm();
+    let mut torque = Vec::with_capacity(logged.len());
+    for (joint, logged) in (1..).zip(logged.column_iter()) {
+        let delayed = delay_linear(logged.as_slice(), delay)
+            .map_err(|cause| IdentificationError::Signal { signal: "torque", joint, cause })?;
+        torque.extend(delayed);
+    }
+    context.rows_of(&DMatrix::from_vec(logged.nrows(), logged.ncols(), torque), "torque")
+}
+
+/// Whether the record holds the torque of every counted sample, but for one at either end.
+fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), IdentificationError> {
+    let (counted, samples) = (experiment.counted(), experiment.samples());
+    let first = counted.start as f64 - shift_samples;
+    let last = counted.end as f64 - 1.0 - shift_samples;
+    if first >= -1.0 && last <= samples as f64 {
+        return Ok(());
+    }
+    Err(IdentificationError::TorqueOutside { shift_samples, counted, samples })
+}
