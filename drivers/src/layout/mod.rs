@@ -9,6 +9,7 @@
 //! Values here are in the units of the DBC file; [`crate::units`] makes them SI.
 
 mod compile;
+mod compile_nodes;
 mod dbc;
 mod eds;
 mod encode;

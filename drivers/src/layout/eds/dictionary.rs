@@ -9,8 +9,8 @@ use crate::layout::Encoding;
 
 /// An object's value with where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Value {
-    pub(super) number: u64,
+pub(in crate::layout) struct Value {
+    pub(in crate::layout) number: u64,
     section: String,
     key: &'static str,
     line: usize,
@@ -18,16 +18,16 @@ pub(super) struct Value {
 
 /// A device file for one node.
 #[derive(Debug)]
-pub(super) struct Dictionary<'a> {
-    pub(super) file: &'a Path,
-    pub(super) node: u8,
+pub(in crate::layout) struct Dictionary<'a> {
+    pub(in crate::layout) file: &'a Path,
+    pub(in crate::layout) node: u8,
     /// Whether it is a DCF, whose `ParameterValue` counts.
     configured: bool,
     sections: Sections<'a>,
 }
 
 impl<'a> Dictionary<'a> {
-    pub(super) fn parse(
+    pub(in crate::layout) fn parse(
         text: &'a str,
         file: &'a Path,
         node: u8,
@@ -57,18 +57,18 @@ impl<'a> Dictionary<'a> {
     }
 
     /// Whether there is an object of this index.
-    pub(super) fn has(&self, index: u16) -> bool {
+    pub(in crate::layout) fn has(&self, index: u16) -> bool {
         self.sections.contains_key(&format!("{index:04x}"))
             || self.sections.contains_key(&format!("{index:04x}sub0"))
     }
 
     /// The indices from `first` to `last` that are there, ascending.
-    pub(super) fn indices(&self, first: u16, last: u16) -> impl Iterator<Item = u16> {
+    pub(in crate::layout) fn indices(&self, first: u16, last: u16) -> impl Iterator<Item = u16> {
         (first..=last).filter(|index| self.has(*index))
     }
 
     /// The value of an object, if the file gives one.
-    pub(super) fn value(&self, index: u16, sub: u8) -> Result<Option<Value>, EdsError> {
+    pub(in crate::layout) fn value(&self, index: u16, sub: u8) -> Result<Option<Value>, EdsError> {
         if let Some(section) = self.section(index, sub) {
             return self.value_in(section);
         }
@@ -90,7 +90,7 @@ impl<'a> Dictionary<'a> {
     }
 
     /// The value that has to be there.
-    pub(super) fn required(
+    pub(in crate::layout) fn required(
         &self,
         index: u16,
         sub: u8,
@@ -105,7 +105,11 @@ impl<'a> Dictionary<'a> {
     }
 
     /// How the bits of an object are a number, and how many there are.
-    pub(super) fn data_type(&self, index: u16, sub: u8) -> Result<(Encoding, u64), EdsError> {
+    pub(in crate::layout) fn data_type(
+        &self,
+        index: u16,
+        sub: u8,
+    ) -> Result<(Encoding, u64), EdsError> {
         let parent = || {
             let parent = self.sections.get(&format!("{index:04x}"))?;
             parent.get("compactsubobj").is_some().then_some(parent)
@@ -147,7 +151,7 @@ impl<'a> Dictionary<'a> {
     }
 
     /// What is wrong with a value, and where it stands.
-    pub(super) fn refuse(&self, value: &Value, reason: String) -> EdsError {
+    pub(in crate::layout) fn refuse(&self, value: &Value, reason: String) -> EdsError {
         EdsError::Entry {
             file: self.file.to_owned(),
             line: value.line,
@@ -188,6 +192,6 @@ impl<'a> Dictionary<'a> {
 }
 
 /// The name of a sub-object's section.
-pub(super) fn name(index: u16, sub: u8) -> String {
+pub(in crate::layout) fn name(index: u16, sub: u8) -> String {
     format!("{index:04X}sub{sub:X}")
 }

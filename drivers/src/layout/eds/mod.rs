@@ -1,8 +1,8 @@
-//! Layouts from the device files of CANopen drives: EDS and DCF (CiA 306), instead of a DBC file.
+//! The device files of CANopen drives: EDS and DCF (CiA 306), instead of a DBC file.
 //!
 //! A device file says which objects a drive's PDOs carry, under which identifier and when they are
-//! sent; the layout says which objects are the arm's. What comes out is the same plan as from a DBC
-//! file. An EDS gives what a drive has after a reset (`DefaultValue`), a DCF how it was configured
+//! sent; the layout says which objects are the arm's, and `compile_nodes` beside this room makes the
+//! same plan of both as of a DBC file. An EDS gives what a drive has after a reset (`DefaultValue`), a DCF how it was configured
 //! (`ParameterValue`).
 //!
 //! A PDO that is not sent or applied at the SYNC is refused: its values belong to no instant that the
@@ -13,7 +13,8 @@ mod error;
 mod ini;
 mod number;
 mod pdo;
-mod plan;
 
+pub(super) use dictionary::Dictionary;
 pub use error::EdsError;
 pub use ini::MAX_DEVICE_FILE_BYTES;
+pub(super) use pdo::{Direction, Mapped, Object, Pdo, Sent, identifier};

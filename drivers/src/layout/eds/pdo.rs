@@ -13,7 +13,7 @@ const EXTENDED: u64 = 1 << 29;
 
 /// Who sends a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Direction {
+pub(in crate::layout) enum Direction {
     /// The node.
     Transmit,
     /// Its controller.
@@ -21,7 +21,7 @@ pub(super) enum Direction {
 }
 
 impl Direction {
-    pub(super) fn name(self) -> &'static str {
+    pub(in crate::layout) fn name(self) -> &'static str {
         match self {
             Self::Transmit => "TPDO",
             Self::Receive => "RPDO",
@@ -39,14 +39,14 @@ impl Direction {
 
 /// An object of the dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Object {
-    pub(super) index: u16,
-    pub(super) sub: u8,
+pub(in crate::layout) struct Object {
+    pub(in crate::layout) index: u16,
+    pub(in crate::layout) sub: u8,
 }
 
 impl Object {
     /// From `6064:00`, index and sub-index in hexadecimal.
-    pub(super) fn parse(text: &str) -> Option<Self> {
+    pub(in crate::layout) fn parse(text: &str) -> Option<Self> {
         let (index, sub) = text.split_once(':')?;
         let hex = |text: &str| text.bytes().all(|b| b.is_ascii_hexdigit());
         if index.len() != 4 || sub.len() != 2 || !hex(index) || !hex(sub) {
@@ -65,31 +65,31 @@ impl core::fmt::Display for Object {
 
 /// Where an object lies in a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Mapped {
-    pub(super) object: Object,
-    pub(super) first_bit: u64,
-    pub(super) bits: u64,
+pub(in crate::layout) struct Mapped {
+    pub(in crate::layout) object: Object,
+    pub(in crate::layout) first_bit: u64,
+    pub(in crate::layout) bits: u64,
 }
 
 /// One PDO: what it carries.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Pdo {
-    pub(super) direction: Direction,
+pub(in crate::layout) struct Pdo {
+    pub(in crate::layout) direction: Direction,
     /// From 0.
     number: u16,
-    pub(super) mapped: Vec<Mapped>,
+    pub(in crate::layout) mapped: Vec<Mapped>,
     bits: u64,
 }
 
 /// When and under which identifier a PDO is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Sent {
-    pub(super) id: FrameId,
+pub(in crate::layout) struct Sent {
+    pub(in crate::layout) id: FrameId,
 }
 
 impl Pdo {
     /// Every PDO of a direction that maps something.
-    pub(super) fn all(
+    pub(in crate::layout) fn all(
         dictionary: &Dictionary<'_>,
         direction: Direction,
     ) -> Result<Vec<Self>, EdsError> {
@@ -136,17 +136,17 @@ impl Pdo {
     }
 
     /// `TPDO1`
-    pub(super) fn name(&self) -> String {
+    pub(in crate::layout) fn name(&self) -> String {
         format!("{}{}", self.direction.name(), self.number + 1)
     }
 
     /// The bytes of its frames.
-    pub(super) fn bytes(&self) -> u8 {
+    pub(in crate::layout) fn bytes(&self) -> u8 {
         u8::try_from(self.bits.div_ceil(8)).unwrap_or(u8::MAX)
     }
 
     /// Where an object lies in it.
-    pub(super) fn find(&self, object: Object) -> Option<Mapped> {
+    pub(in crate::layout) fn find(&self, object: Object) -> Option<Mapped> {
         self.mapped.iter().copied().find(|mapped| mapped.object == object)
     }
 
@@ -154,7 +154,7 @@ impl Pdo {
     ///
     /// # Errors
     /// The PDO does not exist, or goes by events.
-    pub(super) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
+    pub(in crate::layout) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
         let index = self.direction.first().0 + self.number;
         let remedy = "the identifier and the transmission type decide what the layout can say; \
                       take a DCF that has them";
@@ -202,7 +202,7 @@ impl Pdo {
 }
 
 /// The identifier in a COB-ID.
-pub(super) fn identifier(cob_id: u64) -> Result<FrameId, String> {
+pub(in crate::layout) fn identifier(cob_id: u64) -> Result<FrameId, String> {
     let number = u32::try_from(cob_id & 0x1FFF_FFFF).unwrap_or(u32::MAX);
     if cob_id > u64::from(u32::MAX) {
         return Err(format!("0x{cob_id:X} has more than 32 bits"));

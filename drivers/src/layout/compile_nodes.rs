@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use super::dictionary::Dictionary;
-use super::error::EdsError;
-use super::pdo::{Direction, Mapped, Object, Pdo, Sent, identifier};
+use super::compile::{check_integer, finish, refuse};
+use super::dbc::{MessageFormat, SignalFormat};
+use super::eds::{Dictionary, Direction, EdsError, Mapped, Object, Pdo, Sent, identifier};
+use super::error::LayoutError;
+use super::field::{ByteOrder, Field};
+use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
+use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
-use crate::layout::compile::{check_integer, finish, refuse};
-use crate::layout::dbc::{MessageFormat, SignalFormat};
-use crate::layout::error::LayoutError;
-use crate::layout::field::{ByteOrder, Field};
-use crate::layout::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
-use crate::layout::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 
 /// One object that the layout asks every node for.
 struct Wanted<'a> {
