@@ -16,7 +16,9 @@ use didim::archive::drift::{
 };
 use didim::archive::store::Timestamp;
 use didim::cell::Cell;
-use didim::live::acquire::{BusState, SharedAcquisition};
+use didim::live::acquire::{
+    AcquisitionStatus, BusState, FaultCounters, Flow, RecentCounts, SharedAcquisition,
+};
 use didim::live::recording::{KeptStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
@@ -24,9 +26,9 @@ use didim::offline::identify::identify_recording;
 use didim::service::metrics::exposition;
 use didim::service::pipeline::Places;
 use didim::service::status::{
-    Collector, Colour, Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
+    Collector, Colour, Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
 };
-use didim_drivers::assemble::Losses;
+use didim_drivers::assemble::{Losses, words};
 use didim_formats::read_csv;
 use serde_json::{Value, json};
 
@@ -122,7 +124,8 @@ fn optional(key: &str) -> Value {
         "receive_buffer_asked_bytes" => 2.into(),
         "recording" => {
             let state = RecordingState::Failed;
-            serde_json::to_value(RecordingStatus { state, ..Default::default() }).unwrap()
+            let status = RecordingStatus { state, gives_way: true, ..Default::default() };
+            serde_json::to_value(status).unwrap()
         }
         "kept_recordings" => serde_json::to_value(KeptStatus::default()).unwrap(),
         "oldest_s" => 1.into(),
@@ -144,9 +147,12 @@ fn optional(key: &str) -> Value {
             }],
             "alarms": []
         }),
-        "baseline_unreadable" | "reload_refused" | "why" | "last_failure" | "capture" => {
-            "in words".into()
-        }
+        "baseline_unreadable"
+        | "results_wait_for"
+        | "reload_refused"
+        | "why"
+        | "last_failure"
+        | "capture" => "in words".into(),
         other => panic!("a status may have `{other}` now: say here what it is like"),
     }
 }
@@ -159,7 +165,7 @@ fn fill(value: &mut Value, key: &str) {
             fill(value, key);
         }
         Value::Number(number) if number.as_f64() == Some(0.0) => *value = 1.into(),
-        Value::Object(causes) if causes.is_empty() => *value = json!({ "missing-axis": 1 }),
+        Value::Object(causes) if causes.is_empty() => *value = json!({ "missing_axis": 1 }),
         Value::Object(fields) => fields.iter_mut().for_each(|(key, value)| fill(value, key)),
         _ => {}
     }
@@ -179,22 +185,45 @@ fn everything() -> Snapshot {
         estimation: Some(Default::default()),
     };
     let mut value = serde_json::to_value(snapshot).unwrap();
-    // Left out by JSON while it is not there.
-    value["estimation"]["baseline_unreadable"] = Value::Null;
+    // Left out by JSON while they are not there.
+    for key in ["baseline_unreadable", "results_wait_for"] {
+        value["estimation"][key] = Value::Null;
+    }
     fill(&mut value, "");
     let mut snapshot: Snapshot = serde_json::from_value(value).unwrap();
     snapshot.health = Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
     snapshot
 }
 
-fn bus_states() -> impl Iterator<Item = BusState> {
-    std::iter::successors(Some(BusState::Waiting), |state| match state {
-        BusState::Waiting => Some(BusState::Ok),
-        BusState::Ok => Some(BusState::Silent),
-        BusState::Silent => Some(BusState::Down),
-        BusState::Down => Some(BusState::Ended),
-        BusState::Ended => None,
-    })
+/// What the last five seconds may have brought: each flow, and each way to word its causes.
+fn recent() -> Vec<RecentCounts> {
+    let of = |samples, cycles_idle, cycle: Option<&str>, frame: Option<&str>| RecentCounts {
+        seconds: 5.0,
+        frames: 2_600,
+        samples,
+        cycles_idle,
+        frames_unused: frame.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
+        cycles_lost: cycle.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
+    };
+    let all = vec![
+        of(2_500, 0, None, None),
+        of(0, 100, Some("not_enabled"), None),
+        of(0, 0, Some("missing_axis"), Some("unknown_id")),
+        of(0, 0, None, None),
+        of(2_400, 0, Some("missing_sync"), None),
+    ];
+    let mut flows: Vec<&str> = Vec::new();
+    for recent in &all {
+        // What is new belongs into the list above.
+        flows.push(match recent.flow() {
+            Flow::Well => "well",
+            Flow::Idle => "idle",
+            Flow::Stopped { .. } => "stopped",
+            Flow::Lossy { .. } => "lossy",
+        });
+    }
+    assert_eq!(flows, ["well", "idle", "stopped", "stopped", "lossy"]);
+    all
 }
 
 fn rejections() -> Vec<Rejection> {
@@ -248,14 +277,14 @@ fn lines_of_the_status() {
     }
     // The name of a line is written once for its values.
     names.remove("");
-    are_in_the_manual(&names, 35);
+    are_in_the_manual(&names, 40);
     is_still_said("\n## Read the status\n", &names);
 }
 
 #[test]
 fn states_of_the_bus() {
     let mut snapshot = everything();
-    let said = bus_states().map(|state| {
+    let said = BusState::ALL.into_iter().map(|state| {
         snapshot.acquisition.as_mut().unwrap().bus = state;
         let status = render(&snapshot, Colour::Never);
         let line = status.lines().find(|line| line.starts_with("bus ")).unwrap().to_owned();
@@ -264,14 +293,33 @@ fn states_of_the_bus() {
     are_in_the_manual(&said.collect(), 5);
 }
 
+#[test]
+fn health_without_a_reason() {
+    let mut said = BTreeSet::new();
+    for recent in recent() {
+        let mut acquisition = SharedAcquisition::default().counts();
+        acquisition.bus = BusState::Ok;
+        let acquisition =
+            AcquisitionStatus { recent, ..AcquisitionStatus::new(&acquisition, None) };
+        let health = Health::of(Some(&acquisition), None);
+        if health.ok {
+            said.insert(health.words().to_owned());
+        }
+    }
+    assert!(said.contains(IDLE), "{said:?}");
+    are_in_the_manual(&said, 2);
+}
+
 /// Everything that may be a reason of `health`.
 fn reasons() -> BTreeSet<String> {
     let mut reasons = BTreeSet::new();
     let mut snapshot = everything();
-    for state in bus_states() {
-        let acquisition = snapshot.acquisition.as_mut().unwrap();
-        (acquisition.bus, acquisition.samples) = (state, 0);
-        reasons.extend(Health::of(snapshot.acquisition.as_ref(), None).reasons);
+    for state in BusState::ALL {
+        for recent in recent() {
+            let acquisition = snapshot.acquisition.as_mut().unwrap();
+            (acquisition.bus, acquisition.recent) = (state, recent);
+            reasons.extend(Health::of(snapshot.acquisition.as_ref(), None).reasons);
+        }
     }
     let estimation = snapshot.estimation.as_mut().unwrap();
     for rejection in rejections() {
@@ -350,7 +398,7 @@ fn reasons_of_halves() -> Vec<String> {
 #[test]
 fn reasons_of_health() {
     let said = reasons();
-    are_in_the_manual(&said, 25);
+    are_in_the_manual(&said, 30);
     let mut said = said;
     said.insert("acquisition: ".into());
     is_still_said("\n## Every reason, and what to do\n", &said);
@@ -413,12 +461,26 @@ fn reasons_of_verdicts() {
 #[test]
 fn causes_of_losses() {
     let losses = serde_json::to_value(Losses::default()).unwrap();
-    for (kind, at_least) in [("frames", 11), ("cycles", 10)] {
+    for (kind, at_least) in [("frames", 11), ("cycles", 11)] {
         let causes = losses[kind].as_object().unwrap().keys();
-        are_in_the_manual(&causes.map(|cause| cause.replace('_', " ")).collect(), at_least);
+        are_in_the_manual(&causes.map(|cause| words(cause)).collect(), at_least);
     }
     let causes = rejections().iter().map(|rejection| rejection.cause().to_owned()).collect();
     are_in_the_manual(&causes, 10);
+}
+
+/// Counters are declared once: what is declared is a line of the status and a metric.
+#[test]
+fn counters_of_the_bus() {
+    let counters: Vec<_> = FaultCounters::default().each().collect();
+    are_in_the_manual(&counters.iter().map(|each| each.words.to_owned()).collect(), 11);
+    are_in_the_manual(&counters.iter().map(|each| each.metric.to_owned()).collect(), 11);
+    let (snapshot, text) = (everything(), exposition(Some(&everything())));
+    let lines = render(&snapshot, Colour::Never);
+    for counter in counters {
+        assert!(lines.lines().any(|line| line.starts_with(counter.words)), "{}", counter.words);
+        assert!(text.contains(&format!("# TYPE {} counter\n", counter.metric)), "{text}");
+    }
 }
 
 #[test]
