@@ -62,7 +62,7 @@ impl Library {
     }
 }
 
-/// `config/cells/../robots/x` is `config/robots/x`.
+/// Without `..`: `config/cells/../robots/tx40.toml` is `config/robots/tx40.toml`.
 fn normal(path: &Path) -> std::path::PathBuf {
     use std::path::Component;
 
