@@ -1,6 +1,6 @@
 //! The service: from frames on a drive bus to identified parameters.
 //!
-//! The rooms, and what each may use; `tests/arrows.rs` holds them to it.
+//! The rooms, and what each may use; `tests/arrows` holds them to it.
 //!
 //! | room | what it is | uses |
 //! |---|---|---|
@@ -11,6 +11,8 @@
 //! | [`cell`] | a cell file, validated | all below |
 //! | [`live`] | bus thread, shared memory, worker, recordings | all below |
 //! | [`archive`] | results on disk, and their drift from the baseline | all below |
+//! | [`signals`] | SIGINT, SIGTERM and SIGHUP, for everything that waits | `files` |
+//! | [`files`] | files replaced whole or not at all, configuration read within bounds | – |
 //! | [`window`] | the samples that one result comes from | – |
 //! | [`text`] | numbers and tables in plain text | – |
 

@@ -1,31 +1,134 @@
-//! Arrows between files and rooms point down: no circle anywhere, and the service's rooms use only those
-//! below them. Packages are walls that the compiler keeps; these are the walls inside them.
+//! Arrows between files and rooms point down: no circle anywhere, and rooms use only those that the order
+//! below has after them. Packages are walls that the compiler keeps; these are the walls inside them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use modules::Package;
 
 const PACKAGES: [&str; 7] =
     ["core/src", "drivers/src", "formats/src", "sim-fixtures/src", "src", "lab/src", "cli/src"];
 
-fn edges(package: &str) -> BTreeMap<PathBuf, BTreeSet<PathBuf>> {
-    Package::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(package)).edges()
-}
+/// Folders with what stands in them, files and folders, from the top: each uses only what comes after it.
+const ORDER: [(&str, &str); 8] = [
+    (
+        "core/src",
+        "identification simulation control dynamics trajectory regression signal robot numeric sample",
+    ),
+    (
+        "core/src/identification",
+        "cross_validation identify closed_loop equation_error judgement observation given",
+    ),
+    ("drivers/src", "assemble source socket clock units layout frame"),
+    ("src", "check service report offline cell live archive signals files window text"),
+    ("src/live", "worker acquire recording stream latency"),
+    ("src/archive", "drift store"),
+    ("src/offline", "compare log identify rate"),
+    (
+        "cli/src",
+        "manual lib baseline capture check compare convert demo history metrics note reload replay run study \
+         top window convert_frames identify sim outcome state status output error",
+    ),
+];
+
+type Edges = BTreeMap<PathBuf, BTreeSet<PathBuf>>;
+
+/// Of each package: its files, and those that each uses. Read once, for all tests.
+static EDGES: LazyLock<BTreeMap<&str, Edges>> = LazyLock::new(|| {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let of = |package| (package, Package::read(&root.join(package)).edges());
+    PACKAGES.map(of).into()
+});
 
 #[test]
 fn no_files_use_each_other_in_a_circle() {
     let mut found = Vec::new();
-    for package in PACKAGES {
-        for c in circles(&edges(package)) {
+    for (package, edges) in EDGES.iter() {
+        for c in circles(edges) {
             println!("{package}: {c:?}");
             found.push(c);
         }
     }
     assert!(found.is_empty());
+}
+
+type Uses = BTreeMap<String, BTreeSet<String>>;
+
+/// What stands in each folder of a package, files and folders, and what of it uses which other.
+fn rooms(package: &str) -> BTreeMap<String, Uses> {
+    let mut rooms: BTreeMap<String, Uses> = BTreeMap::new();
+    for (file, others) in &EDGES[package] {
+        for folder in file.ancestors().skip(1) {
+            let inside = |file: &Path| {
+                let first = file.strip_prefix(folder).ok()?.iter().next()?;
+                Some(Path::new(first).file_stem()?.to_str()?.to_owned())
+            };
+            let room = inside(file).unwrap();
+            let used =
+                others.iter().filter_map(|other| inside(other)).filter(|other| *other != room);
+            let path =
+                Path::new(package).join(folder).to_str().unwrap().trim_end_matches('/').to_owned();
+            rooms.entry(path).or_default().entry(room.clone()).or_default().extend(used);
+        }
+    }
+    rooms
+}
+
+#[test]
+fn no_rooms_use_each_other_in_a_circle() {
+    let all: Vec<_> = PACKAGES.into_iter().flat_map(rooms).collect();
+    assert!(all.len() > 40, "{}", all.len());
+    let found = all.iter().flat_map(|(folder, uses)| {
+        circles(uses).into_iter().map(move |circle| format!("{folder}: {circle:?}"))
+    });
+    let found: Vec<String> = found.collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn rooms_use_only_those_below_them() {
+    let all: BTreeMap<String, Uses> = PACKAGES.into_iter().flat_map(rooms).collect();
+    for (folder, order) in ORDER {
+        let order: Vec<&str> = order.split_whitespace().collect();
+        let uses = &all[folder];
+        let stated: BTreeSet<&str> = order.iter().copied().collect();
+        let handing_on = |room: &str| matches!(room, "lib" | "mod") && !stated.contains(room);
+        let there = uses.keys().map(String::as_str).filter(|room| !handing_on(room));
+        assert_eq!(stated, there.collect(), "{folder}: give every room its place");
+        let place = |room: &str| order.iter().position(|other| *other == room);
+        for (room, used) in uses.iter().filter(|(room, _)| place(room).is_some()) {
+            let above: Vec<_> = used.iter().filter(|used| place(used) <= place(room)).collect();
+            assert!(above.is_empty(), "{folder}/{room} uses {above:?}, which is above it");
+        }
+    }
+}
+
+/// A room that nobody is told of is not found.
+#[test]
+fn the_architecture_names_every_room() {
+    let manual = include_str!("../../docs/architecture.md");
+    let named: BTreeSet<&str> = manual.split('`').skip(1).step_by(2).collect();
+    let inner =
+        ["core/src/identification", "src/live", "src/archive", "src/service", "src/offline"];
+    let mut looked_at = 0;
+    for folder in PACKAGES.into_iter().chain(inner) {
+        let inside = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        for entry in std::fs::read_dir(&inside).unwrap().map(Result::unwrap) {
+            let room = entry.file_name().into_string().unwrap();
+            if entry.path().is_dir() {
+                assert!(
+                    named.contains(room.as_str()),
+                    "docs/architecture.md has nothing on {folder}/{room}"
+                );
+                looked_at += 1;
+            }
+        }
+    }
+    assert!(looked_at > 40, "{looked_at}");
 }
 
 /// Sets of more than one, each of which leads to every other one (Tarjan's strongly connected components, by

@@ -31,6 +31,10 @@ impl Package {
         let mut files = Vec::new();
         collect(root, &mut files);
         assert!(files.len() > 2, "{}: no sources", root.display());
+        // A program beside a library is a package of its own, and uses it from outside.
+        if files.contains(&root.join("lib.rs")) {
+            files.retain(|file| *file != root.join("main.rs"));
+        }
         let modules = files.into_iter().map(|file| {
             let path = module_path(root, &file);
             let module = Module::read(&file, &path);
