@@ -83,6 +83,9 @@ enum Command {
     Baseline(baseline::Arguments),
     /// Say what would not work, before the service is started
     Check(check::Arguments),
+    /// Write man pages and completions into a folder
+    #[command(hide = true)]
+    Manual(manual::Arguments),
 }
 
 /// Reads the arguments of the process, runs the command and says how it ended.
@@ -132,6 +135,7 @@ pub fn main() -> ExitCode {
         Command::History(arguments) => history::execute(&arguments),
         Command::Baseline(arguments) => baseline::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
+        Command::Manual(arguments) => manual::execute(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

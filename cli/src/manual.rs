@@ -1,14 +1,36 @@
 //! Man pages and shell completions, made from the command line's own description.
 
 use std::io;
+use std::path::PathBuf;
 
-use clap::CommandFactory;
+use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-use super::Arguments;
+use super::CliError;
+use super::output::write_text;
 
-/// A generated file: its path below `config/`, and its text.
+/// A generated file: its path below the folder, and its text.
 pub type Generated = (String, String);
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The folder that gets `man` and `completions`; it is made where it is missing
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+/// Writes man pages and completions, for whoever packages the program.
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let pages = man_pages().and_then(|pages| Ok([pages, completions()?].concat()));
+    for (path, text) in pages.map_err(CliError::failed)? {
+        let path = arguments.out.join(path);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| CliError::in_file(folder, error))?;
+        }
+        write_text(&path, &text)?;
+    }
+    Ok(())
+}
 
 /// Every man page: `didim(1)`, one for each command, and one for each action of those that have some.
 ///
@@ -30,7 +52,9 @@ fn add_pages(command: &clap::Command, name: &str, pages: &mut Vec<Generated>) ->
         own = own.mut_subcommand("help", |help| help.hide(true));
     }
     pages.push((format!("man/{name}.1"), page(own)?));
-    for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
+    for sub in
+        command.get_subcommands().filter(|sub| sub.get_name() != "help" && !sub.is_hide_set())
+    {
         add_pages(sub, &format!("{name}-{}", sub.get_name()), pages)?;
     }
     Ok(())
@@ -56,7 +80,7 @@ pub fn completions() -> io::Result<Vec<Generated>> {
 }
 
 fn command() -> clap::Command {
-    Arguments::command()
+    super::Arguments::command()
 }
 
 /// What is behind every page: what a shell sees of an end, and where more is written.
@@ -73,6 +97,9 @@ wrong usage
 .TP
 78
 a cell, robot or layout file is wrong
+.TP
+130
+interrupted
 .PP
 A result that was computed but should not be used is no failure: read its verdict.
 .SH FILES

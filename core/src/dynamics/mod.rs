@@ -179,12 +179,10 @@ mod tests {
         };
         for k in 0..50 {
             let state = |what: i32| -> Vec<Four> {
-                let value = |joint, lane| (f64::from(what + 4 * k + 7 * lane) + joint as f64).sin();
-                (0..n)
-                    .map(|joint| {
-                        Four::from_fn(|lane| value(joint, i32::try_from(lane).unwrap()) * 5.0)
-                    })
-                    .collect()
+                let value = |joint: usize, lane: usize| {
+                    (f64::from(what + 4 * k) + joint as f64 + 7.0 * lane as f64).sin()
+                };
+                (0..n).map(|joint| Four::from_fn(|lane| value(joint, lane) * 5.0)).collect()
             };
             let [q, dq, ddq, tau] = [0, 1, 2, 3].map(state);
             let (chosen, plain) = (&mut chosen[..n], &mut plain[..n]);
