@@ -1,6 +1,7 @@
 //! The ten parameters of a rigid body about the origin of a frame.
 
-use super::kinematics::{Motion, Pose};
+use super::motion::Motion;
+use super::pose::Pose;
 use super::vector::Vector3;
 use crate::numeric::Scalar;
 use crate::robot::JointKind;

@@ -1,7 +1,8 @@
 //! The inverse dynamic model: the torques that a motion takes.
 
 use super::inertia::Wrench;
-use super::{Model, Workspace};
+use super::model::Model;
+use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 

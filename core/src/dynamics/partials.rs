@@ -6,8 +6,9 @@
 //! what several links have in common is then a plain sum.
 
 use super::inertia::{Inertia, Wrench};
+use super::model::Model;
 use super::vector::Vector3;
-use super::{Model, Workspace};
+use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::robot::JointKind;
 
