@@ -91,10 +91,10 @@ impl Model {
                 let link = self.link(parameters, i);
                 outer.take(link, kind, poses, i);
                 for (j, wrench) in outer.unit_wrenches(i) {
-                    row[j] += wrench.along(kind);
+                    row[j] += wrench.generalised_force(kind);
                 }
                 let total = link.wrench(&motions[i]).join(carried);
-                rest -= total.along(kind);
+                rest -= total.generalised_force(kind);
                 carried = total.to_previous(&poses[i]);
             }
             factor.factorise_row(n, i, &mut row)?;

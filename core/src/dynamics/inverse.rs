@@ -91,7 +91,7 @@ impl Model {
                 let mut carried = Wrench::zero();
                 for (j, joint) in self.chain[..links].iter().enumerate().rev() {
                     let total = self.link(parameters, j).wrench(&ws.motions[j]).join(carried);
-                    torques[j] += total.along(joint.kind);
+                    torques[j] += total.generalised_force(joint.kind);
                     carried = total.to_previous(&ws.poses[j]);
                 }
                 if let Some(ddq) = ddq {

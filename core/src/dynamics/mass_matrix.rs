@@ -34,7 +34,7 @@ impl Model {
                 for j in (0..self.heavy_links(parameters)).rev() {
                     outer.take(self.link(parameters, j), self.chain[j].kind, &ws.poses, j);
                     for (k, wrench) in outer.unit_wrenches(j) {
-                        let felt = wrench.along(self.chain[j].kind);
+                        let felt = wrench.generalised_force(self.chain[j].kind);
                         out[j * n + k] += felt;
                         if k != j {
                             out[k * n + j] += felt;

@@ -7,7 +7,7 @@ use crate::robot::{Angle, Joint, JointKind};
 /// The frame of a link in that of the previous one: RotX(α) · TransX(d) · RotZ(θ) · TransZ(r).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose<T> {
-    alpha: TurnAboutX<T>,
+    alpha: RotationAboutX<T>,
     cos_theta: T,
     sin_theta: T,
     /// The origin, (d, −r sin α, r cos α).
@@ -20,7 +20,7 @@ pub(super) struct Pose<T> {
 impl<T: Scalar> Pose<T> {
     pub(super) fn identity() -> Self {
         Self {
-            alpha: TurnAboutX::None,
+            alpha: RotationAboutX::None,
             cos_theta: T::constant(1.0),
             sin_theta: T::zero(),
             origin: Vector3::zero(),
@@ -46,7 +46,7 @@ impl<T: Scalar> Pose<T> {
             }
         };
         let shifted = kind == JointKind::Prismatic || d_m != 0.0 || r_m != 0.0;
-        Self { alpha: TurnAboutX::new(alpha), cos_theta, sin_theta, origin, shifted }
+        Self { alpha: RotationAboutX::new(alpha), cos_theta, sin_theta, origin, shifted }
     }
 
     /// A vector of the link, in the frame of the previous link.
@@ -54,14 +54,14 @@ impl<T: Scalar> Pose<T> {
     pub(super) fn to_previous(self, v: Vector3<T>) -> Vector3<T> {
         let x = self.cos_theta * v.x - self.sin_theta * v.y;
         let y = self.sin_theta * v.x + self.cos_theta * v.y;
-        let (y, z) = self.alpha.turn(y, v.z);
+        let (y, z) = self.alpha.rotate(y, v.z);
         Vector3::new(x, y, z)
     }
 
     /// A vector of the previous link, in the frame of the link.
     #[inline(always)]
     pub(super) fn to_link(self, v: Vector3<T>) -> Vector3<T> {
-        let (y, z) = self.alpha.turn_back(v.y, v.z);
+        let (y, z) = self.alpha.rotate_back(v.y, v.z);
         Vector3::new(
             self.cos_theta * v.x + self.sin_theta * y,
             self.cos_theta * y - self.sin_theta * v.x,
@@ -70,9 +70,9 @@ impl<T: Scalar> Pose<T> {
     }
 }
 
-/// A constant turn about x. Most arms have quarter turns only, which take no products.
+/// A constant rotation about x. Most arms have quarter turns only, which take no products.
 #[derive(Clone, Copy, Debug)]
-enum TurnAboutX<T> {
+enum RotationAboutX<T> {
     None,
     Quarter,
     Half,
@@ -80,7 +80,7 @@ enum TurnAboutX<T> {
     Any { cos: T, sin: T },
 }
 
-impl<T: Scalar> TurnAboutX<T> {
+impl<T: Scalar> RotationAboutX<T> {
     #[inline(always)]
     fn new(Angle { cos, sin }: Angle) -> Self {
         if sin == 0.0 {
@@ -92,9 +92,9 @@ impl<T: Scalar> TurnAboutX<T> {
         }
     }
 
-    /// (y, z) after the turn.
+    /// (y, z) after the rotation.
     #[inline(always)]
-    fn turn(self, y: T, z: T) -> (T, T) {
+    fn rotate(self, y: T, z: T) -> (T, T) {
         match self {
             Self::None => (y, z),
             Self::Quarter => (-z, y),
@@ -104,9 +104,9 @@ impl<T: Scalar> TurnAboutX<T> {
         }
     }
 
-    /// (y, z) before the turn.
+    /// (y, z) before the rotation.
     #[inline(always)]
-    fn turn_back(self, y: T, z: T) -> (T, T) {
+    fn rotate_back(self, y: T, z: T) -> (T, T) {
         match self {
             Self::None => (y, z),
             Self::Quarter => (z, -y),

@@ -102,7 +102,7 @@ impl Model {
                 if component < INERTIA_COMPONENTS {
                     let moment = unit_inertia_moment(component, &ws.motions[l]);
                     for axis in &axes[..l] {
-                        out[entry] = axis.turn.dot(moment);
+                        out[entry] = axis.angular.dot(moment);
                         entry += columns.stride;
                     }
                     out[entry] = match kind {
@@ -112,13 +112,13 @@ impl Model {
                 } else {
                     let wrench = unit_mass_wrench(component, &ws.motions[l]);
                     for axis in &axes[..l] {
-                        out[entry] = axis.turn.dot(wrench.moment);
+                        out[entry] = axis.angular.dot(wrench.moment);
                         if axis.displaced {
-                            out[entry] += axis.shift.dot(wrench.force);
+                            out[entry] += axis.linear.dot(wrench.force);
                         }
                         entry += columns.stride;
                     }
-                    out[entry] = wrench.along(kind);
+                    out[entry] = wrench.generalised_force(kind);
                 }
             }
         }
@@ -141,10 +141,10 @@ impl Model {
 /// What a unit velocity of a joint does to a link, in the link's frame.
 #[derive(Clone, Copy)]
 struct Axis<T> {
-    /// How the link turns.
-    turn: Vector3<T>,
-    /// How the origin of its frame moves.
-    shift: Vector3<T>,
+    /// Its angular velocity.
+    angular: Vector3<T>,
+    /// The velocity of its frame's origin.
+    linear: Vector3<T>,
     /// Whether the origin can move at all: axes that meet in it do not move it.
     displaced: bool,
 }
@@ -155,23 +155,23 @@ impl<T: Scalar> Axis<T> {
     fn own(joint: JointKind) -> Self {
         let (zero, z) = (Vector3::zero(), Vector3::along_z(T::constant(1.0)));
         match joint {
-            JointKind::Revolute => Self { turn: z, shift: zero, displaced: false },
-            JointKind::Prismatic => Self { turn: zero, shift: z, displaced: true },
+            JointKind::Revolute => Self { angular: z, linear: zero, displaced: false },
+            JointKind::Prismatic => Self { angular: zero, linear: z, displaced: true },
         }
     }
 
     /// The same joint and the next link.
     #[inline(always)]
     fn to_link(self, pose: &Pose<T>) -> Self {
-        let Self { turn, mut shift, mut displaced } = self;
+        let Self { angular, mut linear, mut displaced } = self;
         if pose.shifted {
-            shift = shift + turn.cross(pose.origin);
+            linear = linear + angular.cross(pose.origin);
             displaced = true;
         }
         if displaced {
-            shift = pose.to_link(shift);
+            linear = pose.to_link(linear);
         }
-        Self { turn: pose.to_link(turn), shift, displaced }
+        Self { angular: pose.to_link(angular), linear, displaced }
     }
 }
 

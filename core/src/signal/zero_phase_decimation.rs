@@ -1,4 +1,4 @@
-//! Zero-phase filtering and decimation of many signals in one: the recursive filter in its parallel form, by
+//! Zero-phase filtering and decimation of many signals in one step: the recursive filter in its parallel form, by
 //! partial-fraction expansion (Oppenheim & Schafer, *Discrete-Time Signal Processing*, sections 3.3 and
 //! 6.3.3), evaluated at the decimated rate. `docs/methods.md`, "The decimating zero-phase filter", derives it.
 //!

@@ -11,12 +11,12 @@ use crate::numeric::Scalar;
 use crate::robot::{Joint, JointKind, Parameter, ParameterKind};
 
 /// The base parameters of a robot: the independent columns of the regressor, each with the
-/// parameters whose effect it cannot be told from, after Gautier, *Numerical calculation of the
+/// parameters whose effect cannot be distinguished from its own, after Gautier, *Numerical calculation of the
 /// base inertial parameters of robots* (1991).
 ///
 /// The choice of columns follows the closed-form rules of Khalil and Dombre, ch. 9.4, which
 /// regroup YY, MZ and M of a revolute link, and the inertia of a prismatic one, into the links
-/// before it, and Ia into ZZ where it cannot be told from it.
+/// before it, and Ia into ZZ where the two cannot be distinguished.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
     names: Vec<String>,

@@ -121,7 +121,7 @@ pub enum IdentificationError {
         /// Their names.
         parameters: Vec<String>,
     },
-    /// Only combinations of some parameters can be told from this motion. Remedy: a richer
+    /// Only combinations of some parameters can be identified from this motion. Remedy: a richer
     /// trajectory, or leave some of them out.
     #[error(
         "the motion does not tell {} apart; move along a richer trajectory or leave some out",

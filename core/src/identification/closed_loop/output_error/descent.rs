@@ -36,7 +36,7 @@ pub(super) struct Linearised {
 /// Why a point that could be simulated, or not, is none to go on from.
 pub(super) enum Rejection {
     Simulation(SimulationError),
-    /// Its parameters cannot be told apart there, or not be computed.
+    /// Its parameters cannot be distinguished there, or not be computed.
     Equation(IdentificationError),
 }
 
