@@ -46,7 +46,7 @@ fn a_sampled_pd_gives_the_truth_back_whatever_its_delay() {
 #[test]
 fn a_continuous_pd_gives_the_truth_back() {
     let timing = ControlTiming::Continuous { sample_period_s: PERIOD_S };
-    check("continuous", &Looped::random(23, 2, timing, pd), SignalTiming::INSTANT);
+    check("continuous", &Looped::random(23, 2, timing, pd), SignalTiming::INSTANTANEOUS);
 }
 
 /// A cascade has an integral, which takes every constant torque on itself: positions do not show

@@ -26,7 +26,7 @@ pub struct SignalTiming {
 
 impl SignalTiming {
     /// The signal describes the instant of its sample.
-    pub const INSTANT: Self = Self { hold_s: 0.0, delay_s: 0.0 };
+    pub const INSTANTANEOUS: Self = Self { hold_s: 0.0, delay_s: 0.0 };
 
     /// The mean age of the logged value \[s\]: what the identification has to shift the signal by.
     pub fn mean_delay_s(self) -> f64 {
@@ -177,8 +177,8 @@ impl Experiment {
             position_rad: matrix("position", &signals.position_rad)?,
             torque_nm: matrix("torque", &signals.torque_nm)?,
             reference_rad: reference.map(|columns| matrix("reference", columns)).transpose()?,
-            torque_timing: SignalTiming::INSTANT,
-            reference_timing: SignalTiming::INSTANT,
+            torque_timing: SignalTiming::INSTANTANEOUS,
+            reference_timing: SignalTiming::INSTANTANEOUS,
             counted: 0..samples,
             held_out: Vec::new(),
         })
