@@ -3,17 +3,25 @@
 mod context;
 mod error;
 mod experiment;
+mod experiment_error;
+mod failure;
 mod limits;
 mod method;
 mod options;
 mod selection;
+mod signals;
 mod simulation;
+mod timing;
 
 pub(crate) use context::Context;
-pub use error::{Failure, IdentificationError};
-pub use experiment::{Experiment, ExperimentError, SignalTiming, Signals};
+pub use error::IdentificationError;
+pub use experiment::Experiment;
+pub use experiment_error::ExperimentError;
+pub use failure::Failure;
 pub use limits::{LimitError, VerdictLimits};
 pub use method::{Method, UnknownMethod};
 pub use options::{DecimationFilter, Options, PositionFilter};
 pub use selection::Selection;
+pub use signals::Signals;
 pub use simulation::{ConvergenceLimits, Optimiser, SensitivityMethod, SimulationOptions, Start};
+pub use timing::SignalTiming;
