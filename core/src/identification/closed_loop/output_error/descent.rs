@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::damping::Damped;
 use super::problem::{Point, Problem};
 use crate::identification::closed_loop::convergence::Convergence;
-use crate::identification::given::{IdentificationError, Optimiser};
+use crate::identification::given::{IdentificationError, IterationError, Optimiser};
 use crate::regression::{Observations, Solution};
 use crate::simulation::SimulationError;
 
@@ -139,14 +139,15 @@ impl<'p, 'a> Descent<'p, 'a> {
         let simulations = self.problem.simulations;
         Err(match cause {
             Some(Rejection::Simulation(cause)) => {
-                IdentificationError::NoStep { simulations, halvings: MAX_TRIES, cause }
+                IterationError::NoStep { simulations, halvings: MAX_TRIES, cause }.into()
             }
             Some(Rejection::Equation(error)) => error,
-            None => IdentificationError::NoDescent {
+            None => IterationError::NoDescent {
                 simulations,
                 parameter: self.convergence.furthest(),
                 parameter_change: self.convergence.parameter_change().unwrap_or(f64::NAN),
-            },
+            }
+            .into(),
         })
     }
 

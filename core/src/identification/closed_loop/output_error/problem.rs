@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::sensitivities::SensitivitySignals;
 use crate::identification::closed_loop::simulator::Simulator;
 use crate::identification::equation_error::EquationErrorFit;
-use crate::identification::given::{Context, IdentificationError, SensitivityMethod};
+use crate::identification::given::{
+    Context, IdentificationError, IterationError, SensitivityMethod,
+};
 use crate::identification::judgement::Output;
 use crate::identification::observation::Motion;
 use crate::numeric::WIDTH;
@@ -200,7 +202,7 @@ impl Problem<'_> {
         match self.context.selection.named(error) {
             IdentificationError::NotExcited { parameters }
             | IdentificationError::RankDeficient { parameters } => {
-                IdentificationError::Insensitive { signal, parameters }
+                IterationError::Insensitive { signal, parameters }.into()
             }
             other => other,
         }
