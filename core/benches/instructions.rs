@@ -36,7 +36,7 @@ const VARIED_STEPS: usize = 50;
 /// Decimation: one sample in so many is kept,
 const FACTOR: usize = 125;
 /// so often,
-const JUMPS: usize = 16;
+const ROWS: usize = 16;
 /// of so many signals: 28 parameters on six joints.
 const SIGNALS: usize = 28 * N;
 
@@ -170,11 +170,11 @@ fn closed_loops(robot: &Robot) {
 
 fn decimation() {
     let filter = ParallelDecimation::chebyshev1(8, 0.05, 0.8, FACTOR).unwrap();
-    let samples = JUMPS * FACTOR;
+    let samples = ROWS * FACTOR;
     let signals = DMatrix::from_fn(samples, SIGNALS, |k, signal| {
         (0.001 * (1 + signal) as f64 * k as f64).sin()
     });
-    count("decimation_jump", JUMPS, || {
+    count("decimation_row", ROWS, || {
         black_box(filter.decimate_columns(&signals, 0..samples).unwrap());
     });
 }

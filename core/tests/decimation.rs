@@ -88,7 +88,7 @@ const ROUNDING: f64 = 1e-12;
 
 proptest! {
     #[test]
-    fn jumps_give_what_the_recursion_gives(
+    fn decimation_gives_what_the_recursion_gives(
         seed in any::<u64>(), order in 1_usize..=12, cutoff_ratio in 0.5..0.95_f64,
         factor in 1_usize..=150, samples in 40_usize..2500, signals in 1_usize..=40,
         start in 0_usize..2500, length in 0_usize..3000,
@@ -103,9 +103,9 @@ proptest! {
 }
 
 #[test]
-fn jumps_give_what_the_recursion_gives_for_many_signals_and_long_records() {
+fn decimation_gives_what_the_recursion_gives_for_many_signals_and_long_records() {
     let decimation = ParallelDecimation::chebyshev1(8, 0.05, 0.8, 100).unwrap();
-    // One sample less and one more than a whole number of jumps.
+    // One sample less and one more than a whole number of blocks.
     for (seed, samples, count) in [(1, 9_999, 200), (2, 10_000, 168), (3, 10_001, 7), (4, 28, 1)] {
         let signals = random(seed, count, samples);
         for counted in [0..samples, 250..samples - 1, samples..samples + 9, 0..1] {

@@ -75,7 +75,7 @@ fn the_plan_has_the_frames_of_the_dbc_file() {
         };
         assert_eq!(fields(own), fields(dbc));
     }
-    assert_eq!(own.instant(), dbc.instant());
+    assert_eq!(own.sampled_by(), dbc.sampled_by());
     assert_eq!(own.torque_timing(), dbc.torque_timing());
     assert_eq!(own.reference_at_next_sync(), dbc.reference_at_next_sync());
 }

@@ -8,7 +8,7 @@ mod common;
 use common::{cia402, cia402_dbc, packed, packed_dbc};
 use didim_drivers::frame::{Frame, FrameId, FrameKind};
 use didim_drivers::layout::{
-    CompiledLayout, CycleValues, Database, Instant, LayoutError, LayoutSpec, Quantity, Role,
+    CompiledLayout, CycleValues, Database, LayoutError, LayoutSpec, Quantity, Role, SampledBy,
     Unreadable,
 };
 use proptest::prelude::*;
@@ -60,7 +60,7 @@ fn inserting_what_was_read_gives_the_payload_back() {
 #[test]
 fn the_shipped_layouts_say_what_they_are() {
     let drives = cia402();
-    assert_eq!(drives.instant(), Instant::Sync);
+    assert_eq!(drives.sampled_by(), SampledBy::Sync);
     assert_eq!(drives.messages().len(), 13);
     assert!((drives.period_ns() - 4e6).abs() < 1e-9);
     assert!((drives.torque_timing().hold_s - 4e-3).abs() < 1e-15);
@@ -71,7 +71,7 @@ fn the_shipped_layouts_say_what_they_are() {
     assert_eq!([roles(Role::Sync), roles(Role::Sample), roles(Role::Target)], [1, 6, 6]);
 
     let one = packed();
-    assert_eq!(one.instant(), Instant::Packed);
+    assert_eq!(one.sampled_by(), SampledBy::Packed);
     assert_eq!(one.messages().len(), 1);
     assert!(one.messages()[0].format.fd);
     assert_eq!(one.messages()[0].format.length, 64);

@@ -2,7 +2,9 @@
 
 use didim_core::MAX_JOINTS;
 use didim_drivers::frame::Frame;
-use didim_drivers::layout::{AxisValues, CompiledLayout, CycleValues, EncodeError, Instant, Role};
+use didim_drivers::layout::{
+    AxisValues, CompiledLayout, CycleValues, EncodeError, Role, SampledBy,
+};
 use didim_drivers::units::Scales;
 
 /// CiA 402 "operation enabled", with the bits that a drive in position mode sets besides.
@@ -81,7 +83,7 @@ impl CycleEncoder {
         for role in [Role::Sync, Role::Sample, Role::Target] {
             self.layout.encode(role, &values, stamp_ns, frames)?;
         }
-        if self.layout.instant() == Instant::Sync {
+        if self.layout.sampled_by() == SampledBy::Sync {
             // The instant is the SYNC's arrival; what follows arrives one after the other.
             let mut arrival_ns = stamp_ns;
             for frame in frames.iter_mut().skip(before + 1) {

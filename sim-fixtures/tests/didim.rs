@@ -7,8 +7,8 @@ use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    self, Estimate, Experiment, IdentificationError, Method, Note, Options, ReferenceSource,
-    SignalTiming, Signals, Start, mean_joint_inertia,
+    self, Estimate, Experiment, IdentificationError, IterationError, Method, Note, Options,
+    ReferenceSource, SignalTiming, Signals, Start, mean_joint_inertia,
 };
 use didim_core::robot::{Robot, SignModel};
 use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig, SimulationError};
@@ -191,7 +191,7 @@ fn a_start_without_what_the_coupling_adds_to_joint_5_is_singular() {
     options.simulation.start = Start::Nominal;
     let error = identify(&robot, &noisy(&scenario), &options).unwrap_err();
     let cause = SimulationError::NotPositiveDefinite { joint: 5, time_s: 0.0 };
-    assert_eq!(error, IdentificationError::FirstSimulation { cause });
+    assert_eq!(error, IdentificationError::Iteration(IterationError::FirstSimulation { cause }));
     assert!(error.to_string().contains("at joint 5") && error.to_string().contains("start"));
 }
 

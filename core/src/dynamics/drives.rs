@@ -3,7 +3,7 @@
 //! All of it follows from R. Seen at its own joint, motor m moves by s · q with
 //! s = row m of R / R_mm, so its inertia ia_m adds s sᵀ ia_m to the mass matrix, its viscous
 //! friction s sᵀ fv_m q̇ and its Coulomb friction s fc_m sign(s · q̇) to the torques. What cannot be
-//! told from another joint's own term is regrouped into that: diagonal entries (i, i) of s sᵀ into
+//! distinguished from another joint's own term is regrouped into that: diagonal entries (i, i) of s sᵀ into
 //! fv_i, and into ia_i where motor i is not coupled itself.
 
 use crate::MAX_JOINTS;

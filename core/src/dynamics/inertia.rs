@@ -1,6 +1,7 @@
 //! The ten parameters of a rigid body about the origin of a frame.
 
-use super::kinematics::{Motion, Pose};
+use super::motion::Motion;
+use super::pose::Pose;
 use super::vector::Vector3;
 use crate::numeric::Scalar;
 use crate::robot::JointKind;
@@ -53,7 +54,7 @@ impl<T: Scalar> Inertia<T> {
 
     /// J v.
     #[inline(always)]
-    pub(super) fn rotate(&self, v: Vector3<T>) -> Vector3<T> {
+    pub(super) fn times(&self, v: Vector3<T>) -> Vector3<T> {
         Vector3::new(
             self.xx * v.x + self.xy * v.y + self.xz * v.z,
             self.xy * v.x + self.yy * v.y + self.yz * v.z,
@@ -69,31 +70,31 @@ impl<T: Scalar> Inertia<T> {
         let ms = self.first_moment;
         Wrench {
             force: a.scale(self.mass) + dw.cross(ms) + w.cross(w.cross(ms)),
-            moment: self.rotate(dw) + w.cross(self.rotate(w)) + ms.cross(a),
+            moment: self.times(dw) + w.cross(self.times(w)) + ms.cross(a),
         }
     }
 
     /// The same body seen from the previous link's frame.
     #[inline(always)]
     pub(super) fn to_previous(self, pose: &Pose<T>) -> Self {
-        let turned = self.turned(
+        let rotated = self.rotated(
             #[inline(always)]
             |v| pose.to_previous(v),
         );
-        if pose.shifted { turned.moved(pose.origin) } else { turned }
+        if pose.shifted { rotated.translated(pose.origin) } else { rotated }
     }
 
-    /// The same body in a frame with the same origin and other axes: A J Aᵀ and A ms, by what turns
-    /// a vector.
+    /// The same body in a frame with the same origin and other axes: A J Aᵀ and A ms, by what
+    /// rotates a vector.
     #[inline(always)]
-    pub(super) fn turned(self, turn: impl Fn(Vector3<T>) -> Vector3<T>) -> Self {
+    pub(super) fn rotated(self, rotate: impl Fn(Vector3<T>) -> Vector3<T>) -> Self {
         // The columns of A J, then those of A (A J)ᵀ = A J Aᵀ.
-        let a = turn(Vector3::new(self.xx, self.xy, self.xz));
-        let b = turn(Vector3::new(self.xy, self.yy, self.yz));
-        let c = turn(Vector3::new(self.xz, self.yz, self.zz));
-        let x = turn(Vector3::new(a.x, b.x, c.x));
-        let y = turn(Vector3::new(a.y, b.y, c.y));
-        let z = turn(Vector3::new(a.z, b.z, c.z));
+        let a = rotate(Vector3::new(self.xx, self.xy, self.xz));
+        let b = rotate(Vector3::new(self.xy, self.yy, self.yz));
+        let c = rotate(Vector3::new(self.xz, self.yz, self.zz));
+        let x = rotate(Vector3::new(a.x, b.x, c.x));
+        let y = rotate(Vector3::new(a.y, b.y, c.y));
+        let z = rotate(Vector3::new(a.z, b.z, c.z));
         Self {
             xx: x.x,
             xy: x.y,
@@ -101,7 +102,7 @@ impl<T: Scalar> Inertia<T> {
             yy: y.y,
             yz: y.z,
             zz: z.z,
-            first_moment: turn(self.first_moment),
+            first_moment: rotate(self.first_moment),
             mass: self.mass,
         }
     }
@@ -109,7 +110,7 @@ impl<T: Scalar> Inertia<T> {
     /// The same body in a frame with the same axes, where this frame's origin is at p:
     /// J + (2 p·ms + m p·p) I − p msᵀ − ms pᵀ − m p pᵀ and ms + m p.
     #[inline(always)]
-    pub(super) fn moved(self, p: Vector3<T>) -> Self {
+    pub(super) fn translated(self, p: Vector3<T>) -> Self {
         // With h = ms + m p / 2, the shift is 2 p·h I − p hᵀ − h pᵀ.
         let half = self.first_moment + p.scale(self.mass * T::constant(0.5));
         let (px, py, pz) = (p.x * half.x, p.y * half.y, p.z * half.z);
@@ -148,9 +149,9 @@ impl<T: Scalar> Wrench<T> {
         Self { force: Vector3::zero(), moment: Vector3::zero() }
     }
 
-    /// What a joint feels of it: the moment about its axis or the force along it.
+    /// The generalised force on a joint: the moment about its axis or the force along it.
     #[inline(always)]
-    pub(super) fn along(&self, joint: JointKind) -> T {
+    pub(super) fn generalised_force(&self, joint: JointKind) -> T {
         match joint {
             JointKind::Revolute => self.moment.z,
             JointKind::Prismatic => self.force.z,

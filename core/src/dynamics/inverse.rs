@@ -1,7 +1,8 @@
 //! The inverse dynamic model: the torques that a motion takes.
 
 use super::inertia::Wrench;
-use super::{Model, Workspace};
+use super::model::Model;
+use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 
@@ -90,7 +91,7 @@ impl Model {
                 let mut carried = Wrench::zero();
                 for (j, joint) in self.chain[..links].iter().enumerate().rev() {
                     let total = self.link(parameters, j).wrench(&ws.motions[j]).join(carried);
-                    torques[j] += total.along(joint.kind);
+                    torques[j] += total.generalised_force(joint.kind);
                     carried = total.to_previous(&ws.poses[j]);
                 }
                 if let Some(ddq) = ddq {

@@ -6,8 +6,9 @@
 //! what several links have in common is then a plain sum.
 
 use super::inertia::{Inertia, Wrench};
+use super::model::Model;
 use super::vector::Vector3;
-use super::{Model, Workspace};
+use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::robot::JointKind;
 
@@ -89,9 +90,9 @@ impl Moving {
         let (w, u, h) = (velocity.angular, velocity.linear, inertia.first_moment);
         // h × (u × c) = u (h·c) − (h·u) c
         let [px, py, pz] = inertia.pseudo_inertia();
-        let (along, hu) = (|share: f64| u.scale(share), h.dot(u));
+        let (scaled, hu) = (|share: f64| u.scale(share), h.dot(u));
         let [mut x, mut y, mut z] =
-            [w.cross(px) + along(h.x), w.cross(py) + along(h.y), w.cross(pz) + along(h.z)];
+            [w.cross(px) + scaled(h.x), w.cross(py) + scaled(h.y), w.cross(pz) + scaled(h.z)];
         x.x -= hu;
         y.y -= hu;
         z.z -= hu;
@@ -119,8 +120,8 @@ impl Moving {
     /// (2 B)ᵀ s, which has no force.
     fn double_coriolis_transposed(&self, s: Twist) -> Vector3<f64> {
         let ([x, y, z], c) = (self.coriolis, s.angular);
-        let turned = Vector3::new(x.dot(c), y.dot(c), z.dot(c));
-        (turned + s.linear.cross(self.momentum)).scale(-2.0)
+        let product = Vector3::new(x.dot(c), y.dot(c), z.dot(c));
+        (product + s.linear.cross(self.momentum)).scale(-2.0)
     }
 }
 
@@ -134,7 +135,7 @@ const UNIT: [Vector3<f64>; 3] = [
 fn times(inertia: &Inertia<f64>, w: Twist) -> Wrench<f64> {
     let h = inertia.first_moment;
     Wrench {
-        moment: inertia.rotate(w.angular) + h.cross(w.linear),
+        moment: inertia.times(w.angular) + h.cross(w.linear),
         force: w.linear.scale(inertia.mass) - h.cross(w.angular),
     }
 }
@@ -200,9 +201,9 @@ impl Model {
             // Links without inertia change nothing.
             let Some(body) = &outer else { continue };
             let Axis { axis, rate, acceleration } = axes[m];
-            let turned = axis.carry(body.wrench);
+            let carried = axis.carry(body.wrench);
             let position =
-                times(&body.inertia, acceleration).join(body.double_coriolis(rate)).join(turned);
+                times(&body.inertia, acceleration).join(body.double_coriolis(rate)).join(carried);
             let velocity = times(&body.inertia, rate.scale(2.0)).join(body.double_coriolis(axis));
             for (i, before) in axes[..=m].iter().enumerate() {
                 by_position[i * n + m] = before.axis.dot(position);
@@ -260,11 +261,11 @@ impl Model {
             let first = self.first_columns[j];
             let has_inertia = parameters[first..first + 10].iter().any(|value| *value != 0.0);
             links[j] = has_inertia.then(|| {
-                let turned = |v: Vector3<f64>| {
+                let in_base = |v: Vector3<f64>| {
                     frame[0].scale(v.x) + frame[1].scale(v.y) + frame[2].scale(v.z)
                 };
                 Moving::new(
-                    self.link(parameters, j).turned(turned).moved(origin),
+                    self.link(parameters, j).rotated(in_base).translated(origin),
                     velocity,
                     acceleration,
                 )

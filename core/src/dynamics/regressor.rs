@@ -1,94 +1,15 @@
 //! The regressor: the inverse dynamic model as a matrix times the standard parameters.
 
-use super::drives::Drives;
 use super::inertia::Wrench;
-use super::kinematics::{Motion, Pose};
+use super::model::Model;
+use super::motion::Motion;
+use super::pose::Pose;
+use super::regressor_columns::RegressorColumns;
 use super::vector::Vector3;
-use super::{Model, Workspace};
+use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
-use crate::robot::{JointKind, SignModel};
-
-/// Which columns of the regressor are wanted, prepared for evaluation: as a matrix, or only those
-/// entries that can differ from 0.
-#[derive(Clone, Debug)]
-pub struct RegressorColumns {
-    width: usize,
-    /// Joint and column of what is wanted, in its order: a matrix row by row, entries column by column.
-    entries: Vec<(usize, usize)>,
-    is_matrix: bool,
-    /// Of each link, which of its ten parameters are wanted, and where the first of their entries is.
-    links: Vec<Vec<(usize, usize)>>,
-    /// From there to the entry of the next joint.
-    stride: usize,
-    /// The drives' parameters by their columns among the wanted.
-    drives: Drives,
-    /// Where the entry of joint and column is, row by row.
-    indices: Vec<usize>,
-}
-
-impl RegressorColumns {
-    pub(super) fn new(
-        first_columns: &[usize],
-        drives: &Drives,
-        parameters: usize,
-        wanted: &[usize],
-        is_matrix: bool,
-    ) -> Self {
-        let (joints, width) = (first_columns.len(), wanted.len());
-        let place = |column: usize| wanted.iter().position(|&other| other == column);
-        let of_link = |&first: &usize| {
-            (0..10).filter_map(|component| Some((component, place(first + component)?))).collect()
-        };
-        let mut links: Vec<Vec<_>> = first_columns.iter().map(of_link).collect();
-        // Beyond the last link with wanted parameters there is nothing to do.
-        while links.last().is_some_and(Vec::is_empty) {
-            links.pop();
-        }
-        let places: Vec<_> = (0..parameters).map(place).collect();
-        let drives = drives.selecting(&places);
-
-        // A joint feels only what hangs on it, and the drives that act on it.
-        let mut differs = vec![false; joints * width];
-        for (link, wanted) in links.iter().enumerate() {
-            for (row, (_, column)) in
-                (0..=link).flat_map(|row| wanted.iter().map(move |w| (row, w)))
-            {
-                differs[row * width + column] = true;
-            }
-        }
-        drives.for_each_entry(|row, column| differs[row * width + column] = true);
-        let entries: Vec<(usize, usize)> = if is_matrix {
-            (0..joints).flat_map(|row| (0..width).map(move |column| (row, column))).collect()
-        } else {
-            let all = (0..width).flat_map(|column| (0..joints).map(move |row| (row, column)));
-            all.filter(|(row, column)| differs[row * width + column]).collect()
-        };
-        let mut indices = vec![usize::MAX; joints * width];
-        for (index, (row, column)) in entries.iter().enumerate() {
-            indices[row * width + column] = index;
-        }
-        for (_, column) in links.iter_mut().flatten() {
-            *column = indices[*column];
-        }
-        let stride = if is_matrix { width } else { 1 };
-        Self { width, entries, is_matrix, links, stride, drives, indices }
-    }
-
-    /// Joint and column of the entries, in the order in which they are computed.
-    pub fn entries(&self) -> &[(usize, usize)] {
-        &self.entries
-    }
-
-    pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
-        self.drives.set_sign_model(sign_model);
-    }
-
-    /// Number of columns.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-}
+use crate::robot::JointKind;
 
 impl Model {
     /// These columns of the regressor, in this order, each at most once.
@@ -181,7 +102,7 @@ impl Model {
                 if component < INERTIA_COMPONENTS {
                     let moment = unit_inertia_moment(component, &ws.motions[l]);
                     for axis in &axes[..l] {
-                        out[entry] = axis.turn.dot(moment);
+                        out[entry] = axis.angular.dot(moment);
                         entry += columns.stride;
                     }
                     out[entry] = match kind {
@@ -191,13 +112,13 @@ impl Model {
                 } else {
                     let wrench = unit_mass_wrench(component, &ws.motions[l]);
                     for axis in &axes[..l] {
-                        out[entry] = axis.turn.dot(wrench.moment);
+                        out[entry] = axis.angular.dot(wrench.moment);
                         if axis.displaced {
-                            out[entry] += axis.shift.dot(wrench.force);
+                            out[entry] += axis.linear.dot(wrench.force);
                         }
                         entry += columns.stride;
                     }
-                    out[entry] = wrench.along(kind);
+                    out[entry] = wrench.generalised_force(kind);
                 }
             }
         }
@@ -220,10 +141,10 @@ impl Model {
 /// What a unit velocity of a joint does to a link, in the link's frame.
 #[derive(Clone, Copy)]
 struct Axis<T> {
-    /// How the link turns.
-    turn: Vector3<T>,
-    /// How the origin of its frame moves.
-    shift: Vector3<T>,
+    /// Its angular velocity.
+    angular: Vector3<T>,
+    /// The velocity of its frame's origin.
+    linear: Vector3<T>,
     /// Whether the origin can move at all: axes that meet in it do not move it.
     displaced: bool,
 }
@@ -234,23 +155,23 @@ impl<T: Scalar> Axis<T> {
     fn own(joint: JointKind) -> Self {
         let (zero, z) = (Vector3::zero(), Vector3::along_z(T::constant(1.0)));
         match joint {
-            JointKind::Revolute => Self { turn: z, shift: zero, displaced: false },
-            JointKind::Prismatic => Self { turn: zero, shift: z, displaced: true },
+            JointKind::Revolute => Self { angular: z, linear: zero, displaced: false },
+            JointKind::Prismatic => Self { angular: zero, linear: z, displaced: true },
         }
     }
 
     /// The same joint and the next link.
     #[inline(always)]
     fn to_link(self, pose: &Pose<T>) -> Self {
-        let Self { turn, mut shift, mut displaced } = self;
+        let Self { angular, mut linear, mut displaced } = self;
         if pose.shifted {
-            shift = shift + turn.cross(pose.origin);
+            linear = linear + angular.cross(pose.origin);
             displaced = true;
         }
         if displaced {
-            shift = pose.to_link(shift);
+            linear = pose.to_link(linear);
         }
-        Self { turn: pose.to_link(turn), shift, displaced }
+        Self { angular: pose.to_link(angular), linear, displaced }
     }
 }
 

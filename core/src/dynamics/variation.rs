@@ -1,6 +1,8 @@
 //! How the acceleration changes with parameters, motion and torques.
 
-use super::{Model, RegressorColumns, Workspace};
+use super::model::Model;
+use super::regressor_columns::RegressorColumns;
+use super::workspace::Workspace;
 use crate::numeric::vectorised;
 
 /// Scratch memory for the variations of one model.

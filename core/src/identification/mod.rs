@@ -27,8 +27,9 @@ pub use equation_error::{
 };
 pub use given::{
     ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure, IdentificationError,
-    LimitError, Method, Optimiser, Options, PositionFilter, Selection, SensitivityMethod,
-    SignalTiming, Signals, SimulationOptions, Start, UnknownMethod, VerdictLimits,
+    IterationError, LimitError, Method, Optimiser, Options, PositionFilter, Selection,
+    SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start, UnknownMethod,
+    VerdictLimits,
 };
 pub use identify::identify;
 pub use judgement::{

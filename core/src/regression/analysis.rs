@@ -51,7 +51,7 @@ impl<'a> ResidualAnalysis<'a> {
 
     /// How far the estimate moves with a change of y by these (r): Zᵀ times them, Z the
     /// [`influence`](Self::influence).
-    pub fn moved_by(&self, change: &DVector<f64>) -> DVector<f64> {
+    pub fn estimate_shift(&self, change: &DVector<f64>) -> DVector<f64> {
         let weighted = self.weighted(change);
         &self.solution.r_inverse * self.basis.tr_mul(&weighted)
     }

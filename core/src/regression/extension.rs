@@ -9,7 +9,7 @@ use super::products::{add_product, subtract_share, transposed_product};
 use super::spectrum::ResidualSpectrum;
 
 /// A column of which less than this share lies outside of the others adds nothing that could be
-/// told from rounding.
+/// distinguished from rounding.
 const INDEPENDENT: f64 = 1e-6;
 
 /// A weighted solution beside that of the model with further columns, `y = X θ + C c + ε`.
@@ -31,8 +31,8 @@ pub struct Extension {
     pub probability: f64,
 }
 
-/// With fewer degrees of freedom left over, no probability as small as the verdict's can be told.
-const FEWEST_FREEDOMS: f64 = 20.0;
+/// With fewer degrees of freedom left over, no probability as small as the verdict's can be computed.
+const MIN_DEGREES_OF_FREEDOM: f64 = 20.0;
 
 impl ResidualAnalysis<'_> {
     /// Adds columns C (r × k, unweighted) to the solution; none when no column is independent of X,
@@ -47,13 +47,13 @@ impl ResidualAnalysis<'_> {
         let Parts { columns, outside, inside } = independent_parts(&self.basis, &weighted);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
-        if columns.is_empty() || left_over < FEWEST_FREEDOMS {
+        if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
             return Ok(None);
         }
         // Of the residuals, which are orthogonal to X, the part along the new directions.
         let residuals = self.weighted(&self.solution.residuals);
-        let along = outside.tr_mul(&residuals);
-        let mut remaining = residuals - &outside * &along;
+        let projection = outside.tr_mul(&residuals);
+        let mut remaining = residuals - &outside * &projection;
         for (joint, level) in levels.iter().enumerate() {
             remaining.rows_range_mut(self.system.joint_rows(joint)).scale_mut(*level);
         }
@@ -64,24 +64,27 @@ impl ResidualAnalysis<'_> {
         let covariance = spectrum.covariance_of(&transforms, levels);
         let singular = RegressionError::OutOfRange;
         let factor = Cholesky::new(covariance.clone()).ok_or_else(|| singular.clone())?;
-        let statistic = along.dot(&factor.solve(&along));
+        let statistic = projection.dot(&factor.solve(&projection));
 
         // C = X(…) + B T with B the orthonormal directions, so that c = T⁻¹ Bᵀε.
         let chosen = weighted.select_columns(&columns);
         let back = transposed_product(&outside, &chosen).try_inverse().ok_or(singular)?;
-        let coefficients = &back * along;
+        let coefficients = &back * projection;
         // θ moves by −(XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹C c = −R⁻¹Qᵀ (Ω^{-1/2} C) c.
-        let moved = &self.solution.r_inverse * inside;
+        let by_coefficient = &self.solution.r_inverse * inside;
         let covariance = &back * covariance * back.transpose();
-        let spread = &moved * &covariance;
+        let spread = &by_coefficient * &covariance;
         let count = columns.len() as f64;
         let distribution = FisherSnedecor::new(count, left_over);
         Ok(Some(Extension {
             columns,
-            shift: -(&moved * &coefficients),
+            shift: -(&by_coefficient * &coefficients),
             shift_deviation: DVector::from_iterator(
-                moved.nrows(),
-                moved.row_iter().zip(spread.row_iter()).map(|(m, s)| m.dot(&s).max(0.0).sqrt()),
+                by_coefficient.nrows(),
+                by_coefficient
+                    .row_iter()
+                    .zip(spread.row_iter())
+                    .map(|(m, s)| m.dot(&s).max(0.0).sqrt()),
             ),
             covariance,
             coefficients,

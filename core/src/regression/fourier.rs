@@ -26,7 +26,7 @@ impl Complex {
     }
 
     #[inline(always)]
-    fn turned(self, [cos, sin]: [f64; 2]) -> Self {
+    fn rotated(self, [cos, sin]: [f64; 2]) -> Self {
         let (cos, sin) = (Lanes::constant(cos), Lanes::constant(sin));
         Self { re: self.re * cos - self.im * sin, im: self.re * sin + self.im * cos }
     }
@@ -100,7 +100,7 @@ impl Fourier {
                     low.iter().zip(high).zip(sums).zip(differences)
                 {
                     *sum = low.plus(*high);
-                    *difference = low.minus(*high).turned(*turn);
+                    *difference = low.minus(*high).rotated(*turn);
                 }
             }
             core::mem::swap(signal, spare);
@@ -127,7 +127,7 @@ impl Fourier {
             };
             // At the Nyquist frequency, half a turn.
             let turn = self.turns.get(k).copied().unwrap_or([-1.0, 0.0]);
-            transforms.push(even.plus(odd.turned(turn)));
+            transforms.push(even.plus(odd.rotated(turn)));
         }
         transforms
     }

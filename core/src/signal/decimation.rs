@@ -8,9 +8,9 @@ use nalgebra::DMatrix;
 use super::design::chebyshev1_low_pass;
 use super::difference::neighbours;
 use super::error::SignalError;
-use super::jump::Jump;
 use super::record::{Group, Record};
 use super::sections::SecondOrderSections;
+use super::zero_phase_decimation::ZeroPhaseDecimator;
 use crate::numeric::{Lanes, WIDTH};
 
 /// The parallel filter F_p of equation 6, applied without phase, and the factor n_d.
@@ -20,7 +20,7 @@ use crate::numeric::{Lanes, WIDTH};
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParallelDecimation {
     /// None leaves every signal as it is.
-    filter: Option<(SecondOrderSections, Jump)>,
+    filter: Option<(SecondOrderSections, ZeroPhaseDecimator)>,
     factor: usize,
     cutoff_ratio: f64,
 }
@@ -41,8 +41,8 @@ impl ParallelDecimation {
             return Err(SignalError::Factor);
         }
         let filter = chebyshev1_low_pass(order, ripple_db, cutoff_ratio / factor as f64)?;
-        let jump = Jump::over(&filter, factor - 1);
-        Ok(Self { filter: Some((filter, jump)), factor, cutoff_ratio })
+        let decimator = ZeroPhaseDecimator::new(&filter, factor - 1);
+        Ok(Self { filter: Some((filter, decimator)), factor, cutoff_ratio })
     }
 
     /// No filter, and every sample is kept: the paper's strict output error framework.
@@ -159,11 +159,11 @@ impl ParallelDecimation {
         read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let kept = self.kept_rows(samples, &counted);
-        if let Some((filter, jump)) = &self.filter {
+        if let Some((filter, decimator)) = &self.filter {
             let padding = filter.default_padding();
-            let room = jump.room(padding.samples);
+            let room = decimator.room(padding.samples);
             let record = Record::open(samples, signals, padding, room, read)?;
-            return jump.filter_zero_phase(record, kept);
+            return decimator.filter_zero_phase(record, kept);
         }
         let first = kept.start.saturating_sub(1);
         let rows = self.decimate_groups(samples, signals, first..kept.end + 1, read)?;

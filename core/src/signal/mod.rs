@@ -5,17 +5,19 @@
 //! `tests/golden` hold it to: `butter` and `cheby1` with `output="sos"`, `sosfiltfilt` with odd
 //! padding, `numpy.gradient` with edge order 1.
 
+mod complex_lanes;
 mod decimation;
 mod design;
 mod difference;
 mod error;
 mod interpolation;
-mod jump;
 mod limits;
+mod mode_group;
 mod modes;
 mod record;
 mod sections;
 mod zero_phase;
+mod zero_phase_decimation;
 
 pub use decimation::ParallelDecimation;
 pub use design::{butterworth_low_pass, chebyshev1_low_pass};

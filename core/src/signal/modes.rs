@@ -1,4 +1,4 @@
-//! A low-pass filter as a sum of damped oscillations, and what it is forward and backward.
+//! A low-pass filter by its modes (partial-fraction expansion), for one pass and for a forward and a backward one.
 
 use nalgebra::Complex;
 
@@ -74,7 +74,7 @@ impl Modes {
         filter
     }
 
-    /// `Σ_m p^m x_m` over the sum x_m of all oscillations, one amplitude each.
+    /// `Σ_m p^m x_m` over the sum x_m of all modes, one amplitude each.
     fn overlap(&self, mode: &Mode, amplitudes: &[Complex<f64>]) -> Complex<f64> {
         let of = |amplitude, q| amplitude / one_less_product(mode.distance, q);
         let terms = self.modes.iter().zip(amplitudes).map(|(other, amplitude)| {
@@ -85,29 +85,29 @@ impl Modes {
     }
 
     /// `g_0 − Σ c/p`: what the sample after adds to the difference of the filtered samples before and
-    /// after one, beside what the oscillations have of it.
+    /// after one, beside what the modes have of it.
     pub(super) fn flank(&self) -> f64 {
         self.centre - self.modes.iter().map(|mode| (mode.share() / mode.pole).re).sum::<f64>()
     }
 
-    /// What one pass makes of a sample and of what the oscillations hold of those before.
+    /// What one pass makes of a sample and of what the modes hold of those before.
     pub(super) fn forward(&self, sample: f64, states: &[Complex<f64>]) -> f64 {
         let shares = self.modes.iter().zip(states);
         self.direct * sample
             + shares.map(|(mode, state)| mode.poles * (mode.forward * state).re).sum::<f64>()
     }
 
-    /// Where the passes turn round: the backward one begins as if the forward one had given
-    /// `held` for ever, from where its oscillations hold `states`. So does a backward pass of the
-    /// samples alone that begins with these.
-    pub(super) fn turned(&self, held: f64, states: &[Complex<f64>]) -> Vec<Complex<f64>> {
-        let fading: Vec<_> =
+    /// The states that the backward pass begins with: as if the forward one, which ends with `states`,
+    /// had given `held` for ever after. So does a backward pass of the samples alone that begins with
+    /// these.
+    pub(super) fn backward_states(&self, held: f64, states: &[Complex<f64>]) -> Vec<Complex<f64>> {
+        let decaying: Vec<_> =
             self.modes.iter().zip(states).map(|(mode, state)| mode.forward * state).collect();
-        let turned = self
+        let backward = self
             .modes
             .iter()
-            .map(|mode| (mode.settled() * held - self.overlap(mode, &fading)) / mode.mirrored);
-        turned.collect()
+            .map(|mode| (mode.settled() * held - self.overlap(mode, &decaying)) / mode.mirrored);
+        backward.collect()
     }
 }
 

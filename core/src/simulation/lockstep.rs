@@ -8,7 +8,8 @@ use crate::trajectory::Reference;
 use super::error::SimulationError;
 use super::hold::CommandHold;
 use super::integrator::Stages;
-use super::plant::{Plant, ReferencePoint};
+use super::plant::Plant;
+use super::reference_point::ReferencePoint;
 use super::{ClosedLoop, StepOutput};
 
 /// Up to [`WIDTH`] loops of one robot with one schedule (timing, integrator and substeps), at time 0, rigid and

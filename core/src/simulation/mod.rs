@@ -25,8 +25,11 @@ mod measurement;
 mod noise;
 mod output;
 mod plant;
+mod reference_point;
 mod sensitivity;
+mod step;
 mod unmodelled;
+mod variation;
 mod white_noise;
 
 pub use closed_loop::ClosedLoop;
@@ -38,5 +41,5 @@ pub(crate) use lockstep::Lockstep;
 pub use noise::NoiseConfig;
 pub(crate) use output::set_row;
 pub use output::{Record, StepOutput};
-pub use sensitivity::Sensitivities;
 pub use unmodelled::{Cogging, Stribeck, Unmodelled};
+pub use variation::Sensitivities;

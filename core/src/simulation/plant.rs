@@ -1,57 +1,15 @@
 //! The differential equation of the loop.
 
 use crate::MAX_JOINTS;
-use crate::control::{ContinuousController, Setpoint};
+use crate::control::ContinuousController;
 use crate::dynamics::{Model, Workspace};
 use crate::robot::Transmission;
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
-use super::sensitivity::PlantVariation;
+use super::reference_point::ReferencePoint;
+use super::variation::PlantVariation;
 use super::{Cogging, DivergenceLimits, FlexibleMode, Stribeck};
-
-/// The reference at one instant.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ReferencePoint {
-    pub(super) position: [f64; MAX_JOINTS],
-    velocity: [f64; MAX_JOINTS],
-    acceleration: [f64; MAX_JOINTS],
-}
-
-impl ReferencePoint {
-    pub(super) fn at<R: Reference>(reference: &R, time_s: f64) -> Self {
-        let mut point = Self::default();
-        let n = reference.joints();
-        reference.at(
-            time_s,
-            &mut point.position[..n],
-            &mut point.velocity[..n],
-            &mut point.acceleration[..n],
-        );
-        point
-    }
-
-    pub(super) fn setpoint(&self, joints: usize) -> Setpoint<'_> {
-        Setpoint {
-            position: &self.position[..joints],
-            velocity: &self.velocity[..joints],
-            acceleration: &self.acceleration[..joints],
-        }
-    }
-
-    /// q_r − q.
-    pub(super) fn error(&self, position: &[f64]) -> [f64; MAX_JOINTS] {
-        let mut error = self.position;
-        for (error, q) in error.iter_mut().zip(position) {
-            *error -= q;
-        }
-        error
-    }
-
-    pub(super) fn velocity(&self) -> &[f64; MAX_JOINTS] {
-        &self.velocity
-    }
-}
 
 /// The arm, and the controller where it acts at every instant.
 ///

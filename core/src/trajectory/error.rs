@@ -76,7 +76,7 @@ pub enum TrajectoryError {
     /// A recorded reference is empty, ragged, not finite or has no sample rate.
     #[error("recorded reference: {reason}")]
     BadRecord {
-        /// What is wrong, in words.
+        /// What is wrong.
         reason: &'static str,
     },
     /// A generator of random moves got a value that makes no sense.

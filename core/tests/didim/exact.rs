@@ -41,7 +41,7 @@ fn a_sampled_pd_gives_the_truth_back_whatever_its_delay() {
 fn a_continuous_pd_gives_the_truth_back() {
     let timing = ControlTiming::Continuous { sample_period_s: PERIOD_S };
     let looped = Looped::random(4, 3, timing, pd);
-    check("continuous", &looped, SignalTiming::INSTANT);
+    check("continuous", &looped, SignalTiming::INSTANTANEOUS);
 }
 
 #[test]

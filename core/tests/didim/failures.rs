@@ -1,7 +1,9 @@
 //! What cannot be simulated or does not come to rest is said, with what to do.
 
 use didim_core::control::{ControlError, ControlTiming, SimulatedController};
-use didim_core::identification::{IdentificationError, Options, SignalTiming, Start};
+use didim_core::identification::{
+    IdentificationError, IterationError, Options, SignalTiming, Start,
+};
 use didim_core::simulation::{SetupError, SimulationError};
 
 use crate::looped::{HELD, Looped, PERIOD_S, pd, pd_of, sampled};
@@ -46,7 +48,8 @@ fn a_step_that_leads_nowhere_is_an_error() {
     let mut options = looped.options();
     options.simulation.convergence.max_simulations = 1000;
     let error = looped.identify(&experiment, &options).unwrap_err();
-    let IdentificationError::NoStep { halvings: 10, cause, .. } = &error else {
+    let IdentificationError::Iteration(IterationError::NoStep { halvings: 10, cause, .. }) = &error
+    else {
         panic!("{error}");
     };
     let (SimulationError::NotPositiveDefinite { joint, .. }
@@ -66,7 +69,9 @@ fn a_controller_that_does_not_hold_the_arm_names_joint_and_time() {
             acceleration_feed_forward: false,
         });
     });
-    let IdentificationError::FirstSimulation { cause } = error else { panic!("{error}") };
+    let IdentificationError::Iteration(IterationError::FirstSimulation { cause }) = error else {
+        panic!("{error}")
+    };
     let SimulationError::Divergence { joint: 2, time_s, .. } = cause else { panic!("{cause}") };
     assert!(time_s > 0.0 && time_s < 1.0, "{time_s}");
     assert!(error.to_string().contains("joint 2 diverged at 0."), "{error}");
@@ -75,12 +80,12 @@ fn a_controller_that_does_not_hold_the_arm_names_joint_and_time() {
 #[test]
 fn estimates_that_still_move_are_an_error() {
     let error = refused(|options| options.simulation.convergence.max_simulations = 2);
-    let IdentificationError::NotConverged {
+    let IdentificationError::Iteration(IterationError::NotConverged {
         simulations: 2,
         relative_error_change: Some(error_change),
         parameter_change,
         parameter,
-    } = &error
+    }) = &error
     else {
         panic!("{error}");
     };

@@ -2,8 +2,8 @@
 
 use didim_core::control::{ControlTiming, SimulatedController};
 use didim_core::identification::{
-    ConvergenceLimits, Identification, IdentificationError, Method, Note, Options, ReferenceSource,
-    SignalTiming, Start, identify,
+    ConvergenceLimits, Identification, IdentificationError, IterationError, Method, Note, Options,
+    ReferenceSource, SignalTiming, Start, identify,
 };
 use didim_core::simulation::Integrator;
 use didim_core::trajectory::ReferenceInterpolation;
@@ -48,7 +48,10 @@ fn a_reference_acts_when_its_timing_says() {
     assert!(honoured < 1e-4, "{honoured}");
     // Ignored, the loop answers before it is asked: no parameters do that, and none are found.
     let ignored = identify(&early).unwrap_err();
-    assert!(matches!(ignored, IdentificationError::NotConverged { .. }), "{ignored}");
+    assert!(
+        matches!(ignored, IdentificationError::Iteration(IterationError::NotConverged { .. })),
+        "{ignored}"
+    );
 }
 
 /// Proportional and derivative control of known bandwidth is the cabinet with rescaled gains.

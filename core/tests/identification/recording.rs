@@ -56,7 +56,7 @@ fn options() -> Options {
 }
 
 fn identify(folder: &Path, sign_model: SignModel) -> Identification {
-    identify_part(folder, sign_model, 300..37_401, SignalTiming::INSTANT)
+    identify_part(folder, sign_model, 300..37_401, SignalTiming::INSTANTANEOUS)
 }
 
 fn identify_part(
@@ -163,7 +163,7 @@ fn careless_choices_show_as_they_are_known_to() {
     let folder = datasets();
     let fc1 = |found: &Identification| found.estimate.parameters[2].value;
     // The sign of noise while the arm stands still.
-    let idle = identify_part(&folder, SignModel::Sign, 0..45_000, SignalTiming::INSTANT);
+    let idle = identify_part(&folder, SignModel::Sign, 0..45_000, SignalTiming::INSTANTANEOUS);
     close(fc1(&idle), 5.77, 5e-3, "fc1 with the idle parts");
     assert!(idle.estimate.relative_error > 0.08);
     // A torque that is taken to act 4 ms away from where it does.

@@ -83,7 +83,7 @@ fn ignoring_a_hold_biases_the_drive_inertia_and_honouring_it_does_not() {
         found.estimate.parameters[inertia].value / truth[inertia] - 1.0
     };
     let hold_s = 1.0 / RATE_HZ;
-    let ignored = relative_bias(SignalTiming::INSTANT);
+    let ignored = relative_bias(SignalTiming::INSTANTANEOUS);
     let honoured = relative_bias(SignalTiming { hold_s, delay_s: 0.0 });
     assert!(ignored < -0.02, "ignoring the hold should show: {ignored}");
     assert!(honoured.abs() < 5e-4, "honouring the hold leaves a bias of {honoured}");

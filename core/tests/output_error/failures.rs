@@ -2,7 +2,8 @@
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    Failure, IdentificationError, Method, Reason, SensitivityMethod, SignalTiming, Start, identify,
+    Failure, IdentificationError, IterationError, Method, Reason, SensitivityMethod, SignalTiming,
+    Start, identify,
 };
 
 use crate::arm::Random;
@@ -18,7 +19,10 @@ fn too_few_simulations_are_no_result() {
         options.simulation.convergence.max_simulations = 2;
         let error = identify(method, &looped.arm.robot, &looped.arm.base, &experiment, &options)
             .unwrap_err();
-        assert!(matches!(error, IdentificationError::NotConverged { .. }), "{name}: {error}");
+        assert!(
+            matches!(error, IdentificationError::Iteration(IterationError::NotConverged { .. })),
+            "{name}: {error}"
+        );
         assert_eq!(error.failure(), Some(Failure::NotConverged));
     }
 }
@@ -38,7 +42,10 @@ fn a_loop_that_diverges_at_the_start_is_named() {
         });
         let error = identify(method, &looped.arm.robot, &looped.arm.base, &experiment, &options)
             .unwrap_err();
-        assert!(matches!(error, IdentificationError::FirstSimulation { .. }), "{name}: {error}");
+        assert!(
+            matches!(error, IdentificationError::Iteration(IterationError::FirstSimulation { .. })),
+            "{name}: {error}"
+        );
         assert_eq!(error.failure(), Some(Failure::Diverged));
     }
 }

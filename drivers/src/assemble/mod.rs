@@ -42,7 +42,7 @@ use self::cycle::{Cycle, References, Whole, first};
 use self::grid::Grid;
 use self::period::PeriodWatch;
 use crate::frame::Frame;
-use crate::layout::{CompiledLayout, CyclesBy, Instant, Role};
+use crate::layout::{CompiledLayout, CyclesBy, Role, SampledBy};
 use crate::units::Scales;
 
 /// Makes samples of frames.
@@ -127,11 +127,11 @@ impl Assembler {
             Ok(found) => found,
             Err(why) => return state.losses.frames.count(why.into(), 1),
         };
-        match (self.layout.instant(), message.role) {
-            (Instant::Packed, _) => state.packed_frame(index, message, frame),
-            (Instant::Sync, Role::Sync) => state.sync_frame(frame.stamp_ns),
-            (Instant::Sync, Role::Sample) => state.sample_frame(index, message, frame),
-            (Instant::Sync, Role::Target) => state.target_frame(index, message, frame),
+        match (self.layout.sampled_by(), message.role) {
+            (SampledBy::Packed, _) => state.packed_frame(index, message, frame),
+            (SampledBy::Sync, Role::Sync) => state.sync_frame(frame.stamp_ns),
+            (SampledBy::Sync, Role::Sample) => state.sample_frame(index, message, frame),
+            (SampledBy::Sync, Role::Target) => state.target_frame(index, message, frame),
         }
     }
 

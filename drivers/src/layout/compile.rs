@@ -5,7 +5,7 @@ use didim_core::MAX_JOINTS;
 use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
 use super::field::Encoding;
-use super::plan::{CompiledLayout, Extraction, Instant, MessagePlan, Quantity, Role};
+use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy};
 use super::spec::{LayoutSpec, ReferenceValidity, TorqueValidity};
 
 /// The shortest and the longest nominal period that are taken \[µs\].
@@ -75,10 +75,10 @@ pub(super) fn finish(
             message.role = Role::Target;
         }
     }
-    let instant = if messages.iter().any(|message| message.role == Role::Sync) {
-        Instant::Sync
+    let sampled_by = if messages.iter().any(|message| message.role == Role::Sync) {
+        SampledBy::Sync
     } else if messages.len() == 1 {
-        Instant::Packed
+        SampledBy::Packed
     } else {
         let names: Vec<_> = messages.iter().map(|m| m.format.name.as_str()).collect();
         let reason = format!(
@@ -90,7 +90,7 @@ pub(super) fn finish(
     };
     let timing = torque_timing(spec);
     let by = spec.cycles_by;
-    Ok(CompiledLayout::new(messages, instant, spec.axes, period_ns, timing, next_sync, by))
+    Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, timing, next_sync, by))
 }
 
 /// Keys that only a layout from device files has.
@@ -237,7 +237,7 @@ fn check_hold(spec: &LayoutSpec, period_ns: f64) -> Result<(), LayoutError> {
 fn torque_timing(spec: &LayoutSpec) -> didim_core::identification::SignalTiming {
     use didim_core::identification::SignalTiming;
     match spec.torque.valid {
-        TorqueValidity::Instant => SignalTiming::INSTANT,
+        TorqueValidity::Instant => SignalTiming::INSTANTANEOUS,
         TorqueValidity::Held { hold_us, delay_us } => {
             SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 }
         }

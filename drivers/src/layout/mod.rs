@@ -23,7 +23,7 @@ pub use eds::{EdsError, MAX_DEVICE_FILE_BYTES};
 pub use encode::{AxisValues, CycleValues, EncodeError};
 pub use error::LayoutError;
 pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};
-pub use plan::{CompiledLayout, Extraction, Instant, MessagePlan, Quantity, Role, Unreadable};
+pub use plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Unreadable};
 pub use spec::{
     CyclesBy, LayoutSpec, NodeSpec, PositionSpec, PositionValidity, ReferenceSpec,
     ReferenceValidity, TorqueSpec, TorqueValidity,

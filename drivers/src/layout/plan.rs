@@ -52,9 +52,9 @@ pub enum Role {
     Target,
 }
 
-/// What gives a sample its instant.
+/// The message whose arrival is the instant of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Instant {
+pub enum SampledBy {
     /// The SYNC message.
     Sync,
     /// The packed message itself.
@@ -117,7 +117,7 @@ pub struct CompiledLayout {
     messages: Vec<MessagePlan>,
     standard: Box<[u8]>,
     extended: Vec<(u32, u8)>,
-    instant: Instant,
+    sampled_by: SampledBy,
     axes: usize,
     period_ns: f64,
     torque_timing: SignalTiming,
@@ -128,7 +128,7 @@ pub struct CompiledLayout {
 impl CompiledLayout {
     pub(super) fn new(
         mut messages: Vec<MessagePlan>,
-        instant: Instant,
+        sampled_by: SampledBy,
         axes: usize,
         period_ns: f64,
         torque_timing: SignalTiming,
@@ -152,7 +152,7 @@ impl CompiledLayout {
             messages,
             standard,
             extended,
-            instant,
+            sampled_by,
             axes,
             period_ns,
             torque_timing,
@@ -204,9 +204,9 @@ impl CompiledLayout {
         (index != NONE).then_some(usize::from(index))
     }
 
-    /// What gives a sample its instant.
-    pub fn instant(&self) -> Instant {
-        self.instant
+    /// The message whose arrival is the instant of a sample.
+    pub fn sampled_by(&self) -> SampledBy {
+        self.sampled_by
     }
 
     /// Number of axes.

@@ -5,7 +5,7 @@
 use didim_core::JointSample;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::{Frame, FrameId};
-use didim_drivers::layout::{CompiledLayout, CycleValues, Instant, Role};
+use didim_drivers::layout::{CompiledLayout, CycleValues, Role, SampledBy};
 use didim_drivers::units::Scales;
 
 /// Somewhere in 2026, as live stamps are.
@@ -43,9 +43,9 @@ pub(crate) fn drives(text: &str, axes: usize) -> Vec<didim_drivers::units::Drive
 }
 
 pub(crate) fn assembler(layout: &CompiledLayout) -> Assembler {
-    let text = match layout.instant() {
-        Instant::Sync => DRIVES.to_owned(),
-        Instant::Packed => packed_drives(),
+    let text = match layout.sampled_by() {
+        SampledBy::Sync => DRIVES.to_owned(),
+        SampledBy::Packed => packed_drives(),
     };
     let scales = Scales::new(&drives(&text, layout.axes()), layout).unwrap();
     Assembler::new(layout.clone(), scales)

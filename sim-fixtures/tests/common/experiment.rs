@@ -50,7 +50,7 @@ pub(crate) fn experiment(scenario: &Scenario) -> Experiment {
 
 /// The same experiment by someone who takes the logged command for the torque of its instant.
 pub(crate) fn hold_ignored(experiment: Experiment) -> Experiment {
-    experiment.with_torque_timing(SignalTiming::INSTANT).unwrap()
+    experiment.with_torque_timing(SignalTiming::INSTANTANEOUS).unwrap()
 }
 
 /// Names of the paper's essential parameters, which its robot states.

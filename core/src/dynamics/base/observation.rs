@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use crate::dynamics::{Model, Workspace};
+use crate::dynamics::model::Model;
+use crate::dynamics::workspace::Workspace;
 use crate::robot::{JointKind, SignModel};
 
 /// Start of the random motions: the same for every robot, so that the same robot always has the

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::BaseParametersError;
+use super::error::BaseParametersError;
 
 /// A column of unit length whose part outside the basis is at least this long is independent.
 const INDEPENDENT: f64 = 1e-7;

@@ -92,17 +92,17 @@ mod tests {
         }
         // A controller ten times as fast: its command lasts a tenth of the record's period.
         assert_eq!(shift(0.1, 0.0, sampled(0.1, 0.0)).unwrap(), 0.0);
-        let near = |found: Result<f64, IdentificationError>, expected: f64| {
+        let assert_close = |found: Result<f64, IdentificationError>, expected: f64| {
             // Rounding of times that are products themselves.
             assert!((found.unwrap() - expected).abs() < 1e-12, "{expected}");
         };
-        near(shift(0.1, 0.05, sampled(0.1, 0.05)), 0.1);
+        assert_close(shift(0.1, 0.05, sampled(0.1, 0.05)), 0.1);
         // A torque of an instant is the simulated one half a period later.
-        near(shift(0.0, 0.0, sampled(1.0, 0.0)), -0.5);
-        near(shift(0.0, 2.0, sampled(1.0, 0.0)), 1.5);
+        assert_close(shift(0.0, 0.0, sampled(1.0, 0.0)), -0.5);
+        assert_close(shift(0.0, 2.0, sampled(1.0, 0.0)), 1.5);
         let continuous = ControlTiming::Continuous { sample_period_s: 2e-4 };
-        near(shift(0.0, 2.0, continuous), 2.0);
-        near(shift(1.0, 0.0, continuous), 0.5);
+        assert_close(shift(0.0, 2.0, continuous), 2.0);
+        assert_close(shift(1.0, 0.0, continuous), 0.5);
         let error = shift(1.0, 0.5, sampled(1.0, 0.0)).unwrap_err();
         assert_eq!(error, IdentificationError::TorqueDelay { logged_s: 1e-4, simulated_s: 0.0 });
     }

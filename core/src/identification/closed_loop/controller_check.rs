@@ -15,7 +15,7 @@ use crate::identification::given::{Context, IdentificationError};
 use crate::trajectory::Reference;
 
 /// Of every joint, `‖F(τ_law − τ)‖ / ‖F τ‖` over the rows: the error of the described law on the
-/// recorded signals, filtered and decimated. None where it cannot be told: gains that are not the
+/// recorded signals, filtered and decimated. None where it is not known: gains that are not the
 /// cabinet's, a controller that computes between the samples or is not sampled, a torque that is no
 /// command, no reference. Samples that outliers reach do not count.
 pub(super) fn controller_error(

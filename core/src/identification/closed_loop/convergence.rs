@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::identification::given::{ConvergenceLimits, IdentificationError};
+use crate::identification::given::{ConvergenceLimits, IdentificationError, IterationError};
 use crate::identification::judgement::ConvergenceStep;
 
 /// A relative error below this is small for any arm: its changes are held against this much, since
@@ -75,11 +75,12 @@ impl<'a> Convergence<'a> {
         if counted < self.limits.max_simulations {
             return Ok(());
         }
-        Err(IdentificationError::NotConverged {
+        Err(IterationError::NotConverged {
             simulations,
             relative_error_change: self.steps.last().and_then(|step| step.relative_error_change),
             parameter_change: self.parameter_change().unwrap_or(f64::INFINITY),
             parameter: self.furthest(),
-        })
+        }
+        .into())
     }
 }

@@ -8,7 +8,7 @@ use super::instruments::Instruments;
 use super::simulation_error::position_errors;
 use super::simulator::Simulator;
 use crate::identification::equation_error::{EquationErrorFit, Weighting};
-use crate::identification::given::{Context, IdentificationError};
+use crate::identification::given::{Context, IdentificationError, IterationError};
 use crate::identification::judgement::Iteration;
 use crate::identification::observation::fitted_matrix;
 use crate::regression::{Observations, Solution};
@@ -104,11 +104,11 @@ impl<'a> PseudoLinear<'a> {
             self.simulations += 1;
             let Err(cause) = self.simulator.run(parameters)? else { return Ok(halvings) };
             let Some(previous) = previous else {
-                return Err(IdentificationError::FirstSimulation { cause });
+                return Err(IterationError::FirstSimulation { cause }.into());
             };
             let simulations = self.simulations;
             if halvings == MAX_HALVINGS {
-                return Err(IdentificationError::NoStep { simulations, halvings, cause });
+                return Err(IterationError::NoStep { simulations, halvings, cause }.into());
             }
             self.check_simulations_left()?;
             halvings += 1;

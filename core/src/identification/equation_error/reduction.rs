@@ -85,7 +85,7 @@ pub fn essential_parameters(
             f_statistic: test.f_statistic,
             probability: test.probability,
         };
-        // Neither may it be left out where that cannot be told.
+        // Neither may it be left out where that is not known.
         if test.probability.is_nan() || test.probability < level {
             kept = Some(step);
             break;

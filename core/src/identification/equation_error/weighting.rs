@@ -74,9 +74,9 @@ fn without(
     }
     let predicted = &matrix * &solution.parameters;
     let values = &predicted + residuals;
-    let near = Observations::new(matrix.clone(), values, pseudo.joints())?;
-    let mut near = near.weighted(&solution.noise_levels)?;
-    let kept = Observations::new(matrix, predicted + &near.residuals, pseudo.joints())?;
-    near.parameters.copy_from(&solution.parameters);
-    Ok((kept, near))
+    let remaining = Observations::new(matrix.clone(), values, pseudo.joints())?;
+    let mut solved = remaining.weighted(&solution.noise_levels)?;
+    let kept = Observations::new(matrix, predicted + &solved.residuals, pseudo.joints())?;
+    solved.parameters.copy_from(&solution.parameters);
+    Ok((kept, solved))
 }

@@ -2,15 +2,16 @@
 
 use core::ops::Range;
 
-use serde::Serialize;
 use thiserror::Error;
 
-use super::experiment::ExperimentError;
+use super::experiment_error::ExperimentError;
+use super::failure::Failure;
+use super::iteration_error::IterationError;
 use super::limits::LimitError;
 use super::method::Method;
 use crate::regression::RegressionError;
 use crate::signal::SignalError;
-use crate::simulation::{SetupError, SimulationError};
+use crate::simulation::SetupError;
 use crate::trajectory::TrajectoryError;
 
 /// What speaks against an identification; each message ends with what to do.
@@ -121,7 +122,7 @@ pub enum IdentificationError {
         /// Their names.
         parameters: Vec<String>,
     },
-    /// Only combinations of some parameters can be told from this motion. Remedy: a richer
+    /// Only combinations of some parameters can be identified from this motion. Remedy: a richer
     /// trajectory, or leave some of them out.
     #[error(
         "the motion does not tell {} apart; move along a richer trajectory or leave some out",
@@ -209,76 +210,9 @@ pub enum IdentificationError {
         /// The robot.
         robot: String,
     },
-    /// The closed loop cannot be simulated with the parameters to start from. Remedy: another
-    /// start, or a controller that holds the arm.
-    #[error(
-        "the first simulation failed: {cause}; choose another start, or check gains, timing and \
-         substeps of the simulated controller"
-    )]
-    FirstSimulation {
-        /// What went wrong, with joint and time.
-        cause: SimulationError,
-    },
-    /// Even the shortest step leads to parameters that cannot be simulated. Remedy: fewer
-    /// parameters, another start, or a controller that holds the arm.
-    #[error(
-        "simulation {simulations} failed after halving the step {halvings} times: {cause}; \
-         identify fewer parameters, choose another start, or check the simulated controller"
-    )]
-    NoStep {
-        /// Simulations run.
-        simulations: u32,
-        /// Halvings tried.
-        halvings: u32,
-        /// What went wrong at last, with joint and time.
-        cause: SimulationError,
-    },
-    /// The estimates still change. Remedy: allow more simulations, leave out the parameter that
-    /// moves most, or check reference and controller.
-    #[error(
-        "not converged after {simulations} simulations: the relative error changed by {}, \
-         {parameter} by {parameter_change:.2e} standard deviations; allow more simulations, leave \
-         {parameter} out, or check the reference and the simulated controller",
-        relative_error_change.map_or("an unknown amount".to_owned(), |c| format!("{c:.1e}"))
-    )]
-    NotConverged {
-        /// Simulations run.
-        simulations: u32,
-        /// Last change of the relative error, when there were two steps.
-        relative_error_change: Option<f64>,
-        /// Last change of the parameter that moves most, in standard deviations.
-        parameter_change: f64,
-        /// That parameter.
-        parameter: String,
-    },
-    /// No step lowers the error, though the parameters are not at its minimum: the sensitivities do
-    /// not describe the simulation. Remedy: a smooth sign model, more substeps, or fewer parameters.
-    #[error(
-        "no step lowers the error after {simulations} simulations, though {parameter} should move \
-         by {parameter_change:.2e} standard deviations; choose a smooth sign model, more substeps, \
-         or leave {parameter} out"
-    )]
-    NoDescent {
-        /// Simulations run.
-        simulations: u32,
-        /// The parameter that the linear step moves furthest.
-        parameter: String,
-        /// How far, in standard deviations.
-        parameter_change: f64,
-    },
-    /// The simulated signal does not depend on some parameters, or only on combinations of them.
-    /// Remedy: leave some of them out, move along a richer trajectory, or compare the torques.
-    #[error(
-        "the simulated {signal} does not tell {} apart; leave some out, move along a richer \
-         trajectory, or identify from the torques (clie)",
-        parameters.join(", ")
-    )]
-    Insensitive {
-        /// The signal whose error is minimised.
-        signal: &'static str,
-        /// Every parameter that takes part.
-        parameters: Vec<String>,
-    },
+    /// The iteration with simulated loops failed. Remedy: as the cause says.
+    #[error(transparent)]
+    Iteration(#[from] IterationError),
     /// Nothing says what controls the arm. Remedy: describe the controller, or choose IDIM-LS.
     #[error(
         "{method} simulates the closed loop, and the cell does not say what controls the arm; \
@@ -323,43 +257,12 @@ pub enum IdentificationError {
     Regression(RegressionError),
 }
 
-/// How an identification fails, for those who count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Failure {
-    /// The simulated loop is unstable, or its parameters belong to no arm.
-    Diverged,
-    /// Converged where the error is far above the noise.
-    LocalMinimum,
-    /// What is compared does not depend on the parameters, or hardly.
-    Insensitive,
-    /// The estimates still change, or no step lowers the error.
-    NotConverged,
-    /// The experiment does not allow for it: too short, or not exciting.
-    Refused,
-}
-
-impl Failure {
-    /// The name: `local-minimum`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Diverged => "diverged",
-            Self::LocalMinimum => "local-minimum",
-            Self::Insensitive => "insensitive",
-            Self::NotConverged => "not-converged",
-            Self::Refused => "refused",
-        }
-    }
-}
-
 impl IdentificationError {
     /// How the identification failed; none where options, robot and experiment do not fit each other,
     /// so that there was none.
     pub fn failure(&self) -> Option<Failure> {
         match self {
-            Self::FirstSimulation { .. } | Self::NoStep { .. } => Some(Failure::Diverged),
-            Self::Insensitive { .. } => Some(Failure::Insensitive),
-            Self::NotConverged { .. } | Self::NoDescent { .. } => Some(Failure::NotConverged),
+            Self::Iteration(error) => Some(error.failure()),
             Self::TooFewRows { .. }
             | Self::NotExcited { .. }
             | Self::RankDeficient { .. }

@@ -3,64 +3,12 @@
 use core::ops::Range;
 
 use nalgebra::DMatrix;
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
+use super::experiment_error::ExperimentError;
+use super::signals::Signals;
+use super::timing::SignalTiming;
 use crate::MAX_JOINTS;
 use crate::robot::Transmission;
-use crate::simulation::Record;
-
-/// When the logged value of a signal acts, relative to the instant of its sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SignalTiming {
-    /// The value acts from the sample's instant for this long \[s\]; 0 means it describes the
-    /// instant itself. A torque command that is held until the next sample has one period here.
-    #[serde(default)]
-    pub hold_s: f64,
-    /// The value acts this much later than the sample's instant \[s\]; negative when it acted
-    /// before, as an old measurement does.
-    #[serde(default)]
-    pub delay_s: f64,
-}
-
-impl SignalTiming {
-    /// The signal describes the instant of its sample.
-    pub const INSTANT: Self = Self { hold_s: 0.0, delay_s: 0.0 };
-
-    /// The mean age of the logged value \[s\]: what the identification has to shift the signal by.
-    pub fn mean_delay_s(self) -> f64 {
-        self.delay_s + 0.5 * self.hold_s
-    }
-}
-
-/// Signals as recorded on a uniform grid: one vector per axis, all of one length.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Signals {
-    /// Samples per second \[Hz\].
-    pub sample_rate_hz: f64,
-    /// Measured position per axis \[rad\], or \[m\] of a prismatic joint.
-    pub position_rad: Vec<Vec<f64>>,
-    /// Torque per axis \[N·m\], or force \[N\] of a prismatic joint.
-    pub torque_nm: Vec<Vec<f64>>,
-    /// What the controller was told to reach, in the unit of the position, when it is known.
-    pub reference_rad: Option<Vec<Vec<f64>>>,
-}
-
-impl Signals {
-    /// What a simulated loop logs on the motor side, its reference included.
-    pub fn of_motors(record: &Record) -> Self {
-        let columns = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
-            matrix.column_iter().map(|column| column.iter().copied().collect()).collect()
-        };
-        Self {
-            sample_rate_hz: record.sample_rate_hz,
-            position_rad: columns(&record.motor_position_rad),
-            torque_nm: columns(&record.motor_torque_nm),
-            reference_rad: Some(columns(&record.motor_reference_rad)),
-        }
-    }
-}
 
 /// Joint-side signals of one window on a uniform grid: one row per sample, one column per joint.
 ///
@@ -77,76 +25,6 @@ pub struct Experiment {
     counted: Range<usize>,
     /// Samples whose rows are not fitted.
     held_out: Vec<Range<usize>>,
-}
-
-/// Why signals are no experiment. Axes are named from 1, samples from 0.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum ExperimentError {
-    /// The sample rate is not a positive number. Remedy: state the rate of the record in Hz.
-    #[error("sample rate of {sample_rate_hz} Hz is not a positive number")]
-    SampleRate {
-        /// The rate given \[Hz\].
-        sample_rate_hz: f64,
-    },
-    /// Not as many axes as the arm has joints, or beyond [`MAX_JOINTS`]. Remedy: check the columns
-    /// of the record against the robot file.
-    #[error("the {signal} has {axes} axes where {expected} are expected")]
-    Axes {
-        /// Which signal.
-        signal: &'static str,
-        /// Axes it has.
-        axes: usize,
-        /// Axes it should have.
-        expected: usize,
-    },
-    /// Signals of different length. Remedy: cut them to the same window.
-    #[error("the {signal} of axis {axis} has {samples} samples where {expected} are expected")]
-    Samples {
-        /// Which signal.
-        signal: &'static str,
-        /// Axis, from 1.
-        axis: usize,
-        /// Samples it has.
-        samples: usize,
-        /// Samples of the first position.
-        expected: usize,
-    },
-    /// There is no sample at all. Remedy: record something.
-    #[error("the record is empty")]
-    Empty,
-    /// A value is NaN or infinite. Remedy: cut the record there; a filter would spread the hole.
-    #[error("the {signal} of axis {axis} is {value} at sample {sample}")]
-    NotFinite {
-        /// Which signal.
-        signal: &'static str,
-        /// Axis, from 1.
-        axis: usize,
-        /// Sample, from 0.
-        sample: usize,
-        /// The value found.
-        value: f64,
-    },
-    /// A time of validity is not finite, a hold is negative, or the shift exceeds the record.
-    /// Remedy: state both in seconds; a hold is usually one sample period.
-    #[error(
-        "a {signal} held for {} s and delayed by {} s is impossible in this record; \
-         both are seconds, a hold is usually one sample period", timing.hold_s, timing.delay_s
-    )]
-    Timing {
-        /// Which signal.
-        signal: &'static str,
-        /// The timing given.
-        timing: SignalTiming,
-    },
-    /// The counted samples are none, or not all in the record. Remedy: a non-empty part of
-    /// `0..samples`.
-    #[error("samples {} to {} are not a part of the record's {samples} samples", counted.start, counted.end)]
-    Counted {
-        /// The range given.
-        counted: Range<usize>,
-        /// Samples of the record.
-        samples: usize,
-    },
 }
 
 impl Experiment {
@@ -177,8 +55,8 @@ impl Experiment {
             position_rad: matrix("position", &signals.position_rad)?,
             torque_nm: matrix("torque", &signals.torque_nm)?,
             reference_rad: reference.map(|columns| matrix("reference", columns)).transpose()?,
-            torque_timing: SignalTiming::INSTANT,
-            reference_timing: SignalTiming::INSTANT,
+            torque_timing: SignalTiming::INSTANTANEOUS,
+            reference_timing: SignalTiming::INSTANTANEOUS,
             counted: 0..samples,
             held_out: Vec::new(),
         })

@@ -195,8 +195,8 @@ pub struct Estimate {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_torque_error_per_joint: Option<Vec<f64>>,
     /// How far the command that the described controller makes of the recorded reference and
-    /// position is from the recorded one, relative to it; for methods that simulate, where it can
-    /// be told.
+    /// position is from the recorded one, relative to it; for methods that simulate, where it is
+    /// known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controller_error_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation between instruments and observation matrix, for methods with

@@ -68,7 +68,7 @@ pub(crate) struct Iteration {
     pub(crate) position_error_per_joint: Option<Vec<f64>>,
     /// ‖τ − τ_s‖ / ‖τ‖ of the last simulation, where the torques can be compared.
     pub(crate) torque_error_per_joint: Option<Vec<f64>>,
-    /// How far the described controller is from the recorded one, where that can be told.
+    /// How far the described controller is from the recorded one, where that is known.
     pub(crate) controller_error_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation of instruments, where there are any.
     pub(crate) instrument_correlation: Option<f64>,

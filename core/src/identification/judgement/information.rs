@@ -169,7 +169,7 @@ mod tests {
         assert!(found.windows(2).all(|pair| pair[0].end == pair[1].start));
     }
 
-    /// A parameter is told by the rows where its column differs from all others: what leaves these rows
+    /// A parameter is determined by the rows where its column differs from all others: what leaves these rows
     /// out makes 1/σ² smaller by their share, and by more, since z changes too.
     #[test]
     fn shares_are_those_of_the_information() {

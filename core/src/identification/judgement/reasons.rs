@@ -239,8 +239,8 @@ impl Display for Note {
             ),
             Self::Insignificant { names } => write!(
                 f,
-                "not to be told from zero by this motion: {}; leave them out, or move the joints \
-                 concerned more",
+                "not significantly different from zero with this motion: {}; leave them out, or move \
+                 the joints concerned more",
                 names.join(", ")
             ),
             Self::ColouredResiduals { joints, decimated } => write!(

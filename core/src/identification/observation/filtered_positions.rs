@@ -82,7 +82,7 @@ impl FilteredPositions {
     }
 }
 
-/// Samples that are turned from joint after joint to side by side while they are in the nearest cache.
+/// Samples that are transposed from joint after joint to side by side while they are in the nearest cache.
 const CACHED: usize = 64;
 
 /// Writes the joints' signals sample by sample.

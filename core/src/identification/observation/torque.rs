@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::identification::given::{Context, Experiment, IdentificationError};
 use crate::signal::delay_linear;
 
-/// The measurements y of equation 7: torques moved to the instants of the positions, filtered, and
+/// The measurements y of equation 7: torques shifted to the instants of the positions, filtered, and
 /// decimated, the rows of each joint together.
 ///
 /// A value that acts late or is held is worth at an instant what was logged its mean delay before,

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::damping::Damped;
 use super::problem::{Point, Problem};
 use crate::identification::closed_loop::convergence::Convergence;
-use crate::identification::given::{IdentificationError, Optimiser};
+use crate::identification::given::{IdentificationError, IterationError, Optimiser};
 use crate::regression::{Observations, Solution};
 use crate::simulation::SimulationError;
 
@@ -36,7 +36,7 @@ pub(super) struct Linearised {
 /// Why a point that could be simulated, or not, is none to go on from.
 pub(super) enum Rejection {
     Simulation(SimulationError),
-    /// Its parameters cannot be told apart there, or not be computed.
+    /// Its parameters cannot be distinguished there, or not be computed.
     Equation(IdentificationError),
 }
 
@@ -139,14 +139,15 @@ impl<'p, 'a> Descent<'p, 'a> {
         let simulations = self.problem.simulations;
         Err(match cause {
             Some(Rejection::Simulation(cause)) => {
-                IdentificationError::NoStep { simulations, halvings: MAX_TRIES, cause }
+                IterationError::NoStep { simulations, halvings: MAX_TRIES, cause }.into()
             }
             Some(Rejection::Equation(error)) => error,
-            None => IdentificationError::NoDescent {
+            None => IterationError::NoDescent {
                 simulations,
                 parameter: self.convergence.furthest(),
                 parameter_change: self.convergence.parameter_change().unwrap_or(f64::NAN),
-            },
+            }
+            .into(),
         })
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::descent::{Descent, Linearised, MAX_TRIES, Rejection};
-use crate::identification::given::IdentificationError;
+use crate::identification::given::{IdentificationError, IterationError};
 use crate::identification::judgement::ConvergenceStep;
 use crate::regression::{Observations, Solution};
 
@@ -39,7 +39,7 @@ impl Descent<'_, '_> {
                 (Ok(at), _) => break at,
                 (Err(_), Some(before)) if halvings < MAX_TRIES => start = (start + before) * 0.5,
                 (Err(Rejection::Simulation(cause)), _) => {
-                    return Err(IdentificationError::FirstSimulation { cause });
+                    return Err(IterationError::FirstSimulation { cause }.into());
                 }
                 (Err(Rejection::Equation(error)), _) => return Err(error),
             }

@@ -85,13 +85,14 @@ fn identify(
     let joints = context.robot.joints();
     let above_noise = sufficiency::above_noise(&fit, &(&torque - &point.torque));
     let torque_error_per_joint = relative_errors(joints, &torque, &point.torque);
-    let along = Observations::new(selected, torque, joints).map_err(named)?;
+    let torque_equation = Observations::new(selected, torque, joints).map_err(named)?;
     let (torque_residuals, own) = match output {
         Output::Torque => (solution.residuals.clone(), None),
         Output::Position => {
-            let levels = along.noise_levels(&along.ordinary().map_err(named)?.residuals);
-            let own = along.weighted(&levels).map_err(named)?;
-            (along.residuals(&solution.parameters), Some(own))
+            let levels =
+                torque_equation.noise_levels(&torque_equation.ordinary().map_err(named)?.residuals);
+            let own = torque_equation.weighted(&levels).map_err(named)?;
+            (torque_equation.residuals(&solution.parameters), Some(own))
         }
     };
     let findings = Findings {
@@ -101,7 +102,7 @@ fn identify(
         position_error: PositionError::NotLookedAt,
         observations,
         torque: Some(TorqueRows {
-            observations: &along,
+            observations: &torque_equation,
             residuals: &torque_residuals,
             own: own.as_ref(),
         }),

@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::sensitivities::SensitivitySignals;
 use crate::identification::closed_loop::simulator::Simulator;
 use crate::identification::equation_error::EquationErrorFit;
-use crate::identification::given::{Context, IdentificationError, SensitivityMethod};
+use crate::identification::given::{
+    Context, IdentificationError, IterationError, SensitivityMethod,
+};
 use crate::identification::judgement::Output;
 use crate::identification::observation::Motion;
 use crate::numeric::WIDTH;
@@ -158,11 +160,11 @@ impl Problem<'_> {
             let mut steps = [0.0; LANES];
             let mut loops = Vec::with_capacity(LANES);
             for (h, &k) in steps.iter_mut().zip(columns) {
-                let mut moved = point.parameters.clone();
+                let mut perturbed = point.parameters.clone();
                 // A parameter that is 0 has the size of its uncertainty.
-                moved[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
-                *h = moved[k] - point.parameters[k];
-                loops.push(self.simulator.closed_loop(&moved)?);
+                perturbed[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
+                *h = perturbed[k] - point.parameters[k];
+                loops.push(self.simulator.closed_loop(&perturbed)?);
             }
             self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
             let mut signals: [_; LANES] =
@@ -200,7 +202,7 @@ impl Problem<'_> {
         match self.context.selection.named(error) {
             IdentificationError::NotExcited { parameters }
             | IdentificationError::RankDeficient { parameters } => {
-                IdentificationError::Insensitive { signal, parameters }
+                IterationError::Insensitive { signal, parameters }.into()
             }
             other => other,
         }

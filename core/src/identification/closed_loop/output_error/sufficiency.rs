@@ -29,8 +29,8 @@ pub(super) fn above_noise(fit: &EquationErrorFit, residuals: &DVector<f64>) -> O
     let joints = residuals.as_slice().chunks(rows).zip(&fit.noise_levels);
     let sum: f64 =
         joints.map(|(rho, level)| rho.iter().map(|r| (r / level).powi(2)).sum::<f64>()).sum();
-    let freedom = residuals.len() - fit.weighted.solution.parameters.len();
-    let ratio = (sum / freedom as f64).sqrt();
+    let degrees_of_freedom = residuals.len() - fit.weighted.solution.parameters.len();
+    let ratio = (sum / degrees_of_freedom as f64).sqrt();
     let noise = ratio <= MAX_NOISE_RATIO;
     (!noise).then_some(Reason::AboveNoise { ratio })
 }

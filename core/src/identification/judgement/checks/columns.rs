@@ -118,7 +118,7 @@ impl FittedModel<'_> {
         let (samples, joints) = self.motion.position.shape();
         let mut group = MotionGroup::of_joints(joints);
         let mut dynamics = InverseDynamics::of_the_estimate(self);
-        let difference = along(samples, joints, |first, difference| {
+        let difference = read_signals(samples, joints, |first, difference| {
             difference.copy_from_slice(dynamics.torque(group.read(self.motion, first)));
             let torque = dynamics.torque(group.differentiate(other, first));
             for (difference, torque) in difference.iter_mut().zip(torque) {
@@ -220,7 +220,11 @@ impl<'a> InverseDynamics<'a> {
 }
 
 /// Signals of the joints over all samples (samples × joints). `read` writes them from a sample on.
-fn along(samples: usize, joints: usize, mut read: impl FnMut(usize, &mut [Group])) -> DMatrix<f64> {
+fn read_signals(
+    samples: usize,
+    joints: usize,
+    mut read: impl FnMut(usize, &mut [Group]),
+) -> DMatrix<f64> {
     let mut signals = DMatrix::zeros(samples, joints);
     let mut group = [Lanes::zero(); MAX_JOINTS];
     for first in (0..samples).step_by(WIDTH) {

@@ -22,7 +22,7 @@ use crate::regression::{Extension, Observations, ResidualAnalysis};
 /// allows, and one in between.
 const WIDER: f64 = 4.0;
 
-/// With less room above its cut-off, smoothing and noise cannot be told apart.
+/// With less room above its cut-off, smoothing and noise cannot be distinguished.
 const NARROWEST_COMPARISON: f64 = 1.5;
 
 /// A cut-off beyond this share of the Nyquist frequency filters nothing.
@@ -200,7 +200,7 @@ impl FittedModel<'_> {
             // the noise and biases the estimate.
             PositionError::InTheLoop([half, all]) => {
                 let even = (self.rows_of(&(all - half * 2.0))? + self.predicted()) * 2.0;
-                let shift = -self.analysis.moved_by(&even);
+                let shift = -self.analysis.estimate_shift(&even);
                 Ok(Some(self.check_of(Alternative::PositionNoise, None, &shift, None)))
             }
         }
@@ -233,17 +233,17 @@ impl FittedModel<'_> {
         // θ(r f) − θ(f): if the motion behind the other filter is the true one, y = X' θ + ε, the
         // estimate is off by Zᵀ (X' − X) θ, and would move back by as much.
         let mut positions = FilteredPositions::of(experiment);
-        let mut move_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
+        let mut shift_with = |ratio: f64| -> Result<DVector<f64>, IdentificationError> {
             let other = PositionFilter { cutoff_hz: ratio * filter.cutoff_hz, ..filter };
             positions.filter(experiment, &other)?;
-            Ok(self.analysis.moved_by(&self.torque_difference(&positions, reach)?))
+            Ok(self.analysis.estimate_shift(&self.torque_difference(&positions, reach)?))
         };
-        let (near, far) = (widest.sqrt(), widest);
-        let (moved_near, moved_far) = (move_with(near)?, move_with(far)?);
-        let ([s1, n1], [s2, n2]) = (effects(near), effects(far));
+        let ratios = [widest.sqrt(), widest];
+        let [shift_1, shift_2] = [shift_with(ratios[0])?, shift_with(ratios[1])?];
+        let [[s1, n1], [s2, n2]] = ratios.map(effects);
         let determinant = s1 * n2 - s2 * n1;
-        let smoothing = (&moved_near * n2 - &moved_far * n1) / determinant;
-        let noise = (&moved_far * s1 - &moved_near * s2) / determinant;
+        let smoothing = (&shift_1 * n2 - &shift_2 * n1) / determinant;
+        let noise = (&shift_2 * s1 - &shift_1 * s2) / determinant;
         let back = self.check_of(Alternative::PositionFilter, None, &-(&smoothing + &noise), None);
         let parameter =
             self.context.selection.names().iter().position(|name| *name == back.parameter);

@@ -1,0 +1,149 @@
+//! The base parameters of a robot, and how its standard parameters are regrouped into them.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::{BaseParametersError, UnknownBaseParameter};
+use super::expression::format_sum;
+use super::observation::observation;
+use super::selection::select;
+use crate::dynamics::model::Model;
+use crate::numeric::Scalar;
+use crate::robot::{Joint, JointKind, Parameter, ParameterKind};
+
+/// The base parameters of a robot: the independent columns of the regressor, each with the
+/// parameters whose effect cannot be distinguished from its own, after Gautier, *Numerical calculation of the
+/// base inertial parameters of robots* (1991).
+///
+/// The choice of columns follows the closed-form rules of Khalil and Dombre, ch. 9.4, which
+/// regroup YY, MZ and M of a revolute link, and the inertia of a prismatic one, into the links
+/// before it, and Ia into ZZ where the two cannot be distinguished.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseParameters {
+    names: Vec<String>,
+    columns: Vec<usize>,
+    without_effect: Vec<String>,
+    /// b × p.
+    regrouping: DMatrix<f64>,
+    standard_names: Vec<String>,
+}
+
+impl BaseParameters {
+    /// The base parameters of a model, by QR of its regressor over random motions that are always
+    /// the same.
+    pub fn compute(model: &Model) -> Result<Self, BaseParametersError> {
+        let parameters = model.parameters().parameters();
+        let mut preference: Vec<usize> = (0..parameters.len()).collect();
+        preference.sort_by_key(|&column| rank_of_choice(parameters[column], model.chain()));
+        let selection = select(&observation(model), &preference)?;
+
+        let standard_names = model.parameter_names().to_vec();
+        let name = |(row, &column): (usize, &usize)| {
+            let terms = selection.regrouping.row(row).iter().filter(|c| **c != 0.0).count();
+            let mark = if terms > 1 { "r" } else { "" };
+            format!("{}{mark}", standard_names[column])
+        };
+        let without = selection.without_effect.iter();
+        Ok(Self {
+            names: selection.kept.iter().enumerate().map(name).collect(),
+            without_effect: without.map(|&column| standard_names[column].clone()).collect(),
+            columns: selection.kept,
+            regrouping: selection.regrouping,
+            standard_names,
+        })
+    }
+
+    /// Names of the b base parameters, in the order of the regressor's columns: that of the
+    /// standard parameter whose column is kept, with an `r` where others are regrouped into it.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The regressor's column of each base parameter, ascending.
+    pub fn columns(&self) -> &[usize] {
+        &self.columns
+    }
+
+    /// Names of the standard parameters that no motion and no gravity can show.
+    pub fn without_effect(&self) -> &[String] {
+        &self.without_effect
+    }
+
+    /// The b × p matrix K with base = K · standard.
+    pub fn regrouping(&self) -> &DMatrix<f64> {
+        &self.regrouping
+    }
+
+    /// The position of a base parameter by its name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|own| own == name)
+    }
+
+    /// What a base parameter stands for: `zz1 + ia1 + yy2 + yy3 + 0.07 mz3 + 0.05185 (m3+m4)`.
+    pub fn expression(&self, name: &str) -> Option<String> {
+        let row = self.find(name)?;
+        let kept = self.columns[row];
+        // The parameter that gives the name stands first.
+        let others = (0..self.standard_names.len()).filter(|column| *column != kept);
+        let terms = core::iter::once(kept).chain(others).filter_map(|column| {
+            let coefficient = self.regrouping[(row, column)];
+            (coefficient != 0.0).then(|| (coefficient, self.standard_names[column].as_str()))
+        });
+        Some(format_sum(terms))
+    }
+
+    /// The b base values of p standard values.
+    ///
+    /// # Panics
+    /// When `standard` does not have p entries.
+    pub fn regroup(&self, standard: &[f64]) -> Vec<f64> {
+        (&self.regrouping * DVector::from_column_slice(standard)).as_slice().to_vec()
+    }
+
+    /// p standard values with the same dynamics as the given base values: each at the column it
+    /// is named after, 0 elsewhere.
+    pub fn to_standard<N: AsRef<str>>(
+        &self,
+        values: impl IntoIterator<Item = (N, f64)>,
+    ) -> Result<Vec<f64>, UnknownBaseParameter> {
+        let mut standard = vec![0.0; self.standard_names.len()];
+        for (name, value) in values {
+            let name = name.as_ref();
+            let Some(row) = self.find(name) else {
+                let known = self.names.join(" ");
+                return Err(UnknownBaseParameter { name: name.to_owned(), known });
+            };
+            standard[self.columns[row]] = value;
+        }
+        Ok(standard)
+    }
+
+    /// The base parameters' columns of a regressor: from n × p to n × b, both row-major.
+    ///
+    /// # Panics
+    /// When the slices' lengths do not fit together.
+    pub fn select_columns<T: Scalar>(&self, regressor: &[T], out: &mut [T]) {
+        let (p, b) = (self.standard_names.len(), self.columns.len());
+        assert_eq!(regressor.len() * b, out.len() * p, "the same number of rows");
+        for (from, to) in regressor.chunks_exact(p).zip(out.chunks_exact_mut(b)) {
+            for (to, column) in to.iter_mut().zip(&self.columns) {
+                *to = from[*column];
+            }
+        }
+    }
+}
+
+/// How early a parameter is chosen; the later ones are regrouped into the earlier.
+fn rank_of_choice(parameter: Parameter, chain: &[Joint]) -> u8 {
+    use ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, M, Mx, My, Mz, Off, Xx, Xy, Xz, Yy, Yz, Zz};
+
+    match (parameter.kind, chain[parameter.joint].kind) {
+        // Friction and offsets first, so that inertia is regrouped into them and not the reverse.
+        // It happens on a sliding axis along gravity only, whose weight is a constant force.
+        (Fv | Fc | Off | FvMotor | FcMotor, _) => 0,
+        (Xx | Xy | Xz | Yz | Zz | Mx | My, JointKind::Revolute) => 1,
+        (Mx | My | Mz | M, JointKind::Prismatic) => 1,
+        (Ia, _) => 2,
+        (Yy | Mz | M, JointKind::Revolute) => 3,
+        (Xx | Xy | Xz | Yy | Yz | Zz, JointKind::Prismatic) => 3,
+    }
+}

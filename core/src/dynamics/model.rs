@@ -1,0 +1,93 @@
+//! One robot's dynamics, prepared for evaluation.
+
+use super::drives::Drives;
+use super::inertia::Inertia;
+use super::regressor_columns::RegressorColumns;
+use crate::numeric::Scalar;
+use crate::robot::{Joint, Parameter, ParameterKind, ParameterTable, Robot, SignModel};
+
+/// The dynamics of one robot, prepared for evaluation.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub(super) chain: Vec<Joint>,
+    pub(super) gravity_m_s2: [f64; 3],
+    table: ParameterTable,
+    /// Column of each link's XX; its other nine parameters follow.
+    pub(super) first_columns: Vec<usize>,
+    pub(super) drives: Drives,
+    pub(super) all_columns: RegressorColumns,
+}
+
+impl Model {
+    /// The model of a robot.
+    pub fn new(robot: &Robot) -> Self {
+        let table = robot.parameters().clone();
+        let is_first = |(column, parameter): (usize, &Parameter)| {
+            (parameter.kind == ParameterKind::Xx).then_some(column)
+        };
+        let first_columns: Vec<usize> =
+            table.parameters().iter().enumerate().filter_map(is_first).collect();
+        let drives = Drives::new(robot);
+        let all: Vec<usize> = (0..table.names().len()).collect();
+        let all_columns = RegressorColumns::new(&first_columns, &drives, all.len(), &all, true);
+        Self {
+            chain: robot.chain().to_vec(),
+            gravity_m_s2: robot.gravity_m_s2(),
+            first_columns,
+            table,
+            drives,
+            all_columns,
+        }
+    }
+
+    /// Number of joints, n.
+    pub fn joints(&self) -> usize {
+        self.chain.len()
+    }
+
+    /// The joints from base to tip.
+    pub fn chain(&self) -> &[Joint] {
+        &self.chain
+    }
+
+    /// Names of the p standard parameters, in the order of the regressor's columns.
+    pub fn parameter_names(&self) -> &[String] {
+        self.table.names()
+    }
+
+    /// The standard parameters themselves.
+    pub fn parameters(&self) -> &ParameterTable {
+        &self.table
+    }
+
+    /// The same model with another law for the sign of Coulomb friction.
+    #[must_use]
+    pub fn with_sign_model(mut self, sign_model: SignModel) -> Self {
+        self.drives.set_sign_model(sign_model);
+        self.all_columns.set_sign_model(sign_model);
+        self
+    }
+
+    #[inline(always)]
+    pub(super) fn link<T: Scalar>(&self, parameters: &[T], link: usize) -> Inertia<T> {
+        let first = self.first_columns[link];
+        let mut ten = [T::zero(); 10];
+        ten.copy_from_slice(&parameters[first..first + 10]);
+        Inertia::from_parameters(&ten)
+    }
+
+    /// How many links there are up to the last with inertia: those beyond take no torque.
+    pub(super) fn heavy_links<T: Scalar>(&self, parameters: &[T]) -> usize {
+        let has_inertia =
+            |first: &usize| parameters[*first..*first + 10].iter().any(|value| !value.is_zero());
+        self.first_columns.iter().rposition(has_inertia).map_or(0, |last| last + 1)
+    }
+
+    pub(super) fn check_joints<T>(&self, slice: &[T]) {
+        assert_eq!(slice.len(), self.joints(), "one entry per joint");
+    }
+
+    pub(super) fn check_parameters<T>(&self, slice: &[T]) {
+        assert_eq!(slice.len(), self.table.names().len(), "one entry per standard parameter");
+    }
+}

@@ -1,0 +1,229 @@
+//! Zero-phase filtering and decimation of many signals in one step: the recursive filter in its parallel form, by
+//! partial-fraction expansion (Oppenheim & Schafer, *Discrete-Time Signal Processing*, sections 3.3 and
+//! 6.3.3), evaluated at the decimated rate. `docs/methods.md`, "The decimating zero-phase filter", derives it.
+//!
+//! Forward and backward, the filter is a sum of modes that decay to both sides. From one kept sample to the
+//! next a mode's state is multiplied by pⁿ, and the samples between are added with constant weights; and
+//! so from the other side. The weights of both sides are mirrored, so that sums and differences of
+//! mirrored samples need half of the products.
+
+use core::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::complex_lanes::ComplexLanes;
+use super::error::SignalError;
+use super::mode_group::ModeGroup;
+use super::modes::Modes;
+use super::record::Record;
+use super::sections::SecondOrderSections;
+use crate::numeric::{WIDTH, vectorised};
+
+/// A filter that is evaluated, forward and backward, at one sample of each block.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ZeroPhaseDecimator {
+    modes: Modes,
+    flank: f64,
+    /// Samples of a block but its first, which is the one that is kept.
+    samples: usize,
+    groups: Vec<ModeGroup>,
+}
+
+impl ZeroPhaseDecimator {
+    /// With so many samples between two that are kept.
+    pub(super) fn new(filter: &SecondOrderSections, samples: usize) -> Self {
+        let modes = Modes::of(filter);
+        let groups = modes.modes.chunks(WIDTH);
+        let groups = groups.map(|modes| ModeGroup::new(modes, samples)).collect();
+        Self { flank: modes.flank(), modes, samples, groups }
+    }
+
+    /// Samples that a stretch of a record has to have room for: a block, or what is left at the end.
+    pub(super) fn room(&self, padding: usize) -> usize {
+        self.samples + 1 + padding + 1
+    }
+
+    /// Filters the signals of a record as [`SecondOrderSections::filter_zero_phase`] does and gives
+    /// the first sample of each block: of the `wanted` blocks (so many × signals), which begin in the record. Of
+    /// each, also the filtered sample after it less the one before.
+    ///
+    /// ```text
+    /// S_k = Σ p^(m−1) x_(k−m)    B_k = Σ p^(m−1) x_(k+m)    y_k = g_0 x_k + Σ c (S_k + B_k)
+    /// S_(k+1) = p S_k + x_k      S_(k−1) = (S_k − x_(k−1))/p
+    /// y_(k+1) − y_(k−1) = (g_0 − Σ c/p) (x_(k+1) − x_(k−1)) + Σ c (p − 1/p) (S_k − B_k)
+    /// ```
+    ///
+    /// Meanwhile it has in memory what the backward pass adds in every block: a number per mode.
+    ///
+    /// # Errors
+    /// [`SignalError::NotFinite`] as for one signal.
+    pub(super) fn filter_zero_phase(
+        &self,
+        mut record: Record<'_>,
+        wanted: Range<usize>,
+    ) -> Result<[DMatrix<f64>; 2], SignalError> {
+        let (factor, count) = (self.samples + 1, self.groups.len());
+        // The last block leaves what the continuation is the mirror image of.
+        let blocks = (record.samples - record.padding - 1) / factor;
+        record.advance(0, record.padding + 1);
+        let starts =
+            record.stretches().flat_map(|signal| self.initial_states(signal, record.padding));
+        let mut states: Vec<ComplexLanes> = starts.collect();
+        // The sample before the next one; the first comes from the continuation.
+        let mut before: Vec<f64> = record.stretches().map(|x| 2.0 * x[0] - x[1]).collect();
+
+        let mut kept = DMatrix::zeros(wanted.len(), record.signals);
+        let mut differences = DMatrix::zeros(wanted.len(), record.signals);
+        // The unfiltered first sample of each block, and what the others add to the backward pass.
+        let mut unfiltered = vec![0.0; blocks * record.signals];
+        let mut returns = vec![ComplexLanes::ZERO; blocks * record.signals * count];
+        for block in 0..blocks {
+            record.advance(block * factor, factor + 1);
+            let mut finite = true;
+            let row = block.checked_sub(wanted.start).filter(|row| *row < wanted.len());
+            vectorised(
+                #[inline(always)]
+                || {
+                    let signals = record.stretches().zip(states.chunks_exact_mut(count));
+                    let first = block * record.signals;
+                    let returns = returns[first * count..].chunks_exact_mut(count);
+                    let unfiltered = &mut unfiltered[first..];
+                    for ((signal, (values, states)), returns) in signals.enumerate().zip(returns) {
+                        let sample = values[0];
+                        let mut filtered = self.modes.centre * sample;
+                        let mut difference = self.flank * (values[1] - before[signal]);
+                        for ((of, state), back) in self.groups.iter().zip(states).zip(returns) {
+                            filtered += of.share.dot(state);
+                            difference += of.slope.dot(state);
+                            let [sums, mirrored] = of.sums(&values[1..factor]);
+                            *state = of.over.times(&state.step(&of.pole, sample)).plus(&sums);
+                            *back = mirrored;
+                            // No weight hides what is not finite.
+                            finite &= sums.re.0[0].is_finite();
+                        }
+                        unfiltered[signal] = sample;
+                        before[signal] = values[factor - 1];
+                        if let Some(row) = row {
+                            kept[(row, signal)] = filtered;
+                            differences[(row, signal)] = difference;
+                        }
+                        finite &= sample.is_finite();
+                    }
+                },
+            );
+            if !finite {
+                record.check_finite(factor)?;
+            }
+        }
+
+        let left = record.samples - blocks * factor;
+        record.advance(blocks * factor, left);
+        record.check_finite(left)?;
+        let signals = record.stretches().zip(states.chunks_exact_mut(count));
+        for (signal, (values, states)) in signals.enumerate() {
+            let values = &values[..left];
+            let (mut kept, mut differences) =
+                (kept.column_mut(signal), differences.column_mut(signal));
+            let mut row_of = |position: usize, [filtered, difference]: [f64; 2]| {
+                let row = (blocks + position / factor).checked_sub(wanted.start);
+                let row = row.filter(|_| position.is_multiple_of(factor) && position < left);
+                if let Some(row) = row.filter(|row| *row < wanted.len()) {
+                    kept[row] += filtered;
+                    differences[row] += difference;
+                }
+            };
+            self.filter_end(before[signal], values, record.padding, states, &mut row_of);
+        }
+        // `states` are those behind the first sample of the next block, which is in them.
+        for block in (wanted.start..blocks).rev() {
+            let first = block * record.signals;
+            let row = block - wanted.start;
+            let mut rows =
+                (row < wanted.len()).then(|| (kept.row_mut(row), differences.row_mut(row)));
+            vectorised(
+                #[inline(always)]
+                || {
+                    let returns = returns[first * count..].chunks_exact(count);
+                    let signals = unfiltered[first..].iter().zip(states.chunks_exact_mut(count));
+                    for (signal, ((sample, states), returns)) in signals.zip(returns).enumerate() {
+                        let (mut filtered, mut difference) = (0.0, 0.0);
+                        for ((of, state), back) in self.groups.iter().zip(states).zip(returns) {
+                            *state = of.over.times(state).plus(back);
+                            filtered += of.share.dot(state);
+                            difference += of.slope.dot(state);
+                            *state = state.step(&of.pole, *sample);
+                        }
+                        if let Some((kept, differences)) = &mut rows {
+                            kept[signal] += filtered;
+                            differences[signal] -= difference;
+                        }
+                    }
+                },
+            );
+        }
+        Ok([kept, differences])
+    }
+
+    /// The states after the continuation before the first sample, the mirror image of those
+    /// after it; before the continuation, its first value is constant.
+    fn initial_states(&self, samples: &[f64], padding: usize) -> Vec<ComplexLanes> {
+        let before = |k: usize| 2.0 * samples[0] - samples[k];
+        let level = before(padding);
+        let settled: Vec<_> = self.modes.modes.iter().map(|mode| mode.settled() * level).collect();
+        let states = settled.chunks(WIDTH).zip(&self.groups).map(|(settled, of)| {
+            let after = |state: ComplexLanes, k| state.step(&of.pole, before(k));
+            (1..=padding).rev().fold(ComplexLanes::of(settled), after)
+        });
+        states.collect()
+    }
+
+    /// Goes over the last samples and their mirrored continuation to its end, and back to the first
+    /// of them. Calls `add` with the position of each sample, and what either pass makes of it and of
+    /// the difference between the samples beside it. `before` is the sample before the first.
+    fn filter_end(
+        &self,
+        before: f64,
+        samples: &[f64],
+        padding: usize,
+        states: &mut [ComplexLanes],
+        add: &mut impl FnMut(usize, [f64; 2]),
+    ) {
+        let last = samples.len() - 1;
+        let mirrored = (1..=padding).map(|k| 2.0 * samples[last] - samples[last - k]);
+        let continued: Vec<f64> = samples.iter().copied().chain(mirrored).collect();
+        let numbers = |states: &[ComplexLanes]| -> Vec<_> {
+            states.iter().flat_map(ComplexLanes::numbers).collect()
+        };
+        let shares = |states: &[ComplexLanes]| {
+            let states = self.groups.iter().zip(states);
+            states.fold([0.0, 0.0], |[value, difference], (of, state)| {
+                [value + of.share.dot(state), difference + of.slope.dot(state)]
+            })
+        };
+        let (mut held, mut before) = (0.0, before);
+        for (position, &sample) in continued.iter().enumerate() {
+            let [value, difference] = shares(states);
+            let after = continued.get(position + 1).unwrap_or(&sample);
+            let difference = self.flank * (after - before) + difference;
+            add(position, [self.modes.centre * sample + value, difference]);
+            before = sample;
+            if position + 1 == continued.len() {
+                held = self.modes.forward(sample, &numbers(states));
+            }
+            for (of, state) in self.groups.iter().zip(&mut *states) {
+                *state = state.step(&of.pole, sample);
+            }
+        }
+        let initial = self.modes.backward_states(held, &numbers(states));
+        for (state, initial) in states.iter_mut().zip(initial.chunks(WIDTH)) {
+            *state = ComplexLanes::of(initial);
+        }
+        for (position, &sample) in continued.iter().enumerate().rev() {
+            let [value, difference] = shares(states);
+            add(position, [value, -difference]);
+            for (of, state) in self.groups.iter().zip(&mut *states) {
+                *state = state.step(&of.pole, sample);
+            }
+        }
+    }
+}

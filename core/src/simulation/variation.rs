@@ -1,0 +1,91 @@
+//! How the simulated signals change with the parameters: the variational equation of the plant.
+
+use crate::control::CommandVariation;
+use crate::dynamics::{Model, Variation, VariationWorkspace, Workspace};
+
+/// Derivatives of a loop's signals at one sample with respect to b parameters: n × b, a row per
+/// joint. The unit is that of the signal over that of the parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensitivities<'a> {
+    /// ∂q/∂θ of the true positions at the sample, the output sensitivity of equation 17.
+    pub position: &'a [f64],
+    /// ∂τ/∂θ of the command that acts just after the sample, the input sensitivity of equation 19.
+    pub torque: &'a [f64],
+}
+
+/// What the derivatives of the state (q, q̇, integrals) need.
+///
+/// Along a step, the rates of the derivatives are the derivatives of the rates. A Runge–Kutta step
+/// over both is the derivative of the step itself, since differentiation and the step's sums
+/// commute. Friction that jumps with the speed has no derivative at the jump and 0 elsewhere: what
+/// a parameter does to the instant of a reversal is then not seen, and the smooth law is the better
+/// model where it matters.
+pub(super) struct PlantVariation {
+    workspace: VariationWorkspace,
+    width: usize,
+    joints: usize,
+    /// The law, where the controller acts at every instant.
+    continuous: Option<CommandVariation>,
+    /// ∂τ/∂θ of the command that acts.
+    torque: Vec<f64>,
+}
+
+impl PlantVariation {
+    pub(super) fn new(
+        model: &Model,
+        columns: &[usize],
+        continuous: Option<CommandVariation>,
+    ) -> Self {
+        let (workspace, joints) = (VariationWorkspace::new(model, columns), model.joints());
+        let width = columns.len();
+        Self { workspace, width, joints, continuous, torque: vec![0.0; joints * width] }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.torque.fill(0.0);
+    }
+
+    /// Lets a command act that a sampled controller has computed.
+    pub(super) fn apply(&mut self, torque: &[f64]) {
+        self.torque.copy_from_slice(torque);
+    }
+
+    /// The rates of the derivatives at this motion (q̇, q̈), whose acceleration was `solved` with
+    /// these parameters. `error` is q_r − q under a continuous controller.
+    pub(super) fn rate(
+        &mut self,
+        model: &Model,
+        solved: &mut Workspace<f64>,
+        parameters: &[f64],
+        motion: [&[f64]; 2],
+        error: &[f64],
+        derivatives: &[f64],
+        rates: &mut [f64],
+    ) {
+        let size = self.joints * self.width;
+        let (position, rest) = derivatives.split_at(size);
+        let (velocity, integral) = rest.split_at(size);
+        let (position_rate, rest) = rates.split_at_mut(size);
+        let (velocity_rate, integral_rate) = rest.split_at_mut(size);
+        if let Some(law) = &self.continuous {
+            let state = [position, velocity, integral];
+            law.evaluate(error, state, &mut self.torque, integral_rate);
+        }
+        position_rate.copy_from_slice(velocity);
+        let variation = Variation { position, velocity, torque: &self.torque };
+        let workspace = &mut self.workspace;
+        model.acceleration_variation(
+            workspace,
+            solved,
+            parameters,
+            motion,
+            variation,
+            velocity_rate,
+        );
+    }
+
+    pub(super) fn sensitivities<'a>(&'a self, derivatives: &'a [f64]) -> Sensitivities<'a> {
+        let size = self.joints * self.width;
+        Sensitivities { position: &derivatives[..size], torque: &self.torque }
+    }
+}
