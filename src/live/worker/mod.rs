@@ -8,6 +8,7 @@ mod command;
 mod configuration;
 mod identify;
 mod log_rate;
+mod open;
 mod options;
 mod records;
 mod run;
