@@ -21,7 +21,8 @@ use clap::Parser;
 use didim::cell::{BusAddress, Cell};
 use didim::live::stream::{FOLDER, Pace, PrivateNetwork, RUN_PREFIX};
 use didim::offline::identify::LastIdentification;
-use didim::service::pipeline::{OpenedSource, Places, acquisition, estimation, open_source};
+use didim::service::paths::Paths;
+use didim::service::pipeline::{OpenedSource, acquisition, estimation, open_source};
 use didim::service::status::{Snapshot, fetch_status};
 use didim::service::supervision::{Parts, ServiceOptions, SocketOptions, run};
 use didim_drivers::frame::Frame;
@@ -190,25 +191,25 @@ fn main() {
     }
     let arguments = Arguments::parse();
     let cell = Cell::read(&arguments.cell).unwrap();
-    let places = Places {
+    let paths = Paths {
         runtime: arguments.folder.clone(),
         state: Some(arguments.folder.join("state")),
         prefix: format!("{RUN_PREFIX}{}_", std::process::id()),
     };
-    places.make().unwrap();
-    let _network = PrivateNetwork::new(&places.runtime.join(FOLDER), &places.prefix).unwrap();
+    paths.make().unwrap();
+    let _network = PrivateNetwork::new(&paths.runtime.join(FOLDER), &paths.prefix).unwrap();
     let motion = motion(&cell);
     let (mut sink, opened) = bus(&cell);
     let parts = Parts::Both(
-        acquisition(&cell, &places, opened.source, opened.pace).unwrap(),
-        estimation(&cell, &places, &LastIdentification::default()).unwrap(),
+        acquisition(&cell, &paths, opened.source, opened.pace).unwrap(),
+        estimation(&cell, &paths, &LastIdentification::default()).unwrap(),
     );
     let options = ServiceOptions {
-        status: Some(SocketOptions { path: places.status_socket(), mode: 0o600, group: None }),
+        status: Some(SocketOptions { path: paths.status_socket(), mode: 0o600, group: None }),
         control: None,
         receive_buffer: opened.receive_buffer,
     };
-    let status = places.status_socket();
+    let status = paths.status_socket();
     let sender = std::thread::Builder::new().name("sender".into()).spawn(move || {
         let _ends = EndsService;
         while fetch_status(&status).is_err() {

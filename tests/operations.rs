@@ -24,7 +24,7 @@ use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
 use didim::offline::identify::identify_recording;
 use didim::service::metrics::exposition;
-use didim::service::pipeline::Places;
+use didim::service::paths::Paths;
 use didim::service::status::{
     Collector, Colour, Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
 };
@@ -364,7 +364,7 @@ fn alarms() -> Vec<String> {
 /// What a service of two processes says while one is away, or has refused to reload.
 fn reasons_of_halves() -> Vec<String> {
     let folder = tempfile::tempdir_in("/tmp").unwrap();
-    let places = Places::with_sockets_in(folder.path());
+    let paths = Paths::with_sockets_in(folder.path());
     let options = StreamOptions::new("cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 1.0).unwrap();
     let now = Instant::now();
     let mut acquisition =
@@ -381,13 +381,13 @@ fn reasons_of_halves() -> Vec<String> {
         std::thread::spawn(move || listener.accept().unwrap().0.write_all(&text).unwrap());
     };
     let mut reasons = estimation.health.reasons.clone();
-    answer(&places.acquisition_socket(), &acquisition);
-    reasons.extend(fetch(&places).unwrap().health.reasons);
-    answer(&places.status_socket(), &estimation);
-    reasons.extend(fetch(&places).unwrap().health.reasons);
-    answer(&places.status_socket(), &estimation);
-    answer(&places.acquisition_socket(), &acquisition);
-    let both = fetch(&places).unwrap().health.reasons;
+    answer(&paths.acquisition_socket(), &acquisition);
+    reasons.extend(fetch(&paths).unwrap().health.reasons);
+    answer(&paths.status_socket(), &estimation);
+    reasons.extend(fetch(&paths).unwrap().health.reasons);
+    answer(&paths.status_socket(), &estimation);
+    answer(&paths.acquisition_socket(), &acquisition);
+    let both = fetch(&paths).unwrap().health.reasons;
     // Said with the half that says it, as the manual has it.
     let of_acquisition = both.iter().filter_map(|reason| reason.strip_prefix("acquisition: "));
     assert_eq!(of_acquisition.count(), 1, "{both:?}");

@@ -74,15 +74,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     ))?;
 
     let one_run = OneRun::new(None).map_err(CliError::failed)?;
-    let places = &one_run.places;
+    let paths = &one_run.paths;
     let name = InterfaceName::new("sim").map_err(CliError::failed)?;
     let (sender, source) = in_process_bus(&[name], BUS_FRAMES, WhenFull::Wait);
     let last = LastIdentification::default();
     // As fast as possible, nobody may be overrun; in real time, the pipeline has to keep up.
     let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
     let parts = Parts::Both(
-        acquisition(&cell, places, Box::new(source), pace).map_err(CliError::failed)?,
-        estimation(&cell, places, &last).map_err(CliError::failed)?,
+        acquisition(&cell, paths, Box::new(source), pace).map_err(CliError::failed)?,
+        estimation(&cell, paths, &last).map_err(CliError::failed)?,
     );
     let stop = Arc::new(AtomicBool::new(false));
     let arm = start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::failed)?;

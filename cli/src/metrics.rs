@@ -24,11 +24,11 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let places = arguments.service.places()?;
+    let paths = arguments.service.paths()?;
     // Told when it changes, not at every scrape.
     let answered = AtomicBool::new(true);
     let metrics = move || {
-        let snapshot = fetch(&places);
+        let snapshot = fetch(&paths);
         match (&snapshot, answered.swap(snapshot.is_ok(), Ordering::Relaxed)) {
             (Err(why), true) => tracing::warn!("the service does not answer: {why}"),
             (Ok(_), false) => tracing::info!("the service answers again"),

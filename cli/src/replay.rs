@@ -43,10 +43,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let source = open_log(&arguments.log).map_err(CliError::failed)?;
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
-    let places = &one_run.places;
+    let paths = &one_run.paths;
     let last = LastIdentification::default();
-    let mut bus = acquisition(&cell, places, source, Pace::Replay).map_err(CliError::failed)?;
-    let mut work = estimation(&cell, places, &last).map_err(CliError::failed)?;
+    let mut bus = acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::failed)?;
+    let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
     // A recording of a result says which cycle and window it begins with.
     if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
         let first =

@@ -7,8 +7,9 @@ use clap::{Args, ValueEnum};
 use super::CliError;
 use didim::cell::{Cell, Processes};
 use didim::offline::identify::LastIdentification;
+use didim::service::paths::Paths;
 use didim::service::pipeline::{
-    PipelineError, Places, acquisition, estimation, keeper, make_recordings, open_source,
+    PipelineError, acquisition, estimation, keeper, make_recordings, open_source,
 };
 use didim::service::reload::reload_of;
 use didim::service::supervision::{
@@ -42,26 +43,26 @@ enum Part {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let mut places = Places::of_service(&cell);
+    let mut paths = Paths::of_service(&cell);
     if let Some(state) = &arguments.state {
-        places.state = Some(state.clone());
+        paths.state = Some(state.clone());
     }
     if let Some(runtime) = &arguments.runtime {
-        places.runtime.clone_from(runtime);
+        paths.runtime.clone_from(runtime);
     }
     let part = which_part(arguments.part, cell.service.processes)?;
-    places.make().map_err(CliError::failed)?;
-    make_recordings(&cell, &places).map_err(CliError::failed)?;
+    paths.make().map_err(CliError::failed)?;
+    make_recordings(&cell, &paths).map_err(CliError::failed)?;
     let mut options = ServiceOptions::default();
     let estimate = || -> Result<_, PipelineError> {
-        let mut part = estimation(&cell, &places, &LastIdentification::default())?;
-        part.options.keeper = keeper(&cell, &places);
+        let mut part = estimation(&cell, &paths, &LastIdentification::default())?;
+        part.options.keeper = keeper(&cell, &paths);
         Ok(part)
     };
     let mut acquire = || -> Result<_, PipelineError> {
         let opened = open_source(&cell)?;
         options.receive_buffer = opened.receive_buffer;
-        acquisition(&cell, &places, opened.source, opened.pace)
+        acquisition(&cell, &paths, opened.source, opened.pace)
     };
     let parts = match part {
         None => {
@@ -76,11 +77,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Some(SocketOptions { path, mode: service.status_mode, group })
     };
     if part == Some(Part::Acquisition) {
-        options.status = status(places.acquisition_socket());
+        options.status = status(paths.acquisition_socket());
     } else {
-        options.status = status(places.status_socket());
+        options.status = status(paths.status_socket());
         options.control = Some(SocketOptions {
-            path: places.command_socket(),
+            path: paths.command_socket(),
             mode: service.command_mode(),
             group: service.command_group.clone(),
         });
@@ -89,12 +90,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     tracing::info!(
         cell = cell.name,
         bus = buses.join(" "),
-        runtime = %places.runtime.display(),
+        runtime = %paths.runtime.display(),
         "didim {} starts",
         env!("CARGO_PKG_VERSION")
     );
     let estimates = part != Some(Part::Acquisition);
-    let reload = reload_of(arguments.cell.clone(), cell, places, estimates);
+    let reload = reload_of(arguments.cell.clone(), cell, paths, estimates);
     let report = run_with_reload(&options, parts, Some(reload)).map_err(CliError::failed)?;
     tracing::info!(
         "ended: {}",

@@ -8,7 +8,7 @@ use clap::Args;
 use super::CliError;
 use super::output::print;
 use didim::cell::{Cell, ServiceSection};
-use didim::service::pipeline::Places;
+use didim::service::paths::Paths;
 use didim::service::status::{Colour, Request, fetch, render, send_request};
 
 #[derive(Debug, Args)]
@@ -34,13 +34,13 @@ pub(super) struct WhichService {
 impl WhichService {
     /// Has a request done and prints what the service says of it.
     pub(super) fn ask(&self, request: &Request) -> Result<(), CliError> {
-        let socket = self.places()?.command_socket();
+        let socket = self.paths()?.command_socket();
         let words = send_request(&socket, request).map_err(CliError::failed)?;
         if words.is_empty() { Ok(()) } else { print(&format!("{words}\n")) }
     }
 
     /// Where its sockets are.
-    pub(super) fn places(&self) -> Result<Places, CliError> {
+    pub(super) fn paths(&self) -> Result<Paths, CliError> {
         let runtime = match (&self.runtime, &self.cell) {
             (Some(runtime), _) => runtime.clone(),
             (None, Some(cell)) => {
@@ -51,12 +51,12 @@ impl WhichService {
             }
             (None, None) => ServiceSection::default().runtime_directory,
         };
-        Ok(Places::with_sockets_in(&runtime))
+        Ok(Paths::with_sockets_in(&runtime))
     }
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let snapshot = fetch(&arguments.service.places()?).map_err(CliError::failed)?;
+    let snapshot = fetch(&arguments.service.paths()?).map_err(CliError::failed)?;
     if arguments.json {
         let json = serde_json::to_string(&snapshot).map_err(CliError::failed)?;
         return print(&format!("{json}\n"));

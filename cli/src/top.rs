@@ -13,7 +13,7 @@ use ratatui::{DefaultTerminal, try_init, try_restore};
 
 use super::CliError;
 use super::status::WhichService;
-use didim::service::pipeline::Places;
+use didim::service::paths::Paths;
 use didim::service::status::{ClientError, Snapshot, fetch};
 use didim::signals::stop_flag;
 use screen::{View, draw};
@@ -36,9 +36,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 .to_owned(),
         ));
     }
-    let places = arguments.service.places()?;
+    let paths = arguments.service.paths()?;
     let stop = stop_flag().map_err(CliError::failed)?;
-    let answers = ask(places).map_err(CliError::failed)?;
+    let answers = ask(paths).map_err(CliError::failed)?;
     // From here on, every way out goes through the guard: an error, a signal and a panic.
     let restored = Restored;
     let watched = try_init().and_then(|mut terminal| watch(&mut terminal, &answers, &stop));
@@ -61,11 +61,11 @@ type Answer = Result<Snapshot, ClientError>;
 
 /// Asks on a thread of its own, for an answer may take seconds and keys must not. It ends with the
 /// receiver.
-fn ask(places: Places) -> std::io::Result<Receiver<Answer>> {
+fn ask(paths: Paths) -> std::io::Result<Receiver<Answer>> {
     let (answers, receiver) = sync_channel(1);
     std::thread::Builder::new().name("ask".into()).spawn(move || {
         let mut next = Instant::now();
-        while answers.send(fetch(&places)).is_ok() {
+        while answers.send(fetch(&paths)).is_ok() {
             next = (next + REFRESH).max(Instant::now());
             std::thread::sleep(next.saturating_duration_since(Instant::now()));
         }

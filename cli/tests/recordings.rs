@@ -52,13 +52,13 @@ fn read(source: &mut dyn Source) -> Vec<Frame> {
 fn live(installation: &Installation, frames: Vec<Frame>, speed: f64) -> ServiceReport {
     let cell = Cell::read(&installation.cell()).unwrap();
     let run_once = OneRun::new(Some(installation.state())).unwrap();
-    let places = &run_once.places;
+    let paths = &run_once.paths;
     let name = [InterfaceName::new("vcan0").unwrap()];
     let (sender, source) = in_process_bus(&name, 4096, WhenFull::Wait);
-    let bus = acquisition(&cell, places, Box::new(source), Pace::Live).unwrap();
+    let bus = acquisition(&cell, paths, Box::new(source), Pace::Live).unwrap();
     assert!(bus.recorder.is_some());
-    let mut work = estimation(&cell, places, &LastIdentification::default()).unwrap();
-    work.options.keeper = keeper(&cell, places);
+    let mut work = estimation(&cell, paths, &LastIdentification::default()).unwrap();
+    work.options.keeper = keeper(&cell, paths);
     assert!(work.options.keeper.is_some());
     std::thread::spawn(move || {
         // After the service has its ports; it reads a bus that is there already.

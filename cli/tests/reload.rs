@@ -152,7 +152,7 @@ fn has_reason(status: &serde_json::Value, words: &str) -> bool {
 #[test]
 fn either_half_may_be_killed_and_the_other_goes_on() {
     let site = Site::new(&[SHORT, ("[service]", "[service]\nprocesses = \"two\"")]);
-    let acquisition_status = || fetch_status(&site.places().acquisition_socket()).unwrap();
+    let acquisition_status = || fetch_status(&site.paths().acquisition_socket()).unwrap();
     // The estimation comes first, and is ready although nobody sends.
     let (mut work, mut of_work) = site.start("estimation");
     of_work.expect(0, "READY=1");
@@ -220,7 +220,7 @@ fn either_half_may_be_killed_and_the_other_goes_on() {
         let (status, _) = terminate(child);
         assert!(status.success(), "{status}");
     }
-    assert!(!Path::new(&site.places().status_socket()).exists());
+    assert!(!Path::new(&site.paths().status_socket()).exists());
     // What was killed was cleaned up after; the library's 16 bytes of its own stay.
     let left = site.network.files().map(|file| file.file_name().into_string().unwrap());
     let left: Vec<String> = left.filter(|name| !name.ends_with(".global_mgmt")).collect();

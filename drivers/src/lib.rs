@@ -8,6 +8,7 @@ pub mod assemble;
 pub mod clock;
 pub mod frame;
 pub mod layout;
+pub mod samples;
 pub mod socket;
 pub mod source;
 pub mod units;

@@ -10,7 +10,7 @@ mod finding;
 mod identifiable;
 mod machine;
 mod method;
-mod places;
+mod paths;
 mod provenance;
 mod rate;
 mod real_time;
@@ -38,7 +38,7 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
 pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
     let mut findings = Vec::new();
     bus::check(cell, machine, &mut findings);
-    places::check(cell, machine, &mut findings);
+    paths::check(cell, machine, &mut findings);
     recordings::check_disk(cell, &mut findings);
     real_time::check(cell, &mut findings);
     sorted(findings)

@@ -2,7 +2,7 @@
 
 use super::finding::Finding;
 use super::machine::space_left;
-use super::places::{existing, megabytes, owned};
+use super::paths::{existing, megabytes, owned};
 use crate::cell::Cell;
 use crate::live::recording::recording_folders;
 use crate::text::significant;

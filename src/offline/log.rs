@@ -1,12 +1,12 @@
 //! Candump logs and MCAP recordings of the bus: the same frames, layout and assembly as live.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use didim_core::JointSample;
 use didim_drivers::assemble::{Losses, words};
 use didim_drivers::frame::{Frame, FrameId};
-use didim_drivers::source::{Received, SourceError};
+use didim_drivers::samples::Samples;
+use didim_drivers::source::SourceError;
 
 use super::rate::{RateError, measurement};
 use crate::cell::Cell;
@@ -109,35 +109,29 @@ fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
 }
 
 fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> {
-    let mut source = open_log(path)?;
-    let mut assembler = cell.assembler();
-    let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
-    let mut samples: Vec<JointSample> = Vec::new();
     let file = || path.to_path_buf();
     let mut found: Vec<FrameId> = Vec::new();
-    loop {
-        batch.clear();
-        let received = source.receive(&mut batch, Duration::ZERO)?;
-        for frame in &batch {
-            if found.len() < LISTED && !frame.is_error() && !found.contains(&frame.id) {
+    let list_identifiers = |frames: &[Frame], _| {
+        for frame in frames.iter().filter(|frame| !frame.is_error()) {
+            if found.len() < LISTED && !found.contains(&frame.id) {
                 found.push(frame.id);
             }
-            assembler.handle_frame(frame);
-            samples.extend(assembler.poll_sample());
         }
+    };
+    let mut of_log = Samples::new(open_log(path)?, cell.assembler(), BATCH)
+        .with_tap(Some(Box::new(list_identifiers)));
+    let mut samples: Vec<JointSample> = Vec::new();
+    for sample in &mut of_log {
+        samples.push(sample?);
         if samples.len() > MAX_SAMPLES {
             return Err(LogError::TooLong { file: file() });
         }
-        if received == Received::End {
-            break;
-        }
     }
-    assembler.handle_timeout(u64::MAX);
-    samples.extend(assembler.poll_sample());
-    let losses = || Box::new(*assembler.losses());
+    let losses = Box::new(*of_log.losses());
+    drop(of_log);
     let Some(first) = samples.first().map(|s| s.sequence) else {
         let expected = cell.layout.messages().iter().map(|message| message.format.id).collect();
-        return Err(LogError::NoSample { file: file(), expected, found, losses: losses() });
+        return Err(LogError::NoSample { file: file(), expected, found, losses });
     };
     let gap = samples.windows(2).find(|pair| pair[1].sequence != pair[0].sequence + 1);
     if let Some([before, after]) = gap {
@@ -149,7 +143,7 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
             after: position,
             missing: after.sequence.saturating_sub(before.sequence).saturating_sub(1),
             time_s,
-            losses: losses(),
+            losses,
         });
     }
     Ok(samples)

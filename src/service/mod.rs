@@ -1,6 +1,7 @@
 //! The running service: its parts put together from a cell, supervision, status and metrics.
 
 pub mod metrics;
+pub mod paths;
 pub mod pipeline;
 pub mod reload;
 pub mod status;

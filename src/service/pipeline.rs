@@ -1,7 +1,7 @@
-//! From a validated cell to the running pipeline: the parts, and where their files are.
+//! From a validated cell to the parts of the running pipeline.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use didim_drivers::source::{
@@ -15,15 +15,13 @@ use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::live::recording::{
     KeeperOptions, RecorderOptions, RecordingOptions, open_log, recording_folders,
 };
-use crate::live::stream::{
-    FOLDER, Pace, PrivateNetwork, RUN_PREFIX, SERVICE_PREFIX, SHARED_MEMORY, StreamError,
-    StreamOptions,
-};
+use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
     Configuration, Identified, RecordOptions, WindowOptionError, WorkerOptions,
 };
 use crate::offline::identify::{LastIdentification, LastWindow, identify_window};
 use crate::report::html::{Origin, Report, SampleRange};
+use crate::service::paths::Paths;
 use crate::service::supervision::{AcquisitionPart, EstimationPart};
 use crate::window::Window;
 
@@ -35,13 +33,6 @@ pub(crate) const MOST_WINDOWS: usize = WINDOWS_WAITING + 2;
 const SILENT_PERIODS: f64 = 100.0;
 /// The longest folder for temporary files that leaves room for the stream's own paths.
 const MAX_TEMPORARY: usize = 20;
-/// Name of the status socket in the runtime folder.
-const STATUS_SOCKET: &str = "status.sock";
-/// Name of the status socket of an acquisition that has a process of its own.
-const ACQUISITION_SOCKET: &str = "acquisition.sock";
-/// Name of the socket that takes commands.
-const COMMAND_SOCKET: &str = "command.sock";
-
 /// Why a pipeline cannot be put together.
 #[derive(Debug, thiserror::Error)]
 pub enum PipelineError {
@@ -70,76 +61,11 @@ pub enum PipelineError {
     },
 }
 
-/// Where a pipeline keeps its files.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Places {
-    /// Folder of sockets and of the stream's own files.
-    pub runtime: PathBuf,
-    /// Folder of the results; they are only published when there is none.
-    pub state: Option<PathBuf>,
-    /// Beginning of the names in shared memory.
-    pub prefix: String,
-}
-
-impl Places {
-    /// Those of the cell's service.
-    pub fn of_service(cell: &Cell) -> Self {
-        Self {
-            runtime: cell.service.runtime_directory.clone(),
-            state: Some(cell.service.state_directory.clone()),
-            prefix: SERVICE_PREFIX.to_owned(),
-        }
-    }
-
-    /// Those of a service whose sockets are in `runtime`.
-    pub fn with_sockets_in(runtime: &Path) -> Self {
-        Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
-    }
-
-    /// Makes the folders, and refuses those that others may change.
-    ///
-    /// # Errors
-    /// [`PipelineError::Folder`].
-    pub fn make(&self) -> Result<(), PipelineError> {
-        let folders = [Some(&self.runtime), self.state.as_ref()];
-        Ok(folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))?)
-    }
-
-    /// The socket that tells the status.
-    pub fn status_socket(&self) -> PathBuf {
-        self.runtime.join(STATUS_SOCKET)
-    }
-
-    /// The socket that tells the status of an acquisition in a process of its own.
-    pub fn acquisition_socket(&self) -> PathBuf {
-        self.runtime.join(ACQUISITION_SOCKET)
-    }
-
-    /// The socket that takes commands.
-    pub fn command_socket(&self) -> PathBuf {
-        self.runtime.join(COMMAND_SOCKET)
-    }
-
-    fn stream_root(&self) -> PathBuf {
-        self.runtime.join(FOLDER)
-    }
-
-    pub(crate) fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
-        StreamOptions::new(
-            &cell.name,
-            (&self.stream_root(), &self.prefix),
-            cell.robot.joints(),
-            cell.sample_rate_hz(),
-            cell.service.buffer_s,
-        )
-    }
-}
-
-/// Places for one run that nobody else shares; everything but the results is removed at its end.
+/// Paths for one run that nobody else shares; everything but the results is removed at its end.
 #[derive(Debug)]
 pub struct OneRun {
-    /// The places.
-    pub places: Places,
+    /// The paths.
+    pub paths: Paths,
     // Dropped in this order: first what lies in shared memory, then the folder.
     _network: PrivateNetwork,
     _folder: tempfile::TempDir,
@@ -159,11 +85,11 @@ impl OneRun {
             .map_err(|cause| PipelineError::OneRun { place: base, cause })?;
         // Not one that begins with the service's own.
         let prefix = format!("{RUN_PREFIX}{}_", std::process::id());
-        let places = Places { runtime: folder.path().to_path_buf(), state, prefix };
-        places.make()?;
-        let network = PrivateNetwork::new(folder.path(), &places.prefix)
+        let paths = Paths { runtime: folder.path().to_path_buf(), state, prefix };
+        paths.make()?;
+        let network = PrivateNetwork::new(folder.path(), &paths.prefix)
             .map_err(|cause| PipelineError::OneRun { place: SHARED_MEMORY.into(), cause })?;
-        Ok(Self { places, _network: network, _folder: folder })
+        Ok(Self { paths, _network: network, _folder: folder })
     }
 }
 
@@ -173,21 +99,21 @@ impl OneRun {
 /// [`PipelineError::Stream`].
 pub fn acquisition(
     cell: &Cell,
-    places: &Places,
+    paths: &Paths,
     source: Box<dyn Source>,
     pace: Pace,
 ) -> Result<Box<AcquisitionPart>, PipelineError> {
     let period = cell.layout.period_ns() * 1e-9;
     // A log is recorded already.
     let recorder =
-        recordings(cell, places).filter(|_| pace == Pace::Live).map(|(options, folder)| {
+        recordings(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
             RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
         });
     Ok(Box::new(AcquisitionPart {
         source,
         assembler: cell.assembler(),
         options: AcquireOptions {
-            stream: places.stream(cell)?,
+            stream: paths.stream(cell)?,
             pace,
             real_time: cell.service.real_time,
             silence_after: Duration::from_secs_f64((SILENT_PERIODS * period).max(0.5)),
@@ -201,24 +127,23 @@ pub fn acquisition(
 ///
 /// # Errors
 /// [`PipelineError::Folder`].
-pub fn make_recordings(cell: &Cell, places: &Places) -> Result<(), PipelineError> {
-    let Some(KeeperOptions { folder, .. }) = keeper(cell, places) else { return Ok(()) };
+pub fn make_recordings(cell: &Cell, paths: &Paths) -> Result<(), PipelineError> {
+    let Some(KeeperOptions { folder, .. }) = keeper(cell, paths) else { return Ok(()) };
     own_folder(&folder)?;
     let parts = recording_folders(&folder);
     Ok(parts.iter().try_for_each(|part| own_folder(part))?)
 }
 
 /// What is recorded, and the folder for it.
-fn recordings<'a>(cell: &'a Cell, places: &Places) -> Option<(&'a RecordingOptions, PathBuf)> {
+fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions, PathBuf)> {
     let options = cell.service.recordings.as_ref()?;
-    Some((options, options.folder(places.state.as_deref()?)))
+    Some((options, options.folder(paths.state.as_deref()?)))
 }
 
 /// Where `didim run` keeps recordings: what a log brings is recorded already.
-pub fn keeper(cell: &Cell, places: &Places) -> Option<KeeperOptions> {
+pub fn keeper(cell: &Cell, paths: &Paths) -> Option<KeeperOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
-    let (options, folder) =
-        recordings(cell, places).filter(|_| !cell.sources.iter().any(is_log))?;
+    let (options, folder) = recordings(cell, paths).filter(|_| !cell.sources.iter().any(is_log))?;
     Some(KeeperOptions { folder, recordings: options.clone() })
 }
 
@@ -228,11 +153,11 @@ pub fn keeper(cell: &Cell, places: &Places) -> Option<KeeperOptions> {
 /// [`PipelineError::Windows`].
 pub fn configuration(
     cell: &Cell,
-    places: &Places,
+    paths: &Paths,
     last: &LastIdentification,
 ) -> Result<Configuration, PipelineError> {
     let (cell_of_worker, last) = (cell.clone(), last.clone());
-    let has_folder = places.state.is_some();
+    let has_folder = paths.state.is_some();
     let identify = move |window: &Window| {
         let cell = &cell_of_worker;
         let identification = identify_window(cell, window)?;
@@ -264,17 +189,17 @@ pub fn configuration(
 /// [`PipelineError::Stream`] and [`PipelineError::Windows`].
 pub fn estimation(
     cell: &Cell,
-    places: &Places,
+    paths: &Paths,
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
-    let Configuration { windows, identify, sha256, records } = configuration(cell, places, last)?;
+    let Configuration { windows, identify, sha256, records } = configuration(cell, paths, last)?;
     Ok(EstimationPart {
         identify,
         options: WorkerOptions {
-            stream: places.stream(cell)?,
+            stream: paths.stream(cell)?,
             windows,
             queue: WINDOWS_WAITING,
-            folder: places.state.clone(),
+            folder: paths.state.clone(),
             keep: cell.service.keep_results,
             configuration: sha256,
             recorded: None,

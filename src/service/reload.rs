@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use crate::cell::Cell;
 use crate::offline::identify::LastIdentification;
-use crate::service::pipeline::{Places, configuration};
+use crate::service::paths::Paths;
+use crate::service::pipeline::configuration;
 use crate::service::supervision::Reload;
 
 /// Reads the file again each time that it is called. What concerns the bus or the service itself must
 /// be as in `running`: nothing of it changes until a restart, so that no sample is lost. `estimates`
 /// says whether this process has a worker that is to use the rest.
-pub fn reload_of(file: PathBuf, running: Cell, places: Places, estimates: bool) -> Reload {
+pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) -> Reload {
     Box::new(move || {
         let cell = Cell::read(&file).map_err(|error| error.to_string())?;
         if let Some(key) = running.needs_restart_for(&cell) {
@@ -24,7 +25,7 @@ pub fn reload_of(file: PathBuf, running: Cell, places: Places, estimates: bool) 
         if !estimates {
             return Ok(None);
         }
-        configuration(&cell, &places, &LastIdentification::default())
+        configuration(&cell, &paths, &LastIdentification::default())
             .map(Some)
             .map_err(|error| error.to_string())
     })

@@ -11,7 +11,8 @@ use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::live::worker;
 use didim::offline::identify::LastIdentification;
-use didim::service::pipeline::{Places, acquisition, estimation, keeper};
+use didim::service::paths::Paths;
+use didim::service::pipeline::{acquisition, estimation, keeper};
 use didim::service::reload::reload_of;
 use didim::service::status::{ClientError, Request, Snapshot, fetch_status, send_request};
 use didim::service::supervision::{
@@ -32,8 +33,8 @@ pub(crate) fn run() {
     let part = std::env::var("DIDIM_TEST_PART").unwrap();
     let folder = file.parent().unwrap();
     let cell = Cell::read(&file).unwrap();
-    let places = Places { runtime: folder.join("run"), state: Some(folder.join("state")), prefix };
-    places.make().unwrap();
+    let paths = Paths { runtime: folder.join("run"), state: Some(folder.join("state")), prefix };
+    paths.make().unwrap();
     let bus = || {
         let mut scenario = didim_sim::tx40_paper().unwrap();
         let mut playback = scenario.playback();
@@ -48,26 +49,26 @@ pub(crate) fn run() {
             let pace = didim_sim::Pace::RealTime;
             let _ = play(&mut device, &mut sink, pace, &AtomicBool::new(false));
         });
-        acquisition(&cell, &places, Box::new(source), Pace::Live).unwrap()
+        acquisition(&cell, &paths, Box::new(source), Pace::Live).unwrap()
     };
     let work = || {
-        let mut work = estimation(&cell, &places, &LastIdentification::default()).unwrap();
-        work.options.keeper = keeper(&cell, &places);
+        let mut work = estimation(&cell, &paths, &LastIdentification::default()).unwrap();
+        work.options.keeper = keeper(&cell, &paths);
         work
     };
     let (parts, status) = match part.as_str() {
-        "acquisition" => (Parts::Acquisition(bus()), places.acquisition_socket()),
-        "estimation" => (Parts::Estimation(work()), places.status_socket()),
-        _ => (Parts::Both(bus(), work()), places.status_socket()),
+        "acquisition" => (Parts::Acquisition(bus()), paths.acquisition_socket()),
+        "estimation" => (Parts::Estimation(work()), paths.status_socket()),
+        _ => (Parts::Both(bus(), work()), paths.status_socket()),
     };
     let socket = |path, mode| Some(SocketOptions { path, mode, group: None });
     let estimates = part != "acquisition";
     let options = ServiceOptions {
         status: socket(status, 0o660),
-        control: if estimates { socket(places.command_socket(), 0o600) } else { None },
+        control: if estimates { socket(paths.command_socket(), 0o600) } else { None },
         receive_buffer: None,
     };
-    let reload = reload_of(file.clone(), cell.clone(), places.clone(), estimates);
+    let reload = reload_of(file.clone(), cell.clone(), paths.clone(), estimates);
     let report = run_with_reload(&options, parts, Some(reload)).unwrap();
     assert_eq!(report.end, ServiceEnd::Signal);
 }
@@ -97,16 +98,16 @@ impl Site {
         (Process(command.spawn().unwrap()), manager)
     }
 
-    pub(crate) fn places(&self) -> Places {
-        Places::with_sockets_in(&self.cell.runtime())
+    pub(crate) fn paths(&self) -> Paths {
+        Paths::with_sockets_in(&self.cell.runtime())
     }
 
     pub(crate) fn status(&self) -> Snapshot {
-        fetch_status(&self.places().status_socket()).unwrap()
+        fetch_status(&self.paths().status_socket()).unwrap()
     }
 
     pub(crate) fn ask(&self, request: &Request) -> Result<(), String> {
-        match send_request(&self.places().command_socket(), request) {
+        match send_request(&self.paths().command_socket(), request) {
             Ok(_) => Ok(()),
             Err(ClientError::Refused { why }) => Err(why),
             Err(other) => panic!("{other}"),

@@ -4,8 +4,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{StoreError, at};
-use crate::files::replace;
+use super::error::{StoreError, at, write};
 use crate::text::is_digest;
 
 const FOLDER: &str = "configurations";
@@ -54,7 +53,7 @@ impl Configurations {
         fs::create_dir_all(&writing).map_err(at("make the folder", &writing))?;
         for (name, text) in texts.files() {
             let path = writing.join(name);
-            replace(&path, |out| out.write_all(text.as_bytes())).map_err(at("write", &path))?;
+            write(&path, text.as_bytes())?;
         }
         fs::rename(&writing, &place).map_err(at("rename a configuration to", &place))?;
         sync(&self.folder)

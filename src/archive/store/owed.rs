@@ -7,8 +7,9 @@ use std::{fs, io};
 
 use serde::Deserialize;
 
-use super::history::HistoryFile;
-use super::{HISTORY_SCHEMA, HistoryLine, ParameterValue, StoreError, Timestamp, at, write};
+use super::error::{StoreError, at, write};
+use super::history::{HISTORY_SCHEMA, HistoryFile, HistoryLine, ParameterValue};
+use super::timestamp::Timestamp;
 use crate::files::read_bytes;
 
 const NAME: &str = ".owed.jsonl";

@@ -3,8 +3,8 @@
 use didim_core::identification::Estimate;
 use serde::Serialize;
 
-use super::input_sha256;
-use crate::window::{Window, WindowEnd};
+use super::samples::input_sha256;
+use crate::window::{Note, Window, WindowEnd};
 
 /// The content of a result file. It holds no date and no run time: the same input gives the same
 /// bytes.
@@ -84,4 +84,15 @@ impl<'a> ResultRecord<'a> {
             estimate,
         }
     }
+}
+
+/// What is stored of a result beside its record.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// A report (HTML).
+    pub report: Option<String>,
+    /// What was noted with its window.
+    pub note: Option<Note>,
+    /// Hash of how the base parameters are made up.
+    pub regrouping: String,
 }

@@ -5,9 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use didim_drivers::assemble::Assembler;
-use didim_drivers::clock::ClockMap;
-use didim_drivers::frame::Frame;
-use didim_drivers::socket::{clock_pair, monotonic_ns};
+use didim_drivers::samples::{Assembled, Samples, Tap};
+use didim_drivers::socket::monotonic_ns;
 use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
 use super::counts::{AcquisitionCounts, BusState, FrameTime};
@@ -63,21 +62,15 @@ pub enum AcquireEnd {
 
 /// The bus thread's state. It stays on the thread that made it.
 pub struct Acquisition {
-    source: Box<dyn Source>,
-    assembler: Assembler,
+    samples: Samples<'static>,
     writer: SampleWriter,
-    /// Maps stamps of CLOCK_REALTIME; nothing when the source has a clock of its own.
-    clock: Option<ClockMap>,
-    batch: Vec<Frame>,
-    /// Of each sample of the batch, the time of the frame that completed it \[ns, CLOCK_MONOTONIC\].
+    /// Of each sample read together, the time of the frame that completed it \[ns, CLOCK_MONOTONIC\].
     /// Empty between two turns, and kept for its memory.
     completed_ns: Vec<u64>,
     pace: Pace,
     silence_after: Duration,
     counts: AcquisitionCounts,
     shared: SharedAcquisition,
-    /// Where frames are recorded.
-    tap: Option<FrameTap>,
     last_frame: Instant,
     last_published: Instant,
 }
@@ -95,27 +88,22 @@ impl Acquisition {
     ) -> Result<Self, AcquireError> {
         let writer = StreamNode::join(&options.stream)?.sample_writer(options.pace)?;
         shared.set_grants(options.real_time.apply());
-        let clock = match source.stamp_clock() {
-            StampClock::Realtime => Some(ClockMap::new(clock_pair())),
-            StampClock::Own => None,
+        let frame_time = match source.stamp_clock() {
+            StampClock::Realtime => FrameTime::Stamp,
+            StampClock::Own => FrameTime::Read,
         };
-        let frame_time = if clock.is_some() { FrameTime::Stamp } else { FrameTime::Read };
         let counts = AcquisitionCounts { frame_time, ..AcquisitionCounts::default() };
         // Before the first latency, what it begins with.
         shared.publish(&counts);
         let now = Instant::now();
         Ok(Self {
-            source,
-            assembler,
+            samples: Samples::new(source, assembler, BATCH_FRAMES),
             writer,
-            clock,
-            batch: Vec::with_capacity(BATCH_FRAMES),
             completed_ns: Vec::with_capacity(BATCH_FRAMES),
             pace: options.pace,
             silence_after: options.silence_after,
             counts,
             shared: shared.clone(),
-            tap: None,
             last_frame: now,
             last_published: now,
         })
@@ -124,7 +112,10 @@ impl Acquisition {
     /// Hands every frame to a recorder, with the stamp that the assembler sees.
     #[must_use]
     pub fn with_tap(self, tap: Option<FrameTap>) -> Self {
-        Self { tap, ..self }
+        let tap = tap.map(|mut tap| -> Tap<'static> {
+            Box::new(move |frames, drops| tap.take(frames, drops))
+        });
+        Self { samples: self.samples.with_tap(tap), ..self }
     }
 
     /// Reads the bus until `stop` is set or the source ends.
@@ -163,12 +154,20 @@ impl Acquisition {
         }
         let before = Instant::now();
         let wait = self.writer.due_in(before).unwrap_or(LONGEST_WAIT).min(LONGEST_WAIT);
-        self.batch.clear();
-        let received = self.source.receive(&mut self.batch, wait);
+        let received = self.samples.read(wait);
         let now = Instant::now();
         match received {
-            Ok(Received::Frames) => self.take_frames(now)?,
-            Ok(Received::Silence) => self.take_silence(now)?,
+            Ok(Received::Frames) => {
+                self.last_frame = now;
+                self.counts.bus = BusState::Ok;
+                self.write_samples(now)?;
+            }
+            Ok(Received::Silence) => {
+                if now - self.last_frame >= self.silence_after && self.counts.bus == BusState::Ok {
+                    self.counts.bus = BusState::Silent;
+                }
+                self.write_samples(now)?;
+            }
             Ok(Received::End) => return Ok(Some(AcquireEnd::SourceEnded)),
             Err(error) if self.pace == Pace::Live && error.is_recoverable() => {
                 self.counts.source_failures += 1;
@@ -191,33 +190,15 @@ impl Acquisition {
         }
     }
 
-    fn take_frames(&mut self, now: Instant) -> Result<(), AcquireError> {
-        self.last_frame = now;
-        self.counts.bus = BusState::Ok;
-        let read_ns = if let Some(clock) = &mut self.clock {
-            let pair = clock_pair();
-            clock.handle_pair(pair);
-            for frame in &mut self.batch {
-                frame.stamp_ns = clock.map(frame.stamp_ns);
-            }
-            pair.monotonic_ns
-        } else {
-            monotonic_ns()
-        };
-        let is_stamped = self.clock.is_some();
-        let drops = self.source.counters().queue_drops;
-        if let Some(tap) = &mut self.tap {
-            tap.take(&self.batch, drops);
-        }
+    /// Writes every sample of what was read.
+    fn write_samples(&mut self, now: Instant) -> Result<(), AcquireError> {
+        let (read_ns, drops) = (self.samples.read_ns(), self.samples.counters().queue_drops);
         // Where a clock is a system call, a reading for each sample would cost more than the sample:
         // the worker is told of a time before all that was read together, and the time after all of
         // it is counted here. Either latency is too long by what writing takes, and never too short.
-        for frame in &self.batch {
-            self.assembler.handle_frame(frame);
-            while let Some(sample) = self.assembler.poll_sample() {
-                self.writer.write(&sample, drops, now, read_ns)?;
-                self.completed_ns.push(if is_stamped { frame.stamp_ns } else { read_ns });
-            }
+        while let Some(Assembled { sample, completed_ns }) = self.samples.poll() {
+            self.writer.write(&sample, drops, now, read_ns)?;
+            self.completed_ns.extend(completed_ns);
         }
         if !self.completed_ns.is_empty() {
             let written_ns = monotonic_ns();
@@ -228,31 +209,10 @@ impl Acquisition {
         Ok(())
     }
 
-    fn take_silence(&mut self, now: Instant) -> Result<(), AcquireError> {
-        if now - self.last_frame >= self.silence_after && self.counts.bus == BusState::Ok {
-            self.counts.bus = BusState::Silent;
-        }
-        // Only a clock that we can read tells how late it is; a log's time is that of its frames.
-        if self.clock.is_none() {
-            return Ok(());
-        }
-        self.assembler.handle_timeout(clock_pair().monotonic_ns);
-        self.drain(now)
-    }
-
-    fn drain(&mut self, now: Instant) -> Result<(), AcquireError> {
-        let drops = self.source.counters().queue_drops;
-        while let Some(sample) = self.assembler.poll_sample() {
-            self.writer.write(&sample, drops, now, monotonic_ns())?;
-        }
-        Ok(())
-    }
-
-    /// Lets the assembler decide about its last cycle, and ends the stream.
+    /// Writes the sample of the last cycle, and ends the stream.
     fn finish(&mut self, stop: &AtomicBool) -> Result<(), AcquireError> {
         let now = Instant::now();
-        self.assembler.handle_timeout(u64::MAX);
-        self.drain(now)?;
+        self.write_samples(now)?;
         self.writer.finish()?;
         self.counts.bus = BusState::Ended;
         self.count();
@@ -271,13 +231,13 @@ impl Acquisition {
     }
 
     fn count(&mut self) {
-        self.counts.source = self.source.counters();
+        self.counts.source = self.samples.counters();
         if self.counts.source.stamped_late > 0 {
             self.counts.frame_time = FrameTime::Read;
         }
-        self.counts.losses = *self.assembler.losses();
-        if let Some(clock) = &self.clock {
-            self.counts.clock = clock.counters();
+        self.counts.losses = *self.samples.losses();
+        if let Some(counters) = self.samples.clock_counters() {
+            self.counts.clock = counters;
         }
         self.counts.batches = self.writer.batches_sent();
     }

@@ -7,14 +7,16 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 
 use didim_drivers::assemble::Assembler;
-use didim_drivers::frame::Frame;
-use didim_drivers::source::{McapSource, Received, SourceError};
+use didim_drivers::samples::Samples;
+use didim_drivers::source::{McapSource, SourceError};
 
 use super::input::{is_mcap, open_log};
 use crate::window::{Window, WindowEnd};
+
+/// Frames taken from the recording at a time.
+const BATCH: usize = 256;
 
 /// A window as it was.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -121,17 +123,12 @@ impl RecordedWindow {
     pub fn sequence_at_start(
         &self,
         path: &Path,
-        mut assembler: Assembler,
+        assembler: Assembler,
     ) -> Result<Option<u64>, SourceError> {
-        let mut source = open_log(path)?;
-        let mut batch: Vec<Frame> = Vec::with_capacity(256);
-        while source.receive(&mut batch, Duration::ZERO)? != Received::End {
-            for frame in batch.drain(..) {
-                assembler.handle_frame(&frame);
-                let Some(sample) = assembler.poll_sample() else { continue };
-                if sample.stamp_ns == self.first_stamp_ns {
-                    return Ok(self.first_sequence.checked_sub(sample.sequence));
-                }
+        for sample in Samples::new(open_log(path)?, assembler, BATCH) {
+            let sample = sample?;
+            if sample.stamp_ns == self.first_stamp_ns {
+                return Ok(self.first_sequence.checked_sub(sample.sequence));
             }
         }
         Ok(None)

@@ -2,10 +2,26 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::identify::{Identified, Identify, IdentifyError};
+use didim_core::identification::Estimate;
+
 use super::options::WindowPlan;
-use super::records::RecordOptions;
+use super::setup::RecordOptions;
 use crate::window::Window;
+
+/// Why a window could not be identified; its text reaches the status.
+pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
+
+/// What came of a window.
+#[derive(Clone, Debug)]
+pub struct Identified {
+    /// The result.
+    pub estimate: Estimate,
+    /// A report to store beside it (HTML).
+    pub report: Option<String>,
+}
+
+/// Identifies from one window.
+pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, IdentifyError> + Send>;
 
 /// How windows are cut and identified, valid from one window to another.
 pub struct Configuration {

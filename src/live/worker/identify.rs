@@ -5,11 +5,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use didim_core::identification::Estimate;
-
-use super::configuration::Identifier;
+use super::configuration::{Identified, Identifier};
 use super::records::Records;
-use super::run::{WorkerError, WorkerOptions};
+use super::setup::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
@@ -17,21 +15,6 @@ use crate::archive::store::{Beside, StoreError, WindowProvenance, input_sha256};
 use crate::live::recording::{Keeper, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
-
-/// Why a window could not be identified; its text reaches the status.
-pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
-
-/// What came of a window.
-#[derive(Clone, Debug)]
-pub struct Identified {
-    /// The result.
-    pub estimate: Estimate,
-    /// A report to store beside it (HTML).
-    pub report: Option<String>,
-}
-
-/// Identifies from one window.
-pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, IdentifyError> + Send>;
 
 /// How often a wait for the identification looks whether it is over.
 const POLL: Duration = Duration::from_millis(2);

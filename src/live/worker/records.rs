@@ -3,23 +3,12 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
-use super::EstimationStatus;
-use super::run::WorkerOptions;
+use super::setup::{RecordOptions, WorkerOptions};
+use super::state::EstimationStatus;
 use crate::archive::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::archive::store::{
-    Beside, ConfigurationTexts, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
+    Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
 };
-
-/// What is kept beside the results, so that they can be made again and compared.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RecordOptions {
-    /// The files of the configuration as they were read.
-    pub texts: ConfigurationTexts,
-    /// Hash of how the base parameters are made up, for the history.
-    pub regrouping: String,
-    /// What counts as drift from the baseline.
-    pub drift: DriftOptions,
-}
 
 /// The folder of the results as the thread that identifies sees it.
 #[derive(Debug)]

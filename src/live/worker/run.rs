@@ -1,7 +1,6 @@
 //! The thread that follows the stream and cuts windows.
 
 use core::time::Duration;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
@@ -9,67 +8,20 @@ use std::time::Instant;
 use didim_drivers::socket::monotonic_ns;
 
 use super::command::{Answer, Asked, Command, Commands, Request};
-use super::configuration::{Configuration, Identifier};
-use super::identify::{Identification, Identify, WhenBusy};
-use super::options::{WindowOptionError, WindowPlan};
-use super::records::RecordOptions;
+use super::configuration::{Configuration, Identifier, Identify};
+use super::identify::{Identification, WhenBusy};
+use super::setup::{WorkerError, WorkerOptions};
 use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
-use crate::archive::store::StoreError;
-use crate::live::recording::{Keeper, KeeperOptions, KeeperThread, RecordedWindow};
-use crate::live::stream::{
-    Batch, BatchKind, SampleReader, StreamError, StreamNode, StreamOptions, StreamSample,
-};
+use crate::live::recording::{Keeper, KeeperThread};
+use crate::live::stream::{Batch, BatchKind, SampleReader, StreamNode, StreamSample};
 
 /// The longest the thread sleeps; so it is how soon it sees a stop or a command.
 const NAP: Duration = Duration::from_millis(50);
 /// Commands that may wait.
 const COMMANDS: usize = 8;
-
-/// What the worker needs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct WorkerOptions {
-    /// The stream.
-    pub stream: StreamOptions,
-    /// The windows.
-    pub windows: WindowPlan,
-    /// Windows that may wait while one is identified. Memory: (queue + 2) windows.
-    pub queue: usize,
-    /// Folder of the results; nothing: they are published only.
-    pub folder: Option<PathBuf>,
-    /// Results kept in the folder.
-    pub keep: usize,
-    /// Hash of the configuration, for the results.
-    pub configuration: String,
-    /// The window of a recording that is replayed: it is identified, and no other.
-    pub recorded: Option<RecordedWindow>,
-    /// Where recordings are kept; nothing keeps none.
-    pub keeper: Option<KeeperOptions>,
-    /// What is kept beside the results.
-    pub records: RecordOptions,
-}
-
-/// Why the worker ended before its time.
-#[derive(Debug, thiserror::Error)]
-pub enum WorkerError {
-    /// The windows cannot be meant.
-    #[error(transparent)]
-    Windows(#[from] WindowOptionError),
-    /// The stream failed.
-    #[error(transparent)]
-    Stream(#[from] StreamError),
-    /// The results' folder failed.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The system gives no thread.
-    #[error("cannot start a thread: {0}")]
-    Thread(std::io::Error),
-    /// The identification's thread panicked; its message is in the log. Report it.
-    #[error("the identification ended by itself: see the log before this")]
-    IdentificationEnded,
-}
 
 /// How the worker ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

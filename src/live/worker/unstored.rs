@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use super::records::RecordOptions;
+use super::setup::RecordOptions;
 use super::state::EstimateSummary;
 use super::window::RejectedWindow;
 use crate::archive::store::{Beside, ResultRecord, WindowProvenance};

@@ -38,6 +38,17 @@ pub enum Loss {
     Restarted,
 }
 
+impl Loss {
+    /// What the sequence numbers of two samples, one after the other, say of what is between them.
+    pub(super) fn between(after: u64, sequence: u64) -> Option<Self> {
+        if sequence <= after {
+            return Some(Self::OutOfOrder { after, sequence });
+        }
+        let missing = sequence - after - 1;
+        (missing > 0).then_some(Self::SampleGap { after, missing })
+    }
+}
+
 /// Why a window is not identified.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "reason", rename_all = "kebab-case")]

@@ -2,16 +2,15 @@
 //!
 //! It knows no clock and no stamp: a replayed log gives the same windows, whatever the pace.
 
-use core::ops::Range;
 use std::collections::VecDeque;
 
 use didim_core::JointSample;
 
-use crate::live::recording::RecordedWindow;
-
+use super::open::OpenWindow;
 use super::options::{PlannedTrigger, WindowPlan};
-use super::window::{Loss, RejectedWindow, Rejection, WindowEvent};
-use crate::window::{Window, WindowEnd};
+use super::window::{Loss, Rejection, WindowEvent};
+use crate::live::recording::RecordedWindow;
+use crate::window::WindowEnd;
 
 /// Feed it each sample once, in order. At most one event follows from each call.
 #[derive(Debug)]
@@ -27,16 +26,6 @@ pub struct Windower {
     opened: u64,
     /// The one window of a recording, in place of whatever the plan would open.
     recorded: Option<RecordedWindow>,
-}
-
-#[derive(Debug)]
-struct OpenWindow {
-    number: u64,
-    samples: Vec<JointSample>,
-    /// Samples at rest since the last one in motion.
-    quiet: usize,
-    /// Length at which a command closes it.
-    close_at: Option<usize>,
 }
 
 /// A command does not fit the state.
@@ -99,27 +88,15 @@ impl Windower {
 
     /// Takes the next sample.
     pub fn handle_sample(&mut self, sample: &JointSample) -> Option<WindowEvent> {
-        if let Some(window) = &self.recorded {
-            return recorded::handle_sample(self, &window.clone(), sample);
+        if let Some(window) = self.recorded.clone() {
+            return self.handle_recorded(&window, sample);
         }
-        let rejected = match self.last_sequence {
-            Some(after) if sample.sequence <= after => {
-                self.handle_loss(Loss::OutOfOrder { after, sequence: sample.sequence })
-            }
-            Some(after) if sample.sequence > after + 1 => {
-                let missing = sample.sequence - after - 1;
-                self.handle_loss(Loss::SampleGap { after, missing })
-            }
-            _ => None,
-        };
+        let loss = self.last_sequence.and_then(|after| Loss::between(after, sample.sequence));
+        let rejected = loss.and_then(|loss| self.handle_loss(loss));
         let moving = self.is_moving(sample);
         if self.open.is_none() && self.opens(moving) {
-            self.open = Some(OpenWindow {
-                number: self.opened,
-                samples: self.recent.iter().copied().collect(),
-                quiet: 0,
-                close_at: None,
-            });
+            let before = self.recent.iter().copied().collect();
+            self.open = Some(OpenWindow::new(self.opened, before));
             self.opened += 1;
         }
         let closed = self.append(sample, moving);
@@ -129,13 +106,36 @@ impl Windower {
         rejected.or(closed)
     }
 
+    /// Takes the next sample of a recording: its window was opened and closed before, and is so again.
+    fn handle_recorded(
+        &mut self,
+        window: &RecordedWindow,
+        sample: &JointSample,
+    ) -> Option<WindowEvent> {
+        let before = self.last_sequence.replace(sample.sequence);
+        if sample.sequence == window.first_sequence && self.opened == 0 {
+            self.opened = 1;
+            self.open = Some(OpenWindow::new(window.number, Vec::new()));
+        } else if self.open.is_some()
+            && let Some(loss) = before.and_then(|after| Loss::between(after, sample.sequence))
+        {
+            return self.handle_loss(loss);
+        }
+        let open = self.open.as_mut()?;
+        open.samples.push(*sample);
+        if open.samples.len() < window.samples {
+            return None;
+        }
+        Some(self.open.take()?.close(&self.plan, window.end))
+    }
+
     /// Something was lost before the next sample: an open window is worth nothing, and what was
     /// seen before cannot be the margin of what follows.
     pub fn handle_loss(&mut self, loss: Loss) -> Option<WindowEvent> {
         self.recent.clear();
         self.last_sequence = None;
         let open = self.open.take()?;
-        Some(rejected(open.number, &open.samples, Rejection::Loss(loss)))
+        Some(open.reject(Rejection::Loss(loss)))
     }
 
     /// Opens a window at the next sample.
@@ -179,27 +179,28 @@ impl Windower {
     /// [`CommandError`] when none is open, or too little of it counts: then it stays open.
     pub fn handle_identify(&mut self) -> Result<WindowEvent, CommandError> {
         let open = self.open.take().ok_or(CommandError::NotOpen)?;
-        let counted = self.counted(&open).len();
+        let counted = open.counted(&self.plan).len();
         if counted < self.plan.min {
             self.open = Some(open);
             return Err(CommandError::TooShort { counted, minimum: self.plan.min });
         }
-        Ok(self.close(open, WindowEnd::Command))
+        Ok(open.close(&self.plan, WindowEnd::Command))
     }
 
     /// The stream has ended: what is open is closed.
     pub fn finish(&mut self) -> Option<WindowEvent> {
         let open = self.open.take()?;
         if let Some(window) = &self.recorded {
-            return Some(recorded::incomplete(&open, window));
+            let (counted, minimum) = (open.samples.len(), window.samples);
+            return Some(open.reject(Rejection::TooShort { counted, minimum }));
         }
-        Some(self.close(open, WindowEnd::EndOfStream))
+        Some(open.close(&self.plan, WindowEnd::EndOfStream))
     }
 
     /// The service is stopped: what is open is given up.
     pub fn stop(&mut self) -> Option<WindowEvent> {
         let open = self.open.take()?;
-        Some(rejected(open.number, &open.samples, Rejection::Stopped))
+        Some(open.reject(Rejection::Stopped))
     }
 
     /// Samples of the open window.
@@ -260,30 +261,7 @@ impl Windower {
             // Of the rest only the margin is wanted.
             open.samples.truncate(length - open.quiet + self.plan.margin_after);
         }
-        Some(self.close(open, end))
-    }
-
-    /// What counts of a window that is closed here.
-    fn counted(&self, open: &OpenWindow) -> Range<usize> {
-        let before = self.plan.margin_before;
-        let end = open.samples.len().saturating_sub(self.plan.margin_after);
-        before..end.max(before)
-    }
-
-    fn close(&self, open: OpenWindow, end: WindowEnd) -> WindowEvent {
-        let counted = self.counted(&open);
-        if counted.len() < self.plan.min {
-            let rejection = Rejection::TooShort { counted: counted.len(), minimum: self.plan.min };
-            return rejected(open.number, &open.samples, rejection);
-        }
-        WindowEvent::Closed(Window {
-            number: open.number,
-            sample_rate_hz: self.plan.sample_rate_hz,
-            samples: open.samples,
-            counted,
-            end,
-            note: None,
-        })
+        Some(open.close(&self.plan, end))
     }
 
     fn remember(&mut self, sample: &JointSample) {
@@ -304,17 +282,6 @@ fn recent_limit(plan: &WindowPlan) -> usize {
     };
     plan.margin_before + lag
 }
-
-fn rejected(number: u64, samples: &[JointSample], rejection: Rejection) -> WindowEvent {
-    WindowEvent::Rejected(RejectedWindow {
-        number,
-        first_sequence: samples.first().map_or(0, |sample| sample.sequence),
-        last_sequence: samples.last().map_or(0, |sample| sample.sequence),
-        rejection,
-    })
-}
-
-mod recorded;
 
 #[cfg(test)]
 mod tests;

@@ -2,27 +2,27 @@
 
 use super::client::{ClientError, fetch_status};
 use super::snapshot::{Health, Snapshot};
-use crate::service::pipeline::Places;
+use crate::service::paths::Paths;
 
 /// The status of the whole service: where it runs in two processes, of both together. One of them
 /// that does not answer is a reason why all is not well.
 ///
 /// # Errors
 /// [`ClientError`] when none answers.
-pub fn fetch(places: &Places) -> Result<Snapshot, ClientError> {
-    let mut snapshot = match fetch_status(&places.status_socket()) {
+pub fn fetch(paths: &Paths) -> Result<Snapshot, ClientError> {
+    let mut snapshot = match fetch_status(&paths.status_socket()) {
         Ok(snapshot) if snapshot.acquisition.is_some() => return Ok(snapshot),
         Ok(snapshot) => snapshot,
         Err(error) => {
             // Without the other one either, it is the first that a person is told of.
-            let Ok(mut snapshot) = fetch_status(&places.acquisition_socket()) else {
+            let Ok(mut snapshot) = fetch_status(&paths.acquisition_socket()) else {
                 return Err(error);
             };
             snapshot.health.add(format!("the estimation does not answer: {error}"));
             return Ok(snapshot);
         }
     };
-    match fetch_status(&places.acquisition_socket()) {
+    match fetch_status(&paths.acquisition_socket()) {
         Ok(other) => {
             snapshot.acquisition = other.acquisition;
             snapshot.health =
@@ -68,11 +68,11 @@ mod tests {
     #[test]
     fn one_half_is_shown_without_the_other() {
         let folder = tempfile::tempdir_in("/tmp").unwrap();
-        let places = Places::with_sockets_in(folder.path());
-        assert!(matches!(fetch(&places), Err(ClientError::NoService { .. })));
+        let paths = Paths::with_sockets_in(folder.path());
+        assert!(matches!(fetch(&paths), Err(ClientError::NoService { .. })));
 
-        answer(&places.acquisition_socket(), true);
-        let snapshot = fetch(&places).unwrap();
+        answer(&paths.acquisition_socket(), true);
+        let snapshot = fetch(&paths).unwrap();
         assert!(snapshot.acquisition.is_some() && snapshot.estimation.is_none());
         let says = |snapshot: &Snapshot, words| {
             !snapshot.health.ok && snapshot.health.reasons.iter().any(|why| why.contains(words))
@@ -80,8 +80,8 @@ mod tests {
         assert!(says(&snapshot, "the estimation does not answer"), "{snapshot:?}");
         assert!(says(&snapshot, "no frame has come yet"), "{snapshot:?}");
 
-        answer(&places.status_socket(), false);
-        let snapshot = fetch(&places).unwrap();
+        answer(&paths.status_socket(), false);
+        let snapshot = fetch(&paths).unwrap();
         assert!(snapshot.acquisition.is_none() && snapshot.estimation.is_some());
         assert!(says(&snapshot, "the acquisition does not answer"), "{snapshot:?}");
     }

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{HISTORY_SCHEMA, HistoryLine};
-use crate::archive::store::{StoreError, at};
-use crate::files::{remove_leftovers, replace};
+use super::line::{HISTORY_SCHEMA, HistoryLine};
+use crate::archive::store::error::{StoreError, at, write};
+use crate::files::remove_leftovers;
 
 const NAME: &str = "history.jsonl";
 /// The longest line \[bytes\]: 1,000 parameters and a note take a tenth of it.
@@ -251,7 +251,7 @@ impl HistoryFile {
         });
         scanned.map_err(at("read", &self.path))?;
         let content = kept.iter().flatten().copied().collect::<Vec<u8>>();
-        replace(&self.path, |out| out.write_all(&content)).map_err(at("write", &self.path))?;
+        write(&self.path, &content)?;
         self.length = content.len() as u64;
         self.lines = kept.len();
         Ok(())

@@ -3,7 +3,8 @@
 use didim_core::identification::Estimate;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::super::{Beside, ResultRecord, Timestamp};
+use crate::archive::store::record::{Beside, ResultRecord};
+use crate::archive::store::timestamp::Timestamp;
 use crate::window::Note;
 
 /// Version of a line's layout: it changes when a key changes its meaning or goes away.

@@ -1,7 +1,10 @@
 #![allow(clippy::single_range_in_vec_init, reason = "a list of ranges is meant")]
 
+mod recorded;
+
 use super::*;
 use crate::live::worker::{Trigger, WindowOptions};
+use crate::window::Window;
 
 const RATE_HZ: f64 = 1000.0;
 

@@ -2,6 +2,8 @@ use didim_core::JointSample;
 use didim_core::identification::{Estimate, SingularValues, Verdict};
 
 use super::*;
+use crate::archive::store::read_history;
+use crate::window::Note;
 use crate::window::{Window, WindowEnd};
 
 fn estimate(value: f64) -> Estimate {

@@ -11,7 +11,7 @@ use super::machine::{Machine, space_left};
 use super::method::window_bytes;
 use crate::cell::Cell;
 use crate::files::check_folder;
-use crate::service::pipeline::Places;
+use crate::service::paths::Paths;
 
 /// What one result takes with its report \[bytes\]: 172 kB with six joints and 28 parameters.
 const RESULT_BYTES: u64 = 200 << 10;
@@ -87,8 +87,8 @@ pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Fi
 }
 
 fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
-    let places = Places::of_service(cell);
-    let longest = [places.status_socket(), places.acquisition_socket(), places.command_socket()]
+    let paths = Paths::of_service(cell);
+    let longest = [paths.status_socket(), paths.acquisition_socket(), paths.command_socket()]
         .into_iter()
         .max_by_key(|path| path.as_os_str().len());
     if let Some(path) = longest.filter(|path| path.as_os_str().len() > SOCKET_PATH) {
@@ -120,9 +120,9 @@ fn disk(cell: &Cell, findings: &mut Vec<Finding>) {
 }
 
 fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
-    let places = Places::of_service(cell);
+    let paths = Paths::of_service(cell);
     // What does not fit the stream was refused when the cell was read.
-    let Ok(stream) = places.stream(cell) else { return };
+    let Ok(stream) = paths.stream(cell) else { return };
     let shared = stream.shared_memory_bytes();
     if let Some(left) = space_left(&machine.shared_memory).filter(|left| *left < shared) {
         findings.push(Finding::error(

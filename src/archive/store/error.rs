@@ -1,0 +1,43 @@
+//! What a file system refuses, with what was tried on which path.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::files::replace;
+
+/// Why a result is not on disk.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The file system refused. Check the rights on the folder and the space left.
+    #[error("cannot {action} {}: {cause}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// The system's word.
+        cause: io::Error,
+    },
+    /// Another process writes its results there: end it, or name another folder.
+    #[error(
+        "{} is in use by another process; end it, or choose another folder for the results",
+        folder.display()
+    )]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The record has no JSON form. A mistake of this program.
+    #[error("the result has no JSON form: {0}")]
+    Format(#[from] serde_json::Error),
+}
+
+pub(super) fn at(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
+    let path = path.to_owned();
+    move |cause| StoreError::Io { action, path, cause }
+}
+
+/// Writes a file whole, in the place of the one before it.
+pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), StoreError> {
+    replace(path, |out| out.write_all(content)).map_err(at("write", path))
+}

@@ -1,0 +1,63 @@
+//! What a worker is started with, and why it may end.
+
+use std::path::PathBuf;
+
+use super::options::{WindowOptionError, WindowPlan};
+use crate::archive::drift::DriftOptions;
+use crate::archive::store::{ConfigurationTexts, StoreError};
+use crate::live::recording::{KeeperOptions, RecordedWindow};
+use crate::live::stream::{StreamError, StreamOptions};
+
+/// What the worker needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkerOptions {
+    /// The stream.
+    pub stream: StreamOptions,
+    /// The windows.
+    pub windows: WindowPlan,
+    /// Windows that may wait while one is identified. Memory: (queue + 2) windows.
+    pub queue: usize,
+    /// Folder of the results; nothing: they are published only.
+    pub folder: Option<PathBuf>,
+    /// Results kept in the folder.
+    pub keep: usize,
+    /// Hash of the configuration, for the results.
+    pub configuration: String,
+    /// The window of a recording that is replayed: it is identified, and no other.
+    pub recorded: Option<RecordedWindow>,
+    /// Where recordings are kept; nothing keeps none.
+    pub keeper: Option<KeeperOptions>,
+    /// What is kept beside the results.
+    pub records: RecordOptions,
+}
+
+/// Why the worker ended before its time.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// The windows cannot be meant.
+    #[error(transparent)]
+    Windows(#[from] WindowOptionError),
+    /// The stream failed.
+    #[error(transparent)]
+    Stream(#[from] StreamError),
+    /// The results' folder failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The system gives no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+    /// The identification's thread panicked; its message is in the log. Report it.
+    #[error("the identification ended by itself: see the log before this")]
+    IdentificationEnded,
+}
+
+/// What is kept beside the results, so that they can be made again and compared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordOptions {
+    /// The files of the configuration as they were read.
+    pub texts: ConfigurationTexts,
+    /// Hash of how the base parameters are made up, for the history.
+    pub regrouping: String,
+    /// What counts as drift from the baseline.
+    pub drift: DriftOptions,
+}

@@ -1,0 +1,79 @@
+//! Where the service keeps its files.
+
+use std::path::{Path, PathBuf};
+
+use crate::cell::Cell;
+use crate::files::{FolderError, own_folder};
+use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
+
+/// Name of the status socket in the runtime folder.
+const STATUS_SOCKET: &str = "status.sock";
+/// Name of the status socket of an acquisition that has a process of its own.
+const ACQUISITION_SOCKET: &str = "acquisition.sock";
+/// Name of the socket that takes commands.
+const COMMAND_SOCKET: &str = "command.sock";
+
+/// The paths of one service or run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Paths {
+    /// Folder of sockets and of the stream's own files.
+    pub runtime: PathBuf,
+    /// Folder of the results; they are only published when there is none.
+    pub state: Option<PathBuf>,
+    /// Beginning of the names in shared memory.
+    pub prefix: String,
+}
+
+impl Paths {
+    /// Those of the cell's service.
+    pub fn of_service(cell: &Cell) -> Self {
+        Self {
+            runtime: cell.service.runtime_directory.clone(),
+            state: Some(cell.service.state_directory.clone()),
+            prefix: SERVICE_PREFIX.to_owned(),
+        }
+    }
+
+    /// Those of a service whose sockets are in `runtime`.
+    pub fn with_sockets_in(runtime: &Path) -> Self {
+        Self { runtime: runtime.to_path_buf(), state: None, prefix: SERVICE_PREFIX.to_owned() }
+    }
+
+    /// Makes the folders, and refuses those that others may change.
+    ///
+    /// # Errors
+    /// [`FolderError`].
+    pub fn make(&self) -> Result<(), FolderError> {
+        let folders = [Some(&self.runtime), self.state.as_ref()];
+        folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))
+    }
+
+    /// The socket that tells the status.
+    pub fn status_socket(&self) -> PathBuf {
+        self.runtime.join(STATUS_SOCKET)
+    }
+
+    /// The socket that tells the status of an acquisition in a process of its own.
+    pub fn acquisition_socket(&self) -> PathBuf {
+        self.runtime.join(ACQUISITION_SOCKET)
+    }
+
+    /// The socket that takes commands.
+    pub fn command_socket(&self) -> PathBuf {
+        self.runtime.join(COMMAND_SOCKET)
+    }
+
+    fn stream_root(&self) -> PathBuf {
+        self.runtime.join(FOLDER)
+    }
+
+    pub(crate) fn stream(&self, cell: &Cell) -> Result<StreamOptions, StreamError> {
+        StreamOptions::new(
+            &cell.name,
+            (&self.stream_root(), &self.prefix),
+            cell.robot.joints(),
+            cell.sample_rate_hz(),
+            cell.service.buffer_s,
+        )
+    }
+}
