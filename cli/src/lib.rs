@@ -30,7 +30,7 @@ mod window;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use tracing::level_filters::LevelFilter;
 
 pub use error::CliError;
@@ -88,6 +88,11 @@ enum Command {
     Manual(manual::Arguments),
 }
 
+/// The command line: every command with its options.
+pub fn command() -> clap::Command {
+    Arguments::command()
+}
+
 /// Reads the arguments of the process, runs the command and says how it ended.
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
@@ -135,7 +140,7 @@ pub fn main() -> ExitCode {
         Command::History(arguments) => history::execute(&arguments),
         Command::Baseline(arguments) => baseline::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
-        Command::Manual(arguments) => manual::execute(&arguments),
+        Command::Manual(arguments) => manual::execute(&arguments, &command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 
 use super::CliError;
@@ -19,9 +19,9 @@ pub(super) struct Arguments {
     out: PathBuf,
 }
 
-/// Writes man pages and completions, for whoever packages the program.
-pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let pages = man_pages().and_then(|pages| Ok([pages, completions()?].concat()));
+/// Writes man pages and completions of the whole program, for whoever packages it.
+pub(super) fn execute(arguments: &Arguments, whole: &clap::Command) -> Result<(), CliError> {
+    let pages = man_pages(whole).and_then(|pages| Ok([pages, completions(whole)?].concat()));
     for (path, text) in pages.map_err(CliError::failed)? {
         let path = arguments.out.join(path);
         if let Some(folder) = path.parent() {
@@ -36,8 +36,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 ///
 /// # Errors
 /// None but of the memory that is written to.
-pub fn man_pages() -> io::Result<Vec<Generated>> {
-    let mut whole = command();
+pub fn man_pages(whole: &clap::Command) -> io::Result<Vec<Generated>> {
+    let mut whole = whole.clone();
     whole.build();
     let mut pages = Vec::new();
     add_pages(&whole, "didim", &mut pages)?;
@@ -64,7 +64,7 @@ fn add_pages(command: &clap::Command, name: &str, pages: &mut Vec<Generated>) ->
 ///
 /// # Errors
 /// A text that is not UTF-8, which none is.
-pub fn completions() -> io::Result<Vec<Generated>> {
+pub fn completions(whole: &clap::Command) -> io::Result<Vec<Generated>> {
     [
         (Shell::Bash, "completions/bash/didim"),
         (Shell::Zsh, "completions/zsh/_didim"),
@@ -73,14 +73,10 @@ pub fn completions() -> io::Result<Vec<Generated>> {
     .into_iter()
     .map(|(shell, path)| {
         let mut text = Vec::new();
-        clap_complete::generate(shell, &mut command(), "didim", &mut text);
+        clap_complete::generate(shell, &mut whole.clone(), "didim", &mut text);
         Ok((path.to_owned(), utf8(text)?))
     })
     .collect()
-}
-
-fn command() -> clap::Command {
-    super::Arguments::command()
 }
 
 /// What is behind every page: what a shell sees of an end, and where more is written.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use didim_cli::{completions, man_pages};
+use didim_cli::{command, completions, man_pages};
 
 use crate::support::{Folder, didim};
 
@@ -14,8 +14,11 @@ fn the_program_writes_its_pages_and_completions() {
     let folder = Folder::new();
     let out = folder.path("manual");
     didim(&["manual", "--out", &out]).done();
-    let made: BTreeMap<String, String> =
-        man_pages().unwrap().into_iter().chain(completions().unwrap()).collect();
+    let made: BTreeMap<String, String> = man_pages(&command())
+        .unwrap()
+        .into_iter()
+        .chain(completions(&command()).unwrap())
+        .collect();
     let mut written = BTreeMap::new();
     let mut folders = vec![Path::new(&out).to_path_buf()];
     while let Some(folder) = folders.pop() {
@@ -35,7 +38,7 @@ fn the_program_writes_its_pages_and_completions() {
 
 #[test]
 fn every_command_has_a_page() {
-    let pages = man_pages().unwrap();
+    let pages = man_pages(&command()).unwrap();
     // One for the program and one for each command that its help lists.
     let help = didim(&["--help"]).done();
     let commands = help.split_once("Commands:").unwrap().1.split_once("Options:").unwrap().0;
@@ -64,7 +67,8 @@ fn every_command_has_a_page() {
 fn bash_completes() {
     // Not the shipped file, which may be being written.
     let folder = Folder::new();
-    let (_, text) = completions().unwrap().into_iter().find(|(p, _)| p.contains("bash")).unwrap();
+    let (_, text) =
+        completions(&command()).unwrap().into_iter().find(|(p, _)| p.contains("bash")).unwrap();
     let script = format!(
         "source {}; offer() {{ COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); \
          _didim didim \"${{@: -1}}\" \"${{@: -2:1}}\"; printf '%s ' \"${{COMPREPLY[@]}}\"; }}; \
@@ -82,7 +86,7 @@ fn bash_completes() {
 #[ignore = "needs man (Debian: man-db): tests/run"]
 fn man_reads_the_pages() {
     let folder = Folder::new();
-    for (path, text) in man_pages().unwrap() {
+    for (path, text) in man_pages(&command()).unwrap() {
         let file = folder.file(path.rsplit('/').next().unwrap(), &text);
         let output = Command::new("man")
             .args(["--warnings", "--local-file", &file])
