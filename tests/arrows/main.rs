@@ -23,7 +23,7 @@ const ORDER: [(&str, &str); 9] = [
         "core/src/identification",
         "cross_validation identify closed_loop equation_error judgement observation given",
     ),
-    ("drivers/src", "assemble source socket clock units layout frame"),
+    ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "check service report offline cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
