@@ -14,7 +14,7 @@ const PACKAGES: [&str; 7] =
     ["core/src", "drivers/src", "formats/src", "sim-fixtures/src", "src", "lab/src", "cli/src"];
 
 /// Folders with what stands in them, files and folders, from the top: each uses only what comes after it.
-const ORDER: [(&str, &str); 8] = [
+const ORDER: [(&str, &str); 9] = [
     (
         "core/src",
         "identification simulation control dynamics trajectory regression signal robot numeric sample",
@@ -23,14 +23,15 @@ const ORDER: [(&str, &str); 8] = [
         "core/src/identification",
         "cross_validation identify closed_loop equation_error judgement observation given",
     ),
-    ("drivers/src", "assemble source socket clock units layout frame"),
+    ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "check service report offline cell live archive signals files window text"),
+    ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
     ("src/archive", "drift store"),
     ("src/offline", "compare log identify rate"),
     (
         "cli/src",
-        "manual lib baseline capture check compare convert demo history metrics note reload replay run study \
+        "lib baseline capture check compare convert demo history manual metrics note reload replay run study \
          top window convert_frames identify sim outcome state status output error",
     ),
 ];
