@@ -151,7 +151,7 @@ fn child_serves() {
             configuration: "c0ffee".into(),
             recorded: None,
             keeper: None,
-            records: didim::live::worker::RecordOptions::default(),
+            results: didim::live::worker::ResultOptions::default(),
         },
     };
     let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });

@@ -14,7 +14,7 @@ use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
 use didim::live::latency::LatencySummary;
 use didim::live::stream::{Pace, StreamNode, Topic};
 use didim::live::worker::{
-    Command, Identified, Identify, RecordOptions, Rejection, Trigger, WindowOptions, WorkerOptions,
+    Command, Identified, Identify, Rejection, ResultOptions, Trigger, WindowOptions, WorkerOptions,
 };
 use didim::service::status::{BaselineRequest, ClientError, Request, fetch_status, send_request};
 use didim::service::supervision::{
@@ -53,7 +53,7 @@ fn estimation(
             configuration: "c0ffee".into(),
             recorded: None,
             keeper: None,
-            records: RecordOptions::default(),
+            results: ResultOptions::default(),
         },
     }
 }

@@ -17,7 +17,7 @@ use crate::live::recording::{
 };
 use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
-    Configuration, Identified, RecordOptions, WindowOptionError, WorkerOptions,
+    Configuration, Identified, ResultOptions, WindowOptionError, WorkerOptions,
 };
 use crate::offline::identify::{LastIdentification, LastWindow, identify_window};
 use crate::report::html::{Origin, Report, SampleRange};
@@ -175,7 +175,7 @@ pub fn configuration(
         windows: cell.window.plan(cell.sample_rate_hz())?,
         identify: Box::new(identify),
         sha256: cell.configuration_sha256.clone(),
-        records: RecordOptions {
+        results: ResultOptions {
             texts: cell.configuration.clone(),
             regrouping: cell.regrouping_sha256(),
             drift: cell.service.drift,
@@ -192,7 +192,7 @@ pub fn estimation(
     paths: &Paths,
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
-    let Configuration { windows, identify, sha256, records } = configuration(cell, paths, last)?;
+    let Configuration { windows, identify, sha256, results } = configuration(cell, paths, last)?;
     Ok(EstimationPart {
         identify,
         options: WorkerOptions {
@@ -204,7 +204,7 @@ pub fn estimation(
             configuration: sha256,
             recorded: None,
             keeper: None,
-            records,
+            results,
         },
     })
 }

@@ -32,7 +32,7 @@ pub use recorder::Recorder;
 pub use request::{CaptureError, KeptStatus, SharedKept};
 pub use ring::{Ring, RingError, Segment};
 pub use status::{RecordingState, RecordingStatus, SharedRecording};
-pub use tap::{FrameTap, Recorded, frame_queue};
+pub use tap::{FrameTap, RecordedFrame, frame_queue};
 pub use window::RecordedWindow;
 
 #[cfg(test)]

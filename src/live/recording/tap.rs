@@ -11,7 +11,7 @@ const QUEUE: usize = 1 << 15;
 
 /// A frame as the assembler got it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Recorded {
+pub struct RecordedFrame {
     /// The frame, its stamp mapped.
     pub frame: Frame,
     /// Counts the frames of the bus, also those that nobody got.
@@ -21,7 +21,7 @@ pub struct Recorded {
 /// The bus thread's end of the queue.
 #[derive(Debug)]
 pub struct FrameTap {
-    queue: Producer<Recorded>,
+    queue: Producer<RecordedFrame>,
     unrecorded: Arc<AtomicU64>,
     sequence: u32,
     drops: u64,
@@ -29,12 +29,12 @@ pub struct FrameTap {
 
 /// Makes a queue for `capacity` frames, with all its memory; and the count of those that found it
 /// full. Nothing stands for the size of the recorder's.
-pub fn frame_queue(capacity: Option<usize>) -> (FrameTap, Consumer<Recorded>, Arc<AtomicU64>) {
+pub fn frame_queue(capacity: Option<usize>) -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
     let capacity = capacity.unwrap_or(QUEUE);
     let (mut queue, mut frames) = RingBuffer::new(capacity);
     // The pages are touched here, not by the bus thread.
     if let Ok(blank) = Frame::classic(FrameId::Standard(0), &[]) {
-        while queue.push(Recorded { frame: blank, sequence: 0 }).is_ok() {}
+        while queue.push(RecordedFrame { frame: blank, sequence: 0 }).is_ok() {}
         while frames.pop().is_ok() {}
     }
     let unrecorded = Arc::new(AtomicU64::new(0));
@@ -52,7 +52,7 @@ impl FrameTap {
         let dropped = u32::try_from(dropped & u64::from(u32::MAX)).unwrap_or(0);
         self.sequence = self.sequence.wrapping_add(dropped);
         for frame in frames {
-            let recorded = Recorded { frame: *frame, sequence: self.sequence };
+            let recorded = RecordedFrame { frame: *frame, sequence: self.sequence };
             self.sequence = self.sequence.wrapping_add(1);
             if self.queue.push(recorded).is_err() {
                 self.unrecorded.fetch_add(1, Ordering::Relaxed);

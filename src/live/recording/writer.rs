@@ -15,7 +15,7 @@ use super::options::RecorderOptions;
 use super::output::Output;
 use super::ring::{Ring, RingError};
 use super::status::{RecordingState, SharedRecording};
-use super::tap::Recorded;
+use super::tap::RecordedFrame;
 
 /// How often the queue is emptied.
 const TURN: Duration = Duration::from_millis(20);
@@ -96,7 +96,7 @@ impl RingWriter {
         Self { options, info, clock, shared, ring, current, retry, pause, looked }
     }
 
-    pub(super) fn run(&mut self, mut frames: Consumer<Recorded>) {
+    pub(super) fn run(&mut self, mut frames: Consumer<RecordedFrame>) {
         // Files of an earlier run are closed before the first frame comes.
         let opened = self.open_ring().map(drop);
         self.note(opened);
@@ -116,7 +116,7 @@ impl RingWriter {
         }
     }
 
-    fn take(&mut self, recorded: &Recorded) {
+    fn take(&mut self, recorded: &RecordedFrame) {
         let written = if self.retry.is_some_and(|at| Instant::now() < at) {
             Ok(false)
         } else {

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use didim_core::identification::Estimate;
 
 use super::options::WindowPlan;
-use super::setup::RecordOptions;
+use super::setup::ResultOptions;
 use crate::window::Window;
 
 /// Why a window could not be identified; its text reaches the status.
-pub type IdentifyError = Box<dyn core::error::Error + Send + Sync>;
+pub type Refusal = Box<dyn core::error::Error + Send + Sync>;
 
 /// What came of a window.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub struct Identified {
 }
 
 /// Identifies from one window.
-pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, IdentifyError> + Send>;
+pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, Refusal> + Send>;
 
 /// How windows are cut and identified, valid from one window to another.
 pub struct Configuration {
@@ -32,7 +32,7 @@ pub struct Configuration {
     /// Hash of the configuration, for the results.
     pub sha256: String,
     /// What is kept beside the results.
-    pub records: RecordOptions,
+    pub results: ResultOptions,
 }
 
 /// What identifies a window and names the configuration that it did so with. A window has that of
@@ -44,23 +44,23 @@ struct Inner {
     /// One thread identifies; the lock is never waited for.
     identify: Mutex<Identify>,
     sha256: String,
-    records: RecordOptions,
+    results: ResultOptions,
 }
 
 impl Identifier {
-    pub(super) fn new(identify: Identify, sha256: String, records: RecordOptions) -> Self {
-        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256, records }))
+    pub(super) fn new(identify: Identify, sha256: String, results: ResultOptions) -> Self {
+        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256, results }))
     }
 
-    pub(super) fn records(&self) -> &RecordOptions {
-        &self.0.records
+    pub(super) fn results(&self) -> &ResultOptions {
+        &self.0.results
     }
 
     pub(super) fn sha256(&self) -> &str {
         &self.0.sha256
     }
 
-    pub(super) fn identify(&self, window: &Window) -> Result<Identified, IdentifyError> {
+    pub(super) fn identify(&self, window: &Window) -> Result<Identified, Refusal> {
         let mut identify = self.0.identify.lock().unwrap_or_else(PoisonError::into_inner);
         (*identify)(window)
     }
@@ -74,7 +74,7 @@ impl core::fmt::Debug for Identifier {
 
 impl core::fmt::Debug for Configuration {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { windows, identify: _, sha256, records: _ } = self;
+        let Self { windows, identify: _, sha256, results: _ } = self;
         f.debug_struct("Configuration")
             .field("windows", windows)
             .field("sha256", sha256)

@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::configuration::{Identified, Identifier};
-use super::records::Records;
+use super::results::Results;
 use super::setup::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
@@ -60,8 +60,8 @@ impl Identification {
         shared: &SharedEstimation,
         keeper: Option<Keeper>,
     ) -> Result<Self, WorkerError> {
-        let records = options.folder.as_ref().map(|folder| Records::open(folder, options));
-        let records = records.transpose()?;
+        let results = options.folder.as_ref().map(|folder| Results::open(folder, options));
+        let results = results.transpose()?;
         let places = options.queue.max(1);
         let (queue, windows) = sync_channel(places);
         let (options, job_shared) = (options.clone(), shared.clone());
@@ -73,7 +73,7 @@ impl Identification {
                 let estimates = node.document_writer(Topic::Estimates)?;
                 let unstored = Unstored::default();
                 let shared = job_shared;
-                let mut job = Job { options, records, estimates, shared, keeper, unstored };
+                let mut job = Job { options, results, estimates, shared, keeper, unstored };
                 job.run(&windows);
                 Ok(())
             })
@@ -160,7 +160,7 @@ impl Identification {
 
 struct Job {
     options: WorkerOptions,
-    records: Option<Records>,
+    results: Option<Results>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
     keeper: Option<Keeper>,
@@ -176,9 +176,9 @@ impl Job {
                 Err(RecvTimeoutError::Disconnected) => return self.finish(),
                 Err(RecvTimeoutError::Timeout) => {
                     self.look();
-                    if let Some(records) = &mut self.records {
+                    if let Some(results) = &mut self.results {
                         // Why it was refused is logged; it is tried again.
-                        let _ = records.settle();
+                        let _ = results.settle();
                     }
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();
@@ -208,10 +208,10 @@ impl Job {
 
     /// Whether the baseline was set or cleared meanwhile.
     fn look(&mut self) {
-        if let Some(records) = &mut self.records
-            && records.look()
+        if let Some(results) = &mut self.results
+            && results.look()
         {
-            records.tell(&mut self.shared.update());
+            results.tell(&mut self.shared.update());
         }
     }
 
@@ -229,7 +229,7 @@ impl Job {
             applicable = estimate.verdict.applicable,
             "window identified"
         );
-        let options = identifier.records().clone();
+        let options = identifier.results().clone();
         let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
         let dropped = self.unstored.add(Finished {
             cell: self.options.stream.cell.clone(),
@@ -255,8 +255,8 @@ impl Job {
         let mut why = None;
         while let Some(finished) = self.unstored.first(Instant::now()) {
             let record = finished.record();
-            let stored = match &mut self.records {
-                Some(records) => records.take(&record, &finished.beside, &finished.options),
+            let stored = match &mut self.results {
+                Some(results) => results.take(&record, &finished.beside, &finished.options),
                 None => {
                     let json = serde_json::to_vec(&record).map_err(StoreError::from);
                     self.publish(json);
@@ -302,8 +302,8 @@ impl Job {
         let mut status = self.shared.update();
         status.windows_identified += 1;
         status.last_estimate = Some(finished.summary);
-        if let Some(records) = &self.records {
-            records.tell(&mut status);
+        if let Some(results) = &self.results {
+            results.tell(&mut status);
         }
     }
 

@@ -67,8 +67,8 @@ impl Worker {
         }
         let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
-        let records = options.records.clone();
-        let identifier = Identifier::new(identify, options.configuration.clone(), records);
+        let results = options.results.clone();
+        let identifier = Identifier::new(identify, options.configuration.clone(), results);
         shared.update().configuration.clone_from(&options.configuration);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
@@ -170,14 +170,14 @@ impl Worker {
             return;
         }
         let Some(next) = self.next.take() else { return };
-        let Configuration { windows, identify, sha256, records } = *next;
+        let Configuration { windows, identify, sha256, results } = *next;
         tracing::info!(configuration = sha256, "another configuration is valid from here on");
         let mut status = self.shared.update();
         status.configuration.clone_from(&sha256);
         status.configuration_waits = false;
         drop(status);
         self.windower.change_plan(windows);
-        self.identifier = Identifier::new(identify, sha256, records);
+        self.identifier = Identifier::new(identify, sha256, results);
     }
 
     /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed

@@ -28,7 +28,7 @@ pub struct WorkerOptions {
     /// Where recordings are kept; nothing keeps none.
     pub keeper: Option<KeeperOptions>,
     /// What is kept beside the results.
-    pub records: RecordOptions,
+    pub results: ResultOptions,
 }
 
 /// Why the worker ended before its time.
@@ -53,7 +53,7 @@ pub enum WorkerError {
 
 /// What is kept beside the results, so that they can be made again and compared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct RecordOptions {
+pub struct ResultOptions {
     /// The files of the configuration as they were read.
     pub texts: ConfigurationTexts,
     /// Hash of how the base parameters are made up, for the history.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use super::setup::RecordOptions;
+use super::setup::ResultOptions;
 use super::state::EstimateSummary;
 use super::window::RejectedWindow;
 use crate::archive::store::{Beside, ResultRecord, WindowProvenance};
@@ -24,7 +24,7 @@ pub(super) struct Finished {
     pub(super) provenance: WindowProvenance,
     pub(super) estimate: Estimate,
     pub(super) beside: Beside,
-    pub(super) options: RecordOptions,
+    pub(super) options: ResultOptions,
     pub(super) recorded: RecordedWindow,
     pub(super) summary: EstimateSummary,
     /// What is counted when it is not stored at all.

@@ -19,7 +19,7 @@ fn on_a_full_disk_the_ring_gives_way_to_results() {
     let ended = Command::new("unshare")
         .args(["--map-root-user", "--mount", "sh", "-euc", mount, "sh"])
         .arg(std::env::current_exe().unwrap())
-        .args(["--exact", "recording::tests::full::child_on_a_small_disk"])
+        .args(["--exact", "live::recording::tests::full::child_on_a_small_disk"])
         .args(["--ignored", "--nocapture", "--test-threads=1"])
         .env("DIDIM_TEST_DISK", folder.path())
         .output()

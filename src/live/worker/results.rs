@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
-use super::setup::{RecordOptions, WorkerOptions};
+use super::setup::{ResultOptions, WorkerOptions};
 use super::state::EstimationStatus;
 use crate::archive::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::archive::store::{
@@ -12,7 +12,7 @@ use crate::archive::store::{
 
 /// The folder of the results as the thread that identifies sees it.
 #[derive(Debug)]
-pub(super) struct Records {
+pub(super) struct Results {
     store: Store,
     /// What counts as drift: that of the last window.
     drift: DriftOptions,
@@ -24,10 +24,10 @@ pub(super) struct Records {
     tracker: Option<Tracker>,
 }
 
-impl Records {
+impl Results {
     pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
         let (store, recent) = Store::open_with_history(folder, options.keep)?;
-        let drift = options.records.drift;
+        let drift = options.results.drift;
         let baseline = BaselineWatch::new(folder);
         Ok(Self { store, drift, recent, baseline, unreadable: None, tracker: None })
     }
@@ -123,7 +123,7 @@ impl Records {
         &mut self,
         record: &ResultRecord<'_>,
         beside: &Beside,
-        options: &RecordOptions,
+        options: &ResultOptions,
     ) -> Result<Stored, StoreError> {
         // Before the result that refers to it.
         let configured = self.store.keep_configuration(record.configuration, &options.texts);
