@@ -150,7 +150,7 @@ fn child_serves() {
             keep: 10,
             configuration: "c0ffee".into(),
             recorded: None,
-            keeper: None,
+            archiver: None,
             results: didim::live::worker::ResultOptions::default(),
         },
     };

@@ -52,7 +52,7 @@ fn estimation(
             keep: 100,
             configuration: "c0ffee".into(),
             recorded: None,
-            keeper: None,
+            archiver: None,
             results: ResultOptions::default(),
         },
     }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::CliError;
 use super::output::{print, write_text};
 use super::state::WhichState;
-use didim::archive::drift::{Baseline, Chronicle};
+use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::read_history;
 use didim::report::history::{Difference, HistoryDocument, plot, summary, table};
 use didim::report::html::HistoryReport;
@@ -45,8 +45,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         );
     }
     let baseline = Baseline::read(&folder).map_err(CliError::failed)?;
-    let mut chronicle = Chronicle::new(lines, baseline, options);
-    let all: Vec<String> = chronicle.parameters().into_iter().map(str::to_owned).collect();
+    let mut history = JudgedHistory::new(lines, baseline, options);
+    let all: Vec<String> = history.parameters().into_iter().map(str::to_owned).collect();
     if let Some(unknown) = arguments.parameter.iter().find(|name| !all.contains(name)) {
         return Err(CliError::Usage(format!(
             "no result has the parameter `{unknown}`; they have {}",
@@ -54,35 +54,35 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         )));
     }
     let difference = match *arguments.compare.as_slice() {
-        [then, now] => Some(Difference::new(&chronicle, [then, now]).map_err(CliError::failed)?),
+        [then, now] => Some(Difference::new(&history, [then, now]).map_err(CliError::failed)?),
         _ => None,
     };
     // Judged by all that came before, whatever is shown.
     if let Some(last) = arguments.last.and_then(|last| usize::try_from(last).ok()) {
-        let surplus = chronicle.entries.len().saturating_sub(last);
-        chronicle.entries.drain(..surplus);
+        let surplus = history.entries.len().saturating_sub(last);
+        history.entries.drain(..surplus);
     }
     let chosen = if arguments.parameter.is_empty() { &all } else { &arguments.parameter };
     let chosen: Vec<&str> = chosen.iter().map(String::as_str).collect();
     if let Some(path) = &arguments.report {
-        let report = HistoryReport { chronicle: &chronicle, parameters: &chosen };
+        let report = HistoryReport { history: &history, parameters: &chosen };
         write_text(path, &report.to_html())?;
     }
     if arguments.json {
-        let document = HistoryDocument::new(&chronicle, passed_over, &chosen, difference);
+        let document = HistoryDocument::new(&history, passed_over, &chosen, difference);
         let json = serde_json::to_string(&document).map_err(CliError::failed)?;
         return print(&format!("{json}\n"));
     }
     if let Some(difference) = difference {
         return print(&difference.table());
     }
-    let mut text = table(&chronicle) + "\n" + &summary(&chronicle);
+    let mut text = table(&history) + "\n" + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
-        text += &plot(&chronicle, name, PLOT_COLUMNS).unwrap_or_else(|| {
+        text += &plot(&history, name, PLOT_COLUMNS).unwrap_or_else(|| {
             format!("{name}: no result that may be used and has a time has it\n")
         });
-        let sentence = chronicle.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
+        let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
     print(&text)

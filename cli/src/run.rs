@@ -9,7 +9,7 @@ use didim::cell::{Cell, Processes};
 use didim::offline::identify::LastIdentification;
 use didim::service::paths::Paths;
 use didim::service::pipeline::{
-    PipelineError, acquisition, estimation, keeper, make_recordings, open_source,
+    PipelineError, acquisition, archiver, estimation, make_recordings, open_source,
 };
 use didim::service::reload::reload_of;
 use didim::service::supervision::{
@@ -56,7 +56,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut options = ServiceOptions::default();
     let estimate = || -> Result<_, PipelineError> {
         let mut part = estimation(&cell, &paths, &LastIdentification::default())?;
-        part.options.keeper = keeper(&cell, &paths);
+        part.options.archiver = archiver(&cell, &paths);
         Ok(part)
     };
     let mut acquire = || -> Result<_, PipelineError> {

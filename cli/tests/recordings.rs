@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::offline::identify::LastIdentification;
-use didim::service::pipeline::{OneRun, acquisition, estimation, keeper};
+use didim::service::pipeline::{OneRun, acquisition, archiver, estimation};
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::{FileEnd, McapScan};
@@ -58,8 +58,8 @@ fn live(installation: &Installation, frames: Vec<Frame>, speed: f64) -> ServiceR
     let bus = acquisition(&cell, paths, Box::new(source), Pace::Live).unwrap();
     assert!(bus.recorder.is_some());
     let mut work = estimation(&cell, paths, &LastIdentification::default()).unwrap();
-    work.options.keeper = keeper(&cell, paths);
-    assert!(work.options.keeper.is_some());
+    work.options.archiver = archiver(&cell, paths);
+    assert!(work.options.archiver.is_some());
     std::thread::spawn(move || {
         // After the service has its ports; it reads a bus that is there already.
         let start = Instant::now();

@@ -7,7 +7,7 @@ use didim_core::robot::RobotError;
 use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
 
-use super::near::Instead;
+use super::suggestion::Instead;
 use crate::files::TextError;
 
 /// Why a cell cannot be used. Every variant names the file; the inner error names key and line

@@ -8,8 +8,8 @@ mod error;
 mod file;
 mod layout;
 mod library;
-mod near;
 mod restart;
+mod suggestion;
 mod values;
 
 use std::path::Path;

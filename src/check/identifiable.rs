@@ -18,11 +18,11 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let indices: Vec<usize> = names.iter().filter_map(|name| cell.base.find(name)).collect();
     let columns: Vec<usize> =
         indices.iter().filter_map(|k| cell.base.columns().get(*k).copied()).collect();
-    let untold: Vec<&str> = untold(&cell.model, &columns)
+    let indistinct: Vec<&str> = indistinct(&cell.model, &columns)
         .into_iter()
         .filter_map(|k| names.get(k).map(String::as_str))
         .collect();
-    if untold.is_empty() {
+    if indistinct.is_empty() {
         return;
     }
     let still: Vec<String> = (1..)
@@ -39,7 +39,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         "identification.parameters",
         format!(
             "no motion within the joints' limits tells {} from the parameters before{because}",
-            untold.join(" ")
+            indistinct.join(" ")
         ),
         "list only parameters that the arm's motion can tell, or correct the limits in the robot file",
     ));
@@ -47,7 +47,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
 
 /// The columns, by their index, that are zero or a combination of those before them over random
 /// motions within the limits.
-fn untold(model: &Model, columns: &[usize]) -> Vec<usize> {
+fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
     let model = model.clone().with_sign_model(SignModel::Sign);
     let selected = model.regressor_columns(columns);
     let (n, p) = (model.joints(), columns.len());

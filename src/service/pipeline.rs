@@ -13,7 +13,7 @@ use crate::cell::{BusAddress, Cell};
 use crate::files::{FolderError, own_folder};
 use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::live::recording::{
-    KeeperOptions, RecorderOptions, RecordingOptions, open_log, recording_folders,
+    ArchiverOptions, RecorderOptions, RecordingOptions, open_log, recording_folders,
 };
 use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
@@ -128,7 +128,7 @@ pub fn acquisition(
 /// # Errors
 /// [`PipelineError::Folder`].
 pub fn make_recordings(cell: &Cell, paths: &Paths) -> Result<(), PipelineError> {
-    let Some(KeeperOptions { folder, .. }) = keeper(cell, paths) else { return Ok(()) };
+    let Some(ArchiverOptions { folder, .. }) = archiver(cell, paths) else { return Ok(()) };
     own_folder(&folder)?;
     let parts = recording_folders(&folder);
     Ok(parts.iter().try_for_each(|part| own_folder(part))?)
@@ -141,10 +141,10 @@ fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions
 }
 
 /// Where `didim run` keeps recordings: what a log brings is recorded already.
-pub fn keeper(cell: &Cell, paths: &Paths) -> Option<KeeperOptions> {
+pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
     let (options, folder) = recordings(cell, paths).filter(|_| !cell.sources.iter().any(is_log))?;
-    Some(KeeperOptions { folder, recordings: options.clone() })
+    Some(ArchiverOptions { folder, recordings: options.clone() })
 }
 
 /// How the cell cuts windows and identifies them. What it identified last is left in `last`.
@@ -203,7 +203,7 @@ pub fn estimation(
             keep: cell.service.keep_results,
             configuration: sha256,
             recorded: None,
-            keeper: None,
+            archiver: None,
             results,
         },
     })

@@ -12,7 +12,7 @@ use didim::live::stream::Pace;
 use didim::live::worker;
 use didim::offline::identify::LastIdentification;
 use didim::service::paths::Paths;
-use didim::service::pipeline::{acquisition, estimation, keeper};
+use didim::service::pipeline::{acquisition, archiver, estimation};
 use didim::service::reload::reload_of;
 use didim::service::status::{ClientError, Request, Snapshot, fetch_status, send_request};
 use didim::service::supervision::{
@@ -53,7 +53,7 @@ pub(crate) fn run() {
     };
     let work = || {
         let mut work = estimation(&cell, &paths, &LastIdentification::default()).unwrap();
-        work.options.keeper = keeper(&cell, &paths);
+        work.options.archiver = archiver(&cell, &paths);
         work
     };
     let (parts, status) = match part.as_str() {

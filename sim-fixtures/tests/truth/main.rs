@@ -10,7 +10,7 @@ mod cutoff;
 mod deviations;
 mod hold;
 mod methods;
-mod on_purpose;
+mod model_errors;
 
 use cells::Cell;
 use common::experiment::experiment;

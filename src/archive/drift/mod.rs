@@ -8,26 +8,26 @@ mod alarm;
 mod baseline;
 mod change;
 mod choose;
-mod chronicle;
 mod comparable;
 mod days;
+mod judged_history;
 mod options;
 mod status;
 mod tracker;
 mod trend;
-mod words;
+mod wording;
 
 pub use alarm::{Alarm, AlarmEvent};
 pub use baseline::{BASELINE_SCHEMA, Baseline, BaselineError, BaselineWatch};
 pub use change::Change;
 pub use choose::{ChooseError, set_baseline};
-pub use chronicle::{Chronicle, Entry};
 pub use comparable::{NotComparable, comparable};
+pub use judged_history::{Entry, JudgedHistory};
 pub use options::{DriftOptionError, DriftOptions};
 pub use status::{AlarmStatus, DriftStatus, ParameterDrift};
 pub use tracker::{Comparison, Tracker};
 pub use trend::{Trend, trend};
-pub use words::{FORECAST_SPANS, forecast, sentence};
+pub use wording::{FORECAST_SPANS, forecast, sentence};
 
 #[cfg(test)]
 mod tests;

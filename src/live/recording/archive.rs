@@ -1,4 +1,4 @@
-//! What the keeper's thread does: waits until the ring has it, and keeps it.
+//! What the archiver's thread does: waits until the ring has it, and keeps it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use super::archived::{KeptFolder, Kind};
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
-use super::kept::{KeptFolder, Kind};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE, Request, SharedKept, lock};
 use super::ring::RingError;

@@ -4,16 +4,16 @@
 //! ([`FrameTap`]): no allocation, no lock, no system call; what finds it full is counted. A thread of
 //! the same process ([`Recorder`]) writes them into a ring of MCAP files on disk. The process that
 //! identifies extracts from these files what belongs to a result, a fault or a capture
-//! ([`Keeper`]): it needs nothing but the folder, so it may be another process.
+//! ([`Archiver`]): it needs nothing but the folder, so it may be another process.
 //!
 //! Everything is bounded: the queue, the ring with the file being written, the number and size of
 //! what is kept, the requests that wait. Nothing of it can cost a frame or a result.
 
 mod archive;
+mod archived;
+mod archiver;
 mod extract;
 mod input;
-mod keeper;
-mod kept;
 mod options;
 mod output;
 mod recorder;
@@ -24,8 +24,8 @@ mod tap;
 mod window;
 mod writer;
 
+pub use archiver::{Archiver, ArchiverOptions, ArchiverThread};
 pub use input::{is_mcap, open_log};
-pub use keeper::{Keeper, KeeperOptions, KeeperThread};
 pub use options::{RecorderOptions, RecordingOptions, recording_folders};
 pub use output::{CreateOutput, Output, create_file};
 pub use recorder::Recorder;

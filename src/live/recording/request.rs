@@ -1,4 +1,4 @@
-//! What is asked of the keeper's thread, and what it tells.
+//! What is asked of the archiver's thread, and what it tells.
 
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,7 +10,7 @@ use super::window::RecordedWindow;
 /// Requests that may wait, in the queue and for the ring.
 pub(super) const QUEUE: usize = 16;
 
-/// What the keeper tells about itself.
+/// What the archiver tells about itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct KeptStatus {
@@ -60,7 +60,7 @@ pub(super) enum Request {
     Stop { answer: CaptureAnswer },
 }
 
-/// The keeper's counts.
+/// The archiver's counts.
 #[derive(Clone, Debug, Default)]
 pub struct SharedKept(pub(super) Arc<Mutex<KeptStatus>>);
 

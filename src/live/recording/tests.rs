@@ -318,6 +318,6 @@ fn feed_all(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Ran
     }
 }
 
+mod archive;
 mod full;
-mod keep;
 mod ring;

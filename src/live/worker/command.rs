@@ -7,7 +7,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use super::configuration::Configuration;
 use super::state::SharedEstimation;
 use super::windower::CommandError;
-use crate::live::recording::Keeper;
+use crate::live::recording::Archiver;
 use crate::window::Note;
 
 /// What somebody wants of the windows.
@@ -35,7 +35,7 @@ pub(super) enum Asked {
 pub struct Commands {
     requests: SyncSender<Request>,
     shared: SharedEstimation,
-    keeper: Option<Keeper>,
+    archiver: Option<Archiver>,
     /// Folder of the results.
     folder: Option<PathBuf>,
 }
@@ -55,15 +55,15 @@ impl Commands {
     pub(super) fn new(
         requests: SyncSender<Request>,
         shared: SharedEstimation,
-        keeper: Option<Keeper>,
+        archiver: Option<Archiver>,
         folder: Option<PathBuf>,
     ) -> Self {
-        Self { requests, shared, keeper, folder }
+        Self { requests, shared, archiver, folder }
     }
 
     /// Takes captures; nothing where nothing is recorded.
-    pub fn keeper(&self) -> Option<&Keeper> {
-        self.keeper.as_ref()
+    pub fn archiver(&self) -> Option<&Archiver> {
+        self.archiver.as_ref()
     }
 
     /// The folder of the results, if they are stored.

@@ -12,7 +12,7 @@ use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
 use crate::archive::store::{Beside, StoreError, WindowProvenance, input_sha256};
-use crate::live::recording::{Keeper, RecordedWindow};
+use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
 
@@ -58,7 +58,7 @@ impl Identification {
     pub(super) fn start(
         options: &WorkerOptions,
         shared: &SharedEstimation,
-        keeper: Option<Keeper>,
+        archiver: Option<Archiver>,
     ) -> Result<Self, WorkerError> {
         let results = options.folder.as_ref().map(|folder| Results::open(folder, options));
         let results = results.transpose()?;
@@ -73,7 +73,7 @@ impl Identification {
                 let estimates = node.document_writer(Topic::Estimates)?;
                 let unstored = Unstored::default();
                 let shared = job_shared;
-                let mut job = Job { options, results, estimates, shared, keeper, unstored };
+                let mut job = Job { options, results, estimates, shared, archiver, unstored };
                 job.run(&windows);
                 Ok(())
             })
@@ -163,7 +163,7 @@ struct Job {
     results: Option<Results>,
     estimates: DocumentWriter,
     shared: SharedEstimation,
-    keeper: Option<Keeper>,
+    archiver: Option<Archiver>,
     unstored: Unstored,
 }
 
@@ -265,8 +265,8 @@ impl Job {
             };
             match stored {
                 Ok(stored) => {
-                    if let Some(keeper) = &self.keeper {
-                        keeper.keep_result(stored.number, &finished.recorded);
+                    if let Some(archiver) = &self.archiver {
+                        archiver.keep_result(stored.number, &finished.recorded);
                     }
                     self.publish(Ok(stored.json));
                 }

@@ -15,7 +15,7 @@ use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
-use crate::live::recording::{Keeper, KeeperThread};
+use crate::live::recording::{Archiver, ArchiverThread};
 use crate::live::stream::{Batch, BatchKind, SampleReader, StreamNode, StreamSample};
 
 /// The longest the thread sleeps; so it is how soon it sees a stop or a command.
@@ -45,7 +45,7 @@ pub struct Worker {
     shared: SharedEstimation,
     requests: Receiver<Request>,
     last: Option<StreamSample>,
-    keeper: Option<(Keeper, KeeperThread)>,
+    archiver: Option<(Archiver, ArchiverThread)>,
     silence: SilenceWatch,
 }
 
@@ -59,11 +59,11 @@ impl Worker {
         identify: Identify,
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
-        let keeper = options.keeper.as_ref().map(Keeper::start).transpose();
-        let keeper = keeper.map_err(WorkerError::Thread)?;
-        let handle = keeper.as_ref().map(|(keeper, _)| keeper.clone());
-        if let Some(keeper) = &handle {
-            shared.set_kept(keeper.shared().clone());
+        let archiver = options.archiver.as_ref().map(Archiver::start).transpose();
+        let archiver = archiver.map_err(WorkerError::Thread)?;
+        let handle = archiver.as_ref().map(|(archiver, _)| archiver.clone());
+        if let Some(archiver) = &handle {
+            shared.set_kept(archiver.shared().clone());
         }
         let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
@@ -82,7 +82,7 @@ impl Worker {
             shared: shared.clone(),
             requests,
             last: None,
-            keeper,
+            archiver,
             silence: SilenceWatch::default(),
         };
         let folder = options.folder.clone();
@@ -130,7 +130,7 @@ impl Worker {
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
         self.identification.give_up();
-        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
+        self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
     }
 
@@ -140,7 +140,7 @@ impl Worker {
         self.handle(event, WhenBusy::Wait, stop)?;
         self.shared.update().window = WindowState::Idle;
         let all = self.identification.finish(stop);
-        self.keeper.into_iter().for_each(|(_, thread)| thread.finish());
+        self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         let all = all?;
         Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })
     }
@@ -251,8 +251,8 @@ impl Worker {
 
     /// Keeps what was on the bus around the last sample.
     fn keep_fault(&self, cause: &'static str) {
-        if let (Some((keeper, _)), Some(last)) = (&self.keeper, &self.last) {
-            keeper.keep_fault(cause, last.joint_sample().stamp_ns);
+        if let (Some((archiver, _)), Some(last)) = (&self.archiver, &self.last) {
+            archiver.keep_fault(cause, last.joint_sample().stamp_ns);
         }
     }
 

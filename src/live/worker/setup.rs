@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::options::{WindowOptionError, WindowPlan};
 use crate::archive::drift::DriftOptions;
 use crate::archive::store::{ConfigurationTexts, StoreError};
-use crate::live::recording::{KeeperOptions, RecordedWindow};
+use crate::live::recording::{ArchiverOptions, RecordedWindow};
 use crate::live::stream::{StreamError, StreamOptions};
 
 /// What the worker needs.
@@ -26,7 +26,7 @@ pub struct WorkerOptions {
     /// The window of a recording that is replayed: it is identified, and no other.
     pub recorded: Option<RecordedWindow>,
     /// Where recordings are kept; nothing keeps none.
-    pub keeper: Option<KeeperOptions>,
+    pub archiver: Option<ArchiverOptions>,
     /// What is kept beside the results.
     pub results: ResultOptions,
 }

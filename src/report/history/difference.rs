@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::archive::drift::{Change, Chronicle, NotComparable, comparable};
+use crate::archive::drift::{Change, JudgedHistory, NotComparable, comparable};
 use crate::archive::store::{HistoryLine, ParameterValue};
 use crate::text::{aligned, significant, to_uncertainty};
 
@@ -50,8 +50,8 @@ impl Difference {
     ///
     /// # Errors
     /// [`DifferenceError`].
-    pub fn new(chronicle: &Chronicle, [then, now]: [u64; 2]) -> Result<Self, DifferenceError> {
-        let line = |number| chronicle.result(number).ok_or(DifferenceError::Unknown(number));
+    pub fn new(history: &JudgedHistory, [then, now]: [u64; 2]) -> Result<Self, DifferenceError> {
+        let line = |number| history.result(number).ok_or(DifferenceError::Unknown(number));
         let (first, second) = (line(then)?, line(now)?);
         let mut caveats = Vec::new();
         if !first.applicable {
@@ -73,7 +73,7 @@ impl Difference {
         }
         let parameters = first.parameters.iter().filter_map(|then| {
             let now = second.parameter(&then.name)?;
-            let change = Change::new(then, now, &chronicle.options);
+            let change = Change::new(then, now, &history.options);
             Some(ParameterDifference {
                 parameter: then.name.clone(),
                 values: [then.clone(), now.clone()],

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Difference;
-use crate::archive::drift::{AlarmStatus, Baseline, Chronicle, Trend};
+use crate::archive::drift::{AlarmStatus, Baseline, JudgedHistory, Trend};
 use crate::archive::store::HistoryLine;
 
 /// One object with everything.
@@ -61,13 +61,13 @@ pub struct TrendDocument {
 impl<'a> HistoryDocument<'a> {
     /// Of all results and these parameters.
     pub fn new(
-        chronicle: &'a Chronicle,
+        history: &'a JudgedHistory,
         passed_over: usize,
         parameters: &[&str],
         difference: Option<Difference>,
     ) -> Self {
-        let tracker = chronicle.tracker.as_ref();
-        let results = chronicle.entries.iter().map(|entry| {
+        let tracker = history.tracker.as_ref();
+        let results = history.entries.iter().map(|entry| {
             let compared = entry.compared.as_ref();
             let outside = compared.and_then(|compared| compared.as_ref().ok()).map(|compared| {
                 let outside = compared.changes.iter().filter(|change| change.band_share() > 1.0);
@@ -94,7 +94,7 @@ impl<'a> HistoryDocument<'a> {
         Self {
             schema: 1,
             passed_over,
-            undated: chronicle.undated(),
+            undated: history.undated(),
             baseline: tracker.map(|tracker| tracker.baseline()),
             results: results.collect(),
             alarms: tracker.map_or(Vec::new(), |tracker| tracker.status().alarms),

@@ -8,12 +8,12 @@ pub use difference::{Difference, DifferenceError};
 pub use json::HistoryDocument;
 pub use plot::plot;
 
-use crate::archive::drift::{Chronicle, Entry};
+use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::aligned;
 
 /// What the last column says of a result.
-pub fn drift_words(chronicle: &Chronicle, entry: &Entry) -> String {
-    if chronicle.is_baseline(&entry.line) {
+pub fn drift_words(history: &JudgedHistory, entry: &Entry) -> String {
+    if history.is_baseline(&entry.line) {
         return "baseline".to_owned();
     }
     match &entry.compared {
@@ -35,8 +35,8 @@ pub fn drift_words(chronicle: &Chronicle, entry: &Entry) -> String {
 }
 
 /// The results as a table, and under it what the baseline is and what left its band.
-pub fn table(chronicle: &Chronicle) -> String {
-    let rows: Vec<Vec<String>> = chronicle
+pub fn table(history: &JudgedHistory) -> String {
+    let rows: Vec<Vec<String>> = history
         .entries
         .iter()
         .map(|entry| {
@@ -48,14 +48,14 @@ pub fn table(chronicle: &Chronicle) -> String {
                 line.method.clone(),
                 if line.applicable { "yes" } else { "NO" }.to_owned(),
                 error.unwrap_or_else(|| "–".to_owned()),
-                drift_words(chronicle, entry),
+                drift_words(history, entry),
             ]
         })
         .collect();
     let header = ["result", "time (UTC)", "method", "applicable", "relative error", "drift"];
     let table = aligned(&header, &rows);
     // Notes are words, and stand to the left in the last column.
-    let notes = chronicle.entries.iter().map(|entry| entry.line.note.as_ref());
+    let notes = history.entries.iter().map(|entry| entry.line.note.as_ref());
     let notes: Vec<String> = notes.map(|note| note.map_or(String::new(), |n| n.line())).collect();
     if notes.iter().all(String::is_empty) {
         return table;
@@ -65,9 +65,9 @@ pub fn table(chronicle: &Chronicle) -> String {
 }
 
 /// The baseline, and a sentence per parameter whose alarm is raised.
-pub fn summary(chronicle: &Chronicle) -> String {
-    let undated = chronicle.undated_words().map_or(String::new(), |words| words + "\n");
-    let Some(tracker) = &chronicle.tracker else {
+pub fn summary(history: &JudgedHistory) -> String {
+    let undated = history.undated_words().map_or(String::new(), |words| words + "\n");
+    let Some(tracker) = &history.tracker else {
         return format!("no baseline is set: `didim baseline set` sets one\n{undated}");
     };
     let status = tracker.status();

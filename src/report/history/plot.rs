@@ -1,7 +1,7 @@
 //! A parameter over time in the terminal, drawn with Braille patterns.
 
 use super::super::terminal::{DOT, DOTS_HIGH, DOTS_WIDE};
-use crate::archive::drift::Chronicle;
+use crate::archive::drift::JudgedHistory;
 use crate::text::significant;
 
 /// Lines of a plot.
@@ -11,11 +11,10 @@ const SIGMAS: f64 = 2.0;
 
 /// Values with two standard deviations to either side, and the band of the baseline as dotted lines.
 /// Nothing for a parameter that no usable result has.
-pub fn plot(chronicle: &Chronicle, parameter: &str, columns: usize) -> Option<String> {
-    let points = chronicle.points(parameter);
+pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<String> {
+    let points = history.points(parameter);
     let (first, last) = (points.first()?.0, points.last()?.0);
-    let band =
-        chronicle.band(parameter).map(|(middle, half)| [middle - half, middle, middle + half]);
+    let band = history.band(parameter).map(|(middle, half)| [middle - half, middle, middle + half]);
     let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
     let ends =
         points.iter().flat_map(|&(_, value, sigma)| [value - spread(sigma), value + spread(sigma)]);
@@ -45,7 +44,7 @@ pub fn plot(chronicle: &Chronicle, parameter: &str, columns: usize) -> Option<St
         canvas.dot(x(days) - 1.0, y(value));
         canvas.dot(x(days) + 1.0, y(value));
     }
-    let (from, _) = chronicle.extent()?;
+    let (from, _) = history.extent()?;
     let date = |days: f64| from.plus_days(days).map_or_else(String::new, |time| time.minute());
     let mut text = format!("{parameter}, ±2σ");
     if band.is_some() {

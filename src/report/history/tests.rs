@@ -38,8 +38,8 @@ fn lines() -> Vec<HistoryLine> {
     lines
 }
 
-fn chronicle() -> Chronicle {
-    Chronicle::new(lines(), Some(Baseline::of(line(1, 6.0))), DriftOptions::default())
+fn history() -> JudgedHistory {
+    JudgedHistory::new(lines(), Some(Baseline::of(line(1, 6.0))), DriftOptions::default())
 }
 
 #[test]
@@ -58,24 +58,24 @@ result        time (UTC)   method  applicable  relative error               drif
     let squeezed = |text: &str| -> Vec<String> {
         text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
     };
-    assert_eq!(squeezed(&table(&chronicle())), squeezed(expected));
-    let widths: Vec<_> = table(&chronicle()).lines().map(|line| line.find("idim-ls")).collect();
+    assert_eq!(squeezed(&table(&history())), squeezed(expected));
+    let widths: Vec<_> = table(&history()).lines().map(|line| line.find("idim-ls")).collect();
     assert!(widths[1..].iter().all(|at| *at == widths[1]), "aligned");
-    let summary = summary(&chronicle());
+    let summary = summary(&history());
     assert!(summary.starts_with("baseline: result 1 of 2026-11-23T07:17:29Z\n"), "{summary}");
     // The slope through 6.0, 6.3, 6.7, 6.8 and 6.9 of days 0, 1, 2, 5 and 6: 3.54/26.8 of 6 a day.
     let alarm = "alarm: fc3 has grown by 15.0 % ± 0.2 % since the baseline of 2026-11-23, +2.2 ± ";
     assert!(summary.contains(alarm), "{summary}");
     assert!(summary.contains("left its band on 2026-11-25"), "{summary}");
-    let none = Chronicle::new(lines(), None, DriftOptions::default());
+    let none = JudgedHistory::new(lines(), None, DriftOptions::default());
     assert!(self::summary(&none).contains("no baseline is set"));
     assert!(!table(&none).contains("ALARM"));
 }
 
 #[test]
 fn two_results_side_by_side_have_their_difference_in_deviations() {
-    let chronicle = chronicle();
-    let difference = Difference::new(&chronicle, [1, 7]).unwrap();
+    let history = history();
+    let difference = Difference::new(&history, [1, 7]).unwrap();
     let fc3 = &difference.parameters[0];
     // 0.9 / (0.01 √2), and 0.9 of 0.6.
     assert!((fc3.deviation_sigma - 63.639_610_306_789_3).abs() < 1e-9, "{fc3:?}");
@@ -84,16 +84,16 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
     let row = table.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(row, "fc3 6.0000 6.9000 +0.9000 +15.00 % +63.6 outside");
     assert_eq!(table.lines().count(), 3, "no caveat: {table}");
-    let refused = |numbers| Difference::new(&chronicle, numbers).unwrap_err().to_string();
+    let refused = |numbers| Difference::new(&history, numbers).unwrap_err().to_string();
     assert!(refused([1, 99]).contains("result 99 is not in the history"));
     let mut other = lines();
     other[7].method = "didim".into();
     // What may not be used is compared on demand, and told; what cannot be compared is not.
     other[7].applicable = false;
-    let other = Chronicle::new(other, None, DriftOptions::default());
+    let other = JudgedHistory::new(other, None, DriftOptions::default());
     let error = Difference::new(&other, [1, 7]).unwrap_err().to_string();
     assert_eq!(error, "nothing to compare: result 7 is by didim, result 1 by idim-ls");
-    let caveats = |numbers| Difference::new(&chronicle, numbers).unwrap().caveats;
+    let caveats = |numbers| Difference::new(&history, numbers).unwrap().caveats;
     assert_eq!(caveats([1, 4]), ["result 4 is not applicable"]);
     assert_eq!(caveats([4, 1]), ["result 4 is not applicable"]);
     assert!(caveats([1, 5])[0].contains("a payload of 2 kg was noted with result 5"));
@@ -103,7 +103,7 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
 fn a_plot_has_the_newest_value_at_its_end_and_stands_any_history() {
     let plot = |lines: Vec<HistoryLine>| {
         let baseline = lines.first().cloned().map(Baseline::of);
-        plot(&Chronicle::new(lines, baseline, DriftOptions::default()), "fc3", 20)
+        plot(&JudgedHistory::new(lines, baseline, DriftOptions::default()), "fc3", 20)
     };
     let text = plot(vec![line(0, 6.0), line(1, 6.0), line(2, 7.0)]).unwrap();
     let rows: Vec<&str> = text.lines().collect();
@@ -133,9 +133,9 @@ fn the_report_stands_by_itself_and_takes_no_orders() {
         line.note = Some(Note { text: Some(HOSTILE.into()), ..Note::default() });
     }
     let baseline = Baseline::of(hostile[1].clone());
-    let chronicle = Chronicle::new(hostile, Some(baseline), DriftOptions::default());
-    let parameters = chronicle.parameters();
-    let report = HistoryReport { chronicle: &chronicle, parameters: &parameters };
+    let history = JudgedHistory::new(hostile, Some(baseline), DriftOptions::default());
+    let parameters = history.parameters();
+    let report = HistoryReport { history: &history, parameters: &parameters };
     let html = report.to_html();
     assert_eq!(html, report.to_html());
     assert!(!html.contains("<script") && !html.contains("http") && html.contains("&lt;script"));
@@ -145,8 +145,8 @@ fn the_report_stands_by_itself_and_takes_no_orders() {
 
 #[test]
 fn the_report_shows_band_baseline_alarm_and_trend() {
-    let chronicle = chronicle();
-    let html = HistoryReport { chronicle: &chronicle, parameters: &["mx4", "fc3"] }.to_html();
+    let history = history();
+    let html = HistoryReport { history: &history, parameters: &["mx4", "fc3"] }.to_html();
     assert!(html.contains("One parameter has left its band"));
     let (first, second) = html.split_once("<figure class=\"\">").unwrap();
     assert!(first.contains("<figure class=\"alarmed\">") && first.contains(">fc3</text>"));
@@ -157,18 +157,18 @@ fn the_report_shows_band_baseline_alarm_and_trend() {
     // Seven may be used; those of 6.7, 6.8 and 6.9 are outside.
     assert_eq!(first.matches("class=\"value").count(), 7);
     assert_eq!(first.matches("class=\"value off\"").count(), 3);
-    let none = Chronicle::new(Vec::new(), None, DriftOptions::default());
-    let empty = HistoryReport { chronicle: &none, parameters: &[] }.to_html();
+    let none = JudgedHistory::new(Vec::new(), None, DriftOptions::default());
+    let empty = HistoryReport { history: &none, parameters: &[] }.to_html();
     assert!(empty.contains("No baseline") && empty.contains("No result"));
 }
 
 #[test]
 fn what_happened_before_what_is_shown_is_not_drawn() {
-    let mut chronicle = chronicle();
+    let mut history = history();
     for (shown, marks) in [(8, 1), (5, 1), (4, 0), (1, 0)] {
-        let surplus = chronicle.entries.len() - shown;
-        chronicle.entries.drain(..surplus);
-        let html = HistoryReport { chronicle: &chronicle, parameters: &["fc3"] }.to_html();
+        let surplus = history.entries.len() - shown;
+        history.entries.drain(..surplus);
+        let html = HistoryReport { history: &history, parameters: &["fc3"] }.to_html();
         assert_eq!(html.matches("class=\"when\"").count(), marks, "{shown} shown");
         assert!(html.contains("left its band on 2026-11-25"), "{html}");
     }
@@ -178,10 +178,10 @@ fn what_happened_before_what_is_shown_is_not_drawn() {
 fn a_trend_goes_through_the_points_however_few_are_shown() {
     let lines: Vec<_> = (0..12).map(|day| line(day, 6.0 + 0.01 * day as f64)).collect();
     let baseline = Baseline::of(lines[0].clone());
-    let mut chronicle = Chronicle::new(lines, Some(baseline), DriftOptions::default());
+    let mut history = JudgedHistory::new(lines, Some(baseline), DriftOptions::default());
     for shown in [12, 5] {
-        chronicle.entries.drain(..chronicle.entries.len() - shown);
-        let html = HistoryReport { chronicle: &chronicle, parameters: &["fc3"] }.to_html();
+        history.entries.drain(..history.entries.len() - shown);
+        let html = HistoryReport { history: &history, parameters: &["fc3"] }.to_html();
         let number = |text: &str, key: &str| -> String {
             let rest = text.split_once(&format!("{key}=\"")).unwrap().1;
             rest.split_once('"').unwrap().0.to_owned()
@@ -204,17 +204,17 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     mixed.extend([ordered[4].clone(), ordered[2].clone()]);
     // The one without a date stands first as well: a history begins with an arm that is new.
     mixed.insert(0, HistoryLine { time: Timestamp::from_unix_s(60), ..line(8, 6.05) });
-    let chronicle = |lines: &[HistoryLine]| {
+    let history = |lines: &[HistoryLine]| {
         let baseline = Some(Baseline::of(ordered[0].clone()));
-        Chronicle::new(lines.to_vec(), baseline, DriftOptions::default())
+        JudgedHistory::new(lines.to_vec(), baseline, DriftOptions::default())
     };
-    let (ordered, mixed) = (chronicle(&ordered), chronicle(&mixed));
+    let (ordered, mixed) = (history(&ordered), history(&mixed));
     assert_eq!(mixed.points("fc3"), ordered.points("fc3"));
     assert_eq!(plot(&mixed, "fc3", 30), plot(&ordered, "fc3", 30));
-    let trends = |of: &Chronicle| of.tracker.as_ref().unwrap().trend("fc3").unwrap();
+    let trends = |of: &JudgedHistory| of.tracker.as_ref().unwrap().trend("fc3").unwrap();
     assert!((trends(&mixed).slope / trends(&ordered).slope - 1.0).abs() < 1e-9);
-    let chart = |of: &Chronicle| {
-        let html = HistoryReport { chronicle: of, parameters: &["fc3"] }.to_html();
+    let chart = |of: &JudgedHistory| {
+        let html = HistoryReport { history: of, parameters: &["fc3"] }.to_html();
         let svg = html.split_once("<svg class=\"panel\"").unwrap().1;
         svg.split_once("</svg>").unwrap().0.to_owned()
     };
@@ -222,16 +222,16 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     let words =
         "2 results were stored while the clock was not set and are no part of plots and trends";
     assert!(summary(&mixed).contains(words) && !summary(&ordered).contains("clock"));
-    let html = HistoryReport { chronicle: &mixed, parameters: &["fc3"] }.to_html();
+    let html = HistoryReport { history: &mixed, parameters: &["fc3"] }.to_html();
     assert!(html.contains(words) && html.contains("7 results from 2026-11-22 07:17 to 2026-11-26"));
     assert_eq!(HistoryDocument::new(&mixed, 0, &["fc3"], None).undated, 2);
     // Nothing but such ones.
     let undated = [HistoryLine { time: Timestamp::from_unix_s(60), ..line(0, 6.0) }];
-    let undated = Chronicle::new(undated.to_vec(), None, DriftOptions::default());
+    let undated = JudgedHistory::new(undated.to_vec(), None, DriftOptions::default());
     assert_eq!(plot(&undated, "fc3", 30), None);
     assert!(
         summary(&undated).contains("1 result was stored while the clock was not set and is no")
     );
-    let html = HistoryReport { chronicle: &undated, parameters: &["fc3"] }.to_html();
+    let html = HistoryReport { history: &undated, parameters: &["fc3"] }.to_html();
     assert!(html.contains("<p>1 result</p>"), "{html}");
 }

@@ -9,7 +9,7 @@ use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, t
 use super::chart::panel;
 use super::summary::sentence;
 use super::{CURVES, STYLE, section, signed};
-use crate::archive::drift::{Chronicle, Trend};
+use crate::archive::drift::{JudgedHistory, Trend};
 use crate::archive::store::Timestamp;
 use crate::text::escape;
 
@@ -24,7 +24,7 @@ const DAYS_WITH_TIME: f64 = 3.0;
 #[derive(Clone, Copy, Debug)]
 pub struct HistoryReport<'a> {
     /// The history.
-    pub chronicle: &'a Chronicle,
+    pub history: &'a JudgedHistory,
     /// The parameters to show.
     pub parameters: &'a [&'a str],
 }
@@ -32,7 +32,7 @@ pub struct HistoryReport<'a> {
 impl HistoryReport<'_> {
     /// The report as HTML. It holds no date of its own: the same history gives the same bytes.
     pub fn to_html(&self) -> String {
-        let robots = self.chronicle.entries.iter().rev().map(|entry| entry.line.robot.as_str());
+        let robots = self.history.entries.iter().rev().map(|entry| entry.line.robot.as_str());
         let robot = robots.clone().next().unwrap_or("no robot");
         let page = html! {
             (DOCTYPE)
@@ -61,12 +61,12 @@ impl HistoryReport<'_> {
     }
 
     fn extent(&self) -> String {
-        let results = match self.chronicle.entries.len() {
+        let results = match self.history.entries.len() {
             0 => return "No result".to_owned(),
             1 => "1 result".to_owned(),
             count => format!("{count} results"),
         };
-        match self.chronicle.extent() {
+        match self.history.extent() {
             Some((first, last)) => {
                 format!("{results} from {} to {} (UTC)", first.minute(), last.minute())
             }
@@ -75,11 +75,11 @@ impl HistoryReport<'_> {
     }
 
     fn alarms(&self) -> Markup {
-        let Some(tracker) = &self.chronicle.tracker else {
+        let Some(tracker) = &self.history.tracker else {
             return html! { section.alarms {
                 h2 { "No baseline" }
                 p { "Without one nothing is compared: " code { "didim baseline set" } " sets it." }
-                @if let Some(words) = self.chronicle.undated_words() { p { (sentence(&words)) } }
+                @if let Some(words) = self.history.undated_words() { p { (sentence(&words)) } }
             } };
         };
         let status = tracker.status();
@@ -95,7 +95,7 @@ impl HistoryReport<'_> {
                 h2 { (heading) }
                 p { "The baseline is result " (status.baseline) " of " (status.time.minute()) " (UTC)." }
                 @if let Some(why) = &status.why_not { p { (sentence(why)) } }
-                @if let Some(words) = self.chronicle.undated_words() { p { (sentence(&words)) } }
+                @if let Some(words) = self.history.undated_words() { p { (sentence(&words)) } }
                 @if status.reconfigured { p { "The configuration has changed since the baseline." } }
                 @if raised { ul { @for alarm in &status.alarms { li { (alarm.text) "." } } } }
             }
@@ -104,7 +104,7 @@ impl HistoryReport<'_> {
 
     fn panels(&self) -> Markup {
         let alarmed: Vec<(&str, Timestamp)> =
-            self.chronicle.tracker.iter().flat_map(|tracker| tracker.alarms()).collect();
+            self.history.tracker.iter().flat_map(|tracker| tracker.alarms()).collect();
         let since = |name: &str| alarmed.iter().find(|(own, _)| *own == name).map(|(_, at)| *at);
         // What has to be looked at comes first.
         let (first, others): (Vec<&str>, Vec<&str>) =
@@ -114,7 +114,7 @@ impl HistoryReport<'_> {
                 @let since = since(name);
                 figure.alarmed[since.is_some()] {
                     (self.chart(name, since))
-                    @if let Some(text) = self.chronicle.tracker.as_ref().and_then(|t| t.sentence(name)) {
+                    @if let Some(text) = self.history.tracker.as_ref().and_then(|t| t.sentence(name)) {
                         figcaption { (text) "." }
                     }
                 }
@@ -134,15 +134,15 @@ impl HistoryReport<'_> {
     }
 
     fn draw(&self, svg: &mut String, name: &str, since: Option<Timestamp>) {
-        let points = self.chronicle.points(name);
+        let points = self.history.points(name);
         let title = escape(name);
         let _ = write!(svg, r#"<text class="title" x="{LEFT}" y="20">{title}</text>"#);
         let (Some(&(first, ..)), Some(&(last, ..)), Some((start, _))) =
-            (points.first(), points.last(), self.chronicle.extent())
+            (points.first(), points.last(), self.history.extent())
         else {
             return;
         };
-        let band = self.chronicle.band(name).map(|(middle, half)| (middle - half, middle + half));
+        let band = self.history.band(name).map(|(middle, half)| (middle - half, middle + half));
         let spread = |sigma: f64| if sigma.is_finite() { SIGMAS * sigma } else { 0.0 };
         let ends = points
             .iter()
@@ -226,8 +226,8 @@ impl HistoryReport<'_> {
                 y(value)
             );
         }
-        let baseline = self.chronicle.tracker.as_ref().map(|t| t.baseline().result.time);
-        let trend = self.chronicle.tracker.as_ref().and_then(|tracker| tracker.trend(name));
+        let baseline = self.history.tracker.as_ref().map(|t| t.baseline().result.time);
+        let trend = self.history.tracker.as_ref().and_then(|tracker| tracker.trend(name));
         if let (Some(baseline), Some(Trend { slope, span, mean_time, at_mean, .. })) =
             (baseline, trend)
         {
@@ -250,7 +250,7 @@ impl HistoryReport<'_> {
     }
 
     fn results(&self) -> Markup {
-        let entries = self.chronicle.entries.iter().rev();
+        let entries = self.history.entries.iter().rev();
         let table = html! {
             div.scroll { table.results {
                 thead { tr {
@@ -271,7 +271,7 @@ impl HistoryReport<'_> {
                         td { (line.method) }
                         td.refused[!line.applicable] { (if line.applicable { "yes" } else { "no" }) }
                         td.number { (line.relative_error.map_or("–".into(), |error| super::percent(error, 3))) }
-                        td.drift { (drift_words(self.chronicle, entry).replace('-', "−")) }
+                        td.drift { (drift_words(self.history, entry).replace('-', "−")) }
                         td.note { (line.note.as_ref().map(|note| note.line()).unwrap_or_default()) }
                     }
                 } }

@@ -24,7 +24,7 @@ fn open(folder: &Path) -> Results {
         configuration: "c0ffee".into(),
         results: ResultOptions::default(),
         recorded: None,
-        keeper: None,
+        archiver: None,
     };
     Results::open(folder, &options).unwrap()
 }
@@ -123,7 +123,7 @@ fn a_restarted_service_knows_the_alarms_that_the_history_shows() {
     let text: Vec<String> = lines.iter().map(|line| serde_json::to_string(line).unwrap()).collect();
     std::fs::write(folder.path().join("history.jsonl"), text.join("\n") + "\n").unwrap();
     let baseline = Baseline::read(folder.path()).unwrap();
-    let shown = crate::archive::drift::Chronicle::new(lines, baseline, DriftOptions::default());
+    let shown = crate::archive::drift::JudgedHistory::new(lines, baseline, DriftOptions::default());
     let mut results = open(folder.path());
     assert!(results.look());
     assert_eq!(alarms(&results), ["fc3"]);

@@ -48,15 +48,15 @@ impl CaptureRequest {
     /// [`CaptureError`].
     pub fn submit(&self, commands: &Commands) -> Result<String, CaptureError> {
         let nothing = "the cell file has no [service.recordings], or its bus is a log";
-        let keeper =
-            commands.keeper().ok_or_else(|| CaptureError::NothingRecorded(nothing.to_owned()))?;
+        let archiver =
+            commands.archiver().ok_or_else(|| CaptureError::NothingRecorded(nothing.to_owned()))?;
         match self {
             Self::Start(name) => {
-                keeper.start_capture(name)?;
+                archiver.start_capture(name)?;
                 Ok(format!("the capture `{name}` has begun"))
             }
             Self::Stop => {
-                keeper.stop_capture()?;
+                archiver.stop_capture()?;
                 Ok("the capture has ended; it is kept in a few seconds".to_owned())
             }
         }

@@ -6,7 +6,7 @@ use crate::live::recording::request::Request;
 use crate::window::WindowEnd;
 
 /// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
-/// frames, and a keeper for it.
+/// frames, and a archiver for it.
 struct Recorded {
     folder: tempfile::TempDir,
     options: RecordingOptions,
@@ -39,13 +39,13 @@ impl Recorded {
         Self { folder, options }
     }
 
-    fn keep(&self, requests: impl FnOnce(&Keeper)) -> KeptStatus {
+    fn keep(&self, requests: impl FnOnce(&Archiver)) -> KeptStatus {
         let folder = self.folder.path().to_owned();
-        let options = KeeperOptions { folder, recordings: self.options.clone() };
-        let (keeper, thread) = Keeper::start(&options).unwrap();
-        requests(&keeper);
+        let options = ArchiverOptions { folder, recordings: self.options.clone() };
+        let (archiver, thread) = Archiver::start(&options).unwrap();
+        requests(&archiver);
         thread.finish();
-        keeper.shared().snapshot()
+        archiver.shared().snapshot()
     }
 
     fn kept(&self) -> Vec<PathBuf> {
@@ -75,7 +75,7 @@ fn window(first_stamp_ns: u64) -> RecordedWindow {
 fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
     let recorded = Recorded::of(0..20_000);
     let window = window(2_000_000_000);
-    let status = recorded.keep(|keeper| keeper.keep_result(12, &window));
+    let status = recorded.keep(|archiver| archiver.keep_result(12, &window));
     assert_eq!((status.kept, status.failed, status.files), (1, 0, 1), "{status:?}");
     assert_eq!(recorded.names(), ["result-00000012.mcap"]);
     let kept = &recorded.kept()[0];
@@ -92,7 +92,7 @@ fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
     let recorded = Recorded::of(0..20_000);
     let configuration = Some("cafe".to_owned());
     let window = RecordedWindow { configuration, ..window(2_000_000_000) };
-    recorded.keep(|keeper| keeper.keep_result(0, &window));
+    recorded.keep(|archiver| archiver.keep_result(0, &window));
     assert_eq!(RecordedWindow::of_file(&recorded.kept()[0]).unwrap(), Some(window));
 }
 
@@ -100,10 +100,10 @@ fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
 fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
     let recorded = Recorded::of(0..20_000);
     // The ring ends at 3.9998 s.
-    let status = recorded.keep(|keeper| keeper.keep_fault("restarted", 4_900_000_000));
+    let status = recorded.keep(|archiver| archiver.keep_fault("restarted", 4_900_000_000));
     assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
     assert!(read(&recorded.kept()[0], false).into_iter().eq(0..20_000));
-    let status = recorded.keep(|keeper| keeper.keep_fault("restarted", 5_100_000_000));
+    let status = recorded.keep(|archiver| archiver.keep_fault("restarted", 5_100_000_000));
     assert_eq!((status.kept, status.failed), (0, 1), "more than that was not recorded at all");
 }
 
@@ -132,9 +132,9 @@ fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
 #[test]
 fn of_two_runs_the_later_one_that_has_it_counts() {
     let recorded = Recorded::new(&[0..20_000, 100_000..105_000]);
-    let both = recorded.keep(|keeper| {
-        keeper.keep_result(0, &window(500_000_000));
-        keeper.keep_result(1, &window(3_000_000_000));
+    let both = recorded.keep(|archiver| {
+        archiver.keep_result(0, &window(500_000_000));
+        archiver.keep_result(1, &window(3_000_000_000));
     });
     assert_eq!((both.kept, both.failed), (2, 0), "{both:?}");
     let kept = recorded.kept();
@@ -145,14 +145,14 @@ fn of_two_runs_the_later_one_that_has_it_counts() {
 #[test]
 fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
     let recorded = Recorded::of(0..5_000);
-    let status = recorded.keep(|keeper| keeper.keep_result(3, &window(900_000_000)));
+    let status = recorded.keep(|archiver| archiver.keep_result(3, &window(900_000_000)));
     assert_eq!((status.kept, status.failed, status.files), (0, 1, 0));
     let why = status.last_failure.unwrap();
     assert!(why.starts_with("result 3: the ring does not hold it"), "{why}");
     assert_eq!(recorded.names(), [""; 0]);
     // A ring that is not there at all.
     fs::remove_dir_all(recorded.folder.path().join("ring")).unwrap();
-    let status = recorded.keep(|keeper| keeper.keep_result(3, &window(0)));
+    let status = recorded.keep(|archiver| archiver.keep_result(3, &window(0)));
     assert_eq!((status.kept, status.failed), (0, 1));
 }
 
@@ -161,9 +161,9 @@ fn faults_are_numbered_named_and_not_more_often_than_asked() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.fault_before_s = 1.0;
     for (n, cause) in ["sample-gap", "queue-drops"].into_iter().enumerate() {
-        let status = recorded.keep(|keeper| {
-            keeper.keep_fault(cause, 3_000_000_000);
-            keeper.keep_fault("silence", 3_100_000_000);
+        let status = recorded.keep(|archiver| {
+            archiver.keep_fault(cause, 3_000_000_000);
+            archiver.keep_fault("silence", 3_100_000_000);
         });
         assert_eq!((status.kept, status.failed, status.faults_passed_over), (1, 0, 1));
         assert_eq!(status.files, n + 1);
@@ -180,10 +180,10 @@ fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.fault_before_s = 1.0;
     // The last frames of a process that is killed are not on disk; a fault much later is another matter.
-    let status = recorded.keep(|keeper| keeper.keep_fault("silence", 4_400_000_000));
+    let status = recorded.keep(|archiver| archiver.keep_fault("silence", 4_400_000_000));
     assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
     assert!(read(&recorded.kept()[0], false).into_iter().eq(17_000..=19_999));
-    let status = recorded.keep(|keeper| keeper.keep_fault("silence", 5_100_000_000));
+    let status = recorded.keep(|archiver| archiver.keep_fault("silence", 5_100_000_000));
     assert_eq!((status.kept, status.failed), (0, 1), "{status:?}");
 }
 
@@ -191,9 +191,9 @@ fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
 fn number_and_size_of_what_is_kept_are_bounded() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.keep = 3;
-    recorded.keep(|keeper| keeper.keep_fault("silence", 1_000_000_000));
+    recorded.keep(|archiver| archiver.keep_fault("silence", 1_000_000_000));
     for n in 0..5 {
-        let status = recorded.keep(|keeper| keeper.keep_result(n, &window(1_000_000_000)));
+        let status = recorded.keep(|archiver| archiver.keep_result(n, &window(1_000_000_000)));
         assert_eq!(status.failed, 0, "{status:?}");
     }
     let results = ["result-00000002.mcap", "result-00000003.mcap", "result-00000004.mcap"];
@@ -205,7 +205,7 @@ fn number_and_size_of_what_is_kept_are_bounded() {
     );
 
     // By size: the oldest of whatever kind go, and what is larger than all may be is refused.
-    let kept = crate::live::recording::kept::KeptFolder::open(
+    let kept = crate::live::recording::archived::KeptFolder::open(
         &recorded.folder.path().join("kept"),
         3,
         size(&recorded.folder.path().join("kept")),
@@ -238,16 +238,16 @@ fn a_capture_keeps_what_comes_between_start_and_stop() {
         }
         tap
     });
-    let status = recorded.keep(|keeper| {
-        assert_eq!(keeper.stop_capture(), Err(CaptureError::NotRunning));
-        assert_eq!(keeper.start_capture("../etc"), Err(CaptureError::Name));
+    let status = recorded.keep(|archiver| {
+        assert_eq!(archiver.stop_capture(), Err(CaptureError::NotRunning));
+        assert_eq!(archiver.start_capture("../etc"), Err(CaptureError::Name));
         std::thread::sleep(Duration::from_millis(1200));
-        keeper.start_capture("gripper").unwrap();
-        assert_eq!(keeper.start_capture("two"), Err(CaptureError::Running("gripper".into())));
-        assert_eq!(keeper.shared().snapshot().capture.as_deref(), Some("gripper"));
+        archiver.start_capture("gripper").unwrap();
+        assert_eq!(archiver.start_capture("two"), Err(CaptureError::Running("gripper".into())));
+        assert_eq!(archiver.shared().snapshot().capture.as_deref(), Some("gripper"));
         std::thread::sleep(Duration::from_millis(1500));
-        keeper.stop_capture().unwrap();
-        eventually("the capture is kept", || keeper.shared().snapshot().kept == 1);
+        archiver.stop_capture().unwrap();
+        eventually("the capture is kept", || archiver.shared().snapshot().kept == 1);
     });
     feeding.store(false, Ordering::Relaxed);
     end(recorder, feeder.join().unwrap());
@@ -273,18 +273,18 @@ fn a_capture_that_grows_too_large_is_stopped_by_itself() {
     eventually("the run is on disk", || {
         McapScan::of(&part).is_ok_and(|scan| !scan.chunks.is_empty())
     });
-    let status = recorded.keep(|keeper| {
-        keeper.start_capture("endless").unwrap();
+    let status = recorded.keep(|archiver| {
+        archiver.start_capture("endless").unwrap();
         let mut n = 1;
         eventually("it is stopped", || {
             for _ in 0..20 {
                 tap.take(&[frame(n)], 0);
                 n += 1;
             }
-            keeper.shared().snapshot().capture.is_none()
+            archiver.shared().snapshot().capture.is_none()
         });
-        eventually("it is kept", || keeper.shared().snapshot().kept == 1);
-        assert_eq!(keeper.stop_capture(), Err(CaptureError::NotRunning));
+        eventually("it is kept", || archiver.shared().snapshot().kept == 1);
+        assert_eq!(archiver.stop_capture(), Err(CaptureError::NotRunning));
     });
     end(recorder, tap);
     assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");

@@ -25,7 +25,7 @@ impl Entry {
 
 /// The history and what the baseline makes of it.
 #[derive(Clone, Debug)]
-pub struct Chronicle {
+pub struct JudgedHistory {
     /// The results, oldest first.
     pub entries: Vec<Entry>,
     /// Who followed them; nothing without a baseline.
@@ -34,7 +34,7 @@ pub struct Chronicle {
     pub options: DriftOptions,
 }
 
-impl Chronicle {
+impl JudgedHistory {
     /// Follows the lines from the first to the last.
     pub fn new(lines: Vec<HistoryLine>, baseline: Option<Baseline>, options: DriftOptions) -> Self {
         let mut tracker = baseline.map(|baseline| Tracker::new(baseline, options));

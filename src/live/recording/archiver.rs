@@ -17,9 +17,9 @@ const FINISH_TIMEOUT: Duration = Duration::from_secs(4);
 /// How long a command waits for its answer.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// What the keeper needs.
+/// What the archiver needs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct KeeperOptions {
+pub struct ArchiverOptions {
     /// Folder of everything recorded.
     pub folder: PathBuf,
     /// Margins, rates and bounds.
@@ -28,26 +28,26 @@ pub struct KeeperOptions {
 
 /// Takes requests. It never waits but for the answer of a capture.
 #[derive(Clone, Debug)]
-pub struct Keeper {
+pub struct Archiver {
     requests: SyncSender<Request>,
     shared: SharedKept,
     last_fault: Arc<Mutex<Option<Instant>>>,
     fault_every: Duration,
 }
 
-/// The thread of a keeper.
+/// The thread of a archiver.
 #[derive(Debug)]
-pub struct KeeperThread {
+pub struct ArchiverThread {
     thread: JoinHandle<()>,
     ending: Arc<AtomicBool>,
 }
 
-impl Keeper {
+impl Archiver {
     /// Starts the thread.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(options: &KeeperOptions) -> std::io::Result<(Self, KeeperThread)> {
+    pub fn start(options: &ArchiverOptions) -> std::io::Result<(Self, ArchiverThread)> {
         let (requests, received) = sync_channel(QUEUE);
         let (shared, ending) = (SharedKept::default(), Arc::new(AtomicBool::new(false)));
         let mut archive = Archive {
@@ -60,11 +60,11 @@ impl Keeper {
         };
         let told = Arc::clone(&ending);
         let thread = std::thread::Builder::new()
-            .name("keeper".into())
+            .name("archiver".into())
             .spawn(move || archive.run(&received, &told))?;
         let fault_every = Duration::from_secs_f64(options.recordings.fault_every_s);
         let last_fault = Arc::default();
-        Ok((Self { requests, shared, last_fault, fault_every }, KeeperThread { thread, ending }))
+        Ok((Self { requests, shared, last_fault, fault_every }, ArchiverThread { thread, ending }))
     }
 
     /// The counts.
@@ -122,13 +122,13 @@ impl Keeper {
                 self.shared.fail("one more", &"too many wait for the ring")
             }
             Err(TrySendError::Disconnected(_)) => {
-                self.shared.fail("one more", &"the keeper has ended");
+                self.shared.fail("one more", &"the archiver has ended");
             }
         }
     }
 }
 
-impl KeeperThread {
+impl ArchiverThread {
     /// Keeps what was asked for, as far as the ring has it, and waits for that, for a while.
     pub fn finish(self) {
         self.ending.store(true, Ordering::Relaxed);
