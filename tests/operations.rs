@@ -28,7 +28,7 @@ use didim::service::paths::Paths;
 use didim::service::status::{
     Collector, Colour, Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
 };
-use didim_drivers::assemble::{Losses, words};
+use didim_drivers::assemble::{Losses, label};
 use didim_formats::read_csv;
 use serde_json::{Value, json};
 
@@ -303,7 +303,7 @@ fn health_without_a_reason() {
             AcquisitionStatus { recent, ..AcquisitionStatus::new(&acquisition, None) };
         let health = Health::of(Some(&acquisition), None);
         if health.ok {
-            said.insert(health.words().to_owned());
+            said.insert(health.label().to_owned());
         }
     }
     assert!(said.contains(IDLE), "{said:?}");
@@ -463,7 +463,7 @@ fn causes_of_losses() {
     let losses = serde_json::to_value(Losses::default()).unwrap();
     for (kind, at_least) in [("frames", 11), ("cycles", 11)] {
         let causes = losses[kind].as_object().unwrap().keys();
-        are_in_the_manual(&causes.map(|cause| words(cause)).collect(), at_least);
+        are_in_the_manual(&causes.map(|cause| label(cause)).collect(), at_least);
     }
     let causes = rejections().iter().map(|rejection| rejection.cause().to_owned()).collect();
     are_in_the_manual(&causes, 10);
@@ -473,12 +473,12 @@ fn causes_of_losses() {
 #[test]
 fn counters_of_the_bus() {
     let counters: Vec<_> = FaultCounters::default().each().collect();
-    are_in_the_manual(&counters.iter().map(|each| each.words.to_owned()).collect(), 11);
+    are_in_the_manual(&counters.iter().map(|each| each.label.to_owned()).collect(), 11);
     are_in_the_manual(&counters.iter().map(|each| each.metric.to_owned()).collect(), 11);
     let (snapshot, text) = (everything(), exposition(Some(&everything())));
     let lines = render(&snapshot, Colour::Never);
     for counter in counters {
-        assert!(lines.lines().any(|line| line.starts_with(counter.words)), "{}", counter.words);
+        assert!(lines.lines().any(|line| line.starts_with(counter.label)), "{}", counter.label);
         assert!(text.contains(&format!("# TYPE {} counter\n", counter.metric)), "{text}");
     }
 }

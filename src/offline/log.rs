@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use didim_core::JointSample;
-use didim_drivers::assemble::{Losses, words};
+use didim_drivers::assemble::{Losses, label};
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::samples::Samples;
 use didim_drivers::source::SourceError;
@@ -163,6 +163,6 @@ fn list(ids: &[FrameId]) -> String {
 fn causes(losses: &Losses) -> String {
     let all = losses.frames.by_cause().chain(losses.cycles.by_cause());
     let found = all.filter(|(_, count)| *count > 0);
-    let found: Vec<String> = found.map(|(key, count)| format!("{} {count}", words(key))).collect();
+    let found: Vec<String> = found.map(|(key, count)| format!("{} {count}", label(key))).collect();
     if found.is_empty() { "none".to_owned() } else { found.join(", ") }
 }

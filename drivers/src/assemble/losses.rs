@@ -127,7 +127,7 @@ causes! {
 }
 
 /// The name of a cause as people read it.
-pub fn words(key: &str) -> String {
+pub fn label(key: &str) -> String {
     key.replace('_', " ")
 }
 

@@ -35,7 +35,7 @@ mod sync;
 
 use didim_core::JointSample;
 
-pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, words};
+pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
 use self::continuity::Continuity;
 use self::cycle::{Cycle, References, Whole, first};

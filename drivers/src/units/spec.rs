@@ -108,16 +108,16 @@ pub enum CurrentValue {
 #[serde(try_from = "i64", into = "i64")]
 pub enum Sign {
     /// The direction of the robot file.
-    Along,
-    /// Against it.
-    Against,
+    Positive,
+    /// Against the direction of the robot file.
+    Negative,
 }
 
 impl Sign {
     pub(super) fn factor(self) -> f64 {
         match self {
-            Self::Along => 1.0,
-            Self::Against => -1.0,
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
         }
     }
 }
@@ -127,8 +127,8 @@ impl TryFrom<i64> for Sign {
 
     fn try_from(value: i64) -> Result<Self, Self::Error> {
         match value {
-            1 => Ok(Self::Along),
-            -1 => Ok(Self::Against),
+            1 => Ok(Self::Positive),
+            -1 => Ok(Self::Negative),
             _ => Err("a sign is 1 or -1"),
         }
     }
@@ -137,8 +137,8 @@ impl TryFrom<i64> for Sign {
 impl From<Sign> for i64 {
     fn from(sign: Sign) -> Self {
         match sign {
-            Sign::Along => 1,
-            Sign::Against => -1,
+            Sign::Positive => 1,
+            Sign::Negative => -1,
         }
     }
 }

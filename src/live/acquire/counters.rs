@@ -9,7 +9,7 @@ use super::counts::AcquisitionCounts;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counter {
     /// Its name for people.
-    pub words: &'static str,
+    pub label: &'static str,
     /// Its name as a metric.
     pub metric: &'static str,
     /// What it counts.
@@ -20,7 +20,7 @@ pub struct Counter {
 
 /// For each: its key in JSON, where it is counted, its words, metric and meaning.
 macro_rules! counters {
-    ($($key:ident = $($from:ident).+, $words:literal, $metric:literal, $help:literal;)+) => {
+    ($($key:ident = $($from:ident).+, $label:literal, $metric:literal, $help:literal;)+) => {
         /// Counts of what should not be.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(default)]
@@ -35,7 +35,7 @@ macro_rules! counters {
 
             /// All of them, in the order in which they are shown.
             pub fn each(&self) -> impl Iterator<Item = Counter> + use<> {
-                [$(Counter { words: $words, metric: $metric, help: $help, count: self.$key },)+]
+                [$(Counter { label: $label, metric: $metric, help: $help, count: self.$key },)+]
                     .into_iter()
             }
         }

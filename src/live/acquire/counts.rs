@@ -43,7 +43,7 @@ impl BusState {
     }
 
     /// A word or two.
-    pub const fn words(self) -> &'static str {
+    pub const fn label(self) -> &'static str {
         self.wording()[1]
     }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use didim_drivers::assemble::{CycleCause, FrameCause, Losses, words};
+use didim_drivers::assemble::{CycleCause, FrameCause, Losses, label};
 use serde::{Deserialize, Serialize};
 
 use super::counts::AcquisitionCounts;
@@ -107,7 +107,7 @@ fn most(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
     let mut causes: Vec<_> = causes.iter().filter(|(key, _)| *key != but).collect();
     causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let causes = causes.into_iter().take(NAMED);
-    causes.map(|(key, count)| format!("{count} {what} {}", words(key))).collect()
+    causes.map(|(key, count)| format!("{count} {what} {}", label(key))).collect()
 }
 
 /// Remembers what was counted in the last seconds.

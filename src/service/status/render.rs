@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use didim_drivers::assemble::words;
+use didim_drivers::assemble::label;
 
 use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
@@ -57,7 +57,7 @@ pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
     rows.plain("cell", format!("{} (didim {})", snapshot.cell, snapshot.version));
     rows.plain("up for", duration(snapshot.uptime_s));
     if snapshot.health.ok {
-        rows.judged("health", snapshot.health.words(), true);
+        rows.judged("health", snapshot.health.label(), true);
     }
     for reason in &snapshot.health.reasons {
         rows.judged("health", reason, false);
@@ -81,7 +81,7 @@ pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
 }
 
 fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
-    rows.judged("bus", status.bus.words(), status.bus.is_well());
+    rows.judged("bus", status.bus.label(), status.bus.is_well());
     rows.plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
     rows.plain("samples", format!("{} ({:.0}/s)", status.samples, status.samples_per_second));
     if let Some(FrameLatency { from, times }) = status.frame_to_buffer {
@@ -92,7 +92,7 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
         rows.plain("frame to buffer", format!("{}, {since}", quantiles(times)));
     }
     for counter in status.counters.each() {
-        rows.counted(counter.words, counter.count);
+        rows.counted(counter.label, counter.count);
     }
     rows.causes("frames unused", &status.frames_unused);
     rows.causes("cycles lost", &status.cycles_lost);
@@ -250,7 +250,7 @@ impl Rows {
 
     fn causes(&mut self, name: &'static str, causes: &BTreeMap<String, u64>) {
         for (cause, count) in causes {
-            self.add(name, &format!("{count} {}", words(cause)), Kind::Cause);
+            self.add(name, &format!("{count} {}", label(cause)), Kind::Cause);
         }
     }
 

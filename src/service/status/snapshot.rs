@@ -167,7 +167,7 @@ impl Health {
     }
 
     /// How it is when all is well.
-    pub fn words(&self) -> &'static str {
+    pub fn label(&self) -> &'static str {
         if self.idle { IDLE } else { "ok" }
     }
 

@@ -116,7 +116,7 @@ fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
     if reasons.is_empty() {
         return match &view.snapshot {
             Some(snapshot) => {
-                let text = format!("health: {}", snapshot.health.words());
+                let text = format!("health: {}", snapshot.health.label());
                 vec![Line::styled(text, looks.good())]
             }
             None => vec![Line::raw("asking …")],

@@ -56,7 +56,7 @@ impl Section {
 fn bus(section: &mut Section, status: &AcquisitionStatus) {
     let looks = section.looks;
     let style = if status.bus.is_well() { looks.good() } else { looks.bad() };
-    section.add("bus", status.bus.words(), style);
+    section.add("bus", status.bus.label(), style);
     section
         .plain("frames", &format!("{:.0}/s, {} in all", status.frames_per_second, status.frames));
     section.plain(
