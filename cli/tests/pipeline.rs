@@ -93,7 +93,7 @@ fn the_demonstration_finds_the_arm_it_simulates_and_leaves_nothing_behind() {
 
     let left: Vec<_> = fs::read_dir(&temporary).unwrap().collect();
     assert!(left.is_empty(), "{left:?}");
-    let prefix = format!("didim-run-{id}_");
+    let prefix = format!("didim-run-{id}-0_");
     let shared = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name());
     let left: Vec<_> = shared.filter(|name| name.to_string_lossy().contains(&prefix)).collect();
     assert!(left.is_empty(), "{left:?}");

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use didim_drivers::source::{
@@ -83,8 +84,10 @@ impl OneRun {
             .prefix("didim-")
             .tempdir_in(&base)
             .map_err(|cause| PipelineError::OneRun { place: base, cause })?;
-        // Not one that begins with the service's own.
-        let prefix = format!("{RUN_PREFIX}{}_", std::process::id());
+        // Not one that begins with the service's own, or with another run's of this process.
+        static RUNS: AtomicU32 = AtomicU32::new(0);
+        let run = RUNS.fetch_add(1, Ordering::Relaxed);
+        let prefix = format!("{RUN_PREFIX}{}-{run}_", std::process::id());
         let paths = Paths { runtime: folder.path().to_path_buf(), state, prefix };
         paths.make()?;
         let network = PrivateNetwork::new(folder.path(), &paths.prefix)

@@ -37,7 +37,7 @@ fn the_paper_comes_out_within_its_limits() {
         text.split_inclusive('\n').filter(|line| !line.starts_with("time ")).collect();
     golden("compare.txt", &timeless);
     let tables = std::fs::read_to_string(markdown).unwrap();
-    golden("../../../docs/paper-tables.md", &format!("{TABLES_HEADING}{tables}"));
+    golden("../../../../docs/paper-tables.md", &format!("{TABLES_HEADING}{tables}"));
     // A panel for every method and joint, a stem for every lag.
     let figure = std::fs::read_to_string(figure).unwrap();
     assert_eq!(figure.matches(r#"class="frame""#).count(), 8 * 6);

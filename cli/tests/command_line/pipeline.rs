@@ -98,7 +98,7 @@ fn long_demonstration(folder: &Folder) -> (Child, String) {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let prefix = format!("didim-run-{}_", child.id());
+    let prefix = format!("didim-run-{}-0_", child.id());
     let begin = Instant::now();
     // Lock, management, and the samples' segment, which is the last and by far the largest.
     while shared_bytes(&prefix) < 10_000_000 {
