@@ -238,7 +238,7 @@ class TheMetrics(unittest.TestCase):
             self.assertEqual(self.scrape(folder)[("didim_up",)], 0.0)
 
     def test_a_service_that_answers(self):
-        status = (ROOT / "tests" / "metrics" / "status.json").read_bytes()
+        status = (ROOT / "cli" / "tests" / "metrics" / "status.json").read_bytes()
         with tempfile.TemporaryDirectory(dir="/tmp") as folder, socket.socket(socket.AF_UNIX) as listener:
             listener.bind(f"{folder}/status.sock")
             listener.listen()
