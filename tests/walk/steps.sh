@@ -109,7 +109,7 @@ look_at_results() {
     root 'ls -l /var/lib/didim'
     expect 'result-00000000.json' 'result-00000000.html' 'history.jsonl'
     say 'The arm is as it should be: later results are compared with this one.'
-    root 'didim baseline set; didim baseline show | head -n 5'
+    root 'didim baseline set 0; didim baseline show | head -n 5'
     expect 'result 0 .*, the baseline since' 'noted: 2.5 kg'
     say 'A window need not wait for the arm to rest:'
     # The shortest window has 3 s.
