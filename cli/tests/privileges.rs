@@ -66,8 +66,9 @@ fn process_status(process: u32, key: &str) -> String {
 /// The scheduling policy of the bus thread (proc(5), field 41 of stat): 1 is SCHED_FIFO.
 fn policy_of_the_bus_thread(process: u32) -> (u32, u32) {
     let threads = fs::read_dir(format!("/proc/{process}/task")).unwrap();
+    // Threads of the start may end while they are listed.
     let stat = threads
-        .map(|thread| fs::read_to_string(thread.unwrap().path().join("stat")).unwrap())
+        .filter_map(|thread| fs::read_to_string(thread.ok()?.path().join("stat")).ok())
         .find(|stat| stat.contains("(bus)"))
         .unwrap();
     // What follows the name begins with field 3.

@@ -12,7 +12,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const END: &str = ".tmp";
 
 /// Files that this process is writing.
-static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+static UNFINISHED: Unfinished = Unfinished(Mutex::new(BTreeSet::new()));
 
 /// Writes a file beside its place, syncs it, renames it to its place and syncs the folder: after a
 /// power cut the name has the old content or the new one (rename(2), fsync(2)). It is as readable as
@@ -25,34 +25,12 @@ pub fn replace<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
 ) -> io::Result<T> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut prefix = OsString::from(".");
-    prefix.push(path.file_name().ok_or(io::ErrorKind::InvalidInput)?);
-    prefix.push(".");
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(END).permissions(Permissions::from_mode(0o666));
-    // The error's own text has the name of the temporary file, which helps nobody.
-    let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
-    let listed = Listed::new(file.path());
-    let mut buffered = BufWriter::new(file.as_file());
-    let written = write(&mut buffered)?;
-    buffered.flush()?;
-    drop(buffered);
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
-    drop(listed);
-    File::open(folder)?.sync_all()?;
-    Ok(written)
+    UNFINISHED.replace(path, write)
 }
 
 /// Removes what this process is writing, before it ends in the midst of it.
 pub fn discard_unfinished() {
-    for path in &*unfinished() {
-        let _ = fs::remove_file(path);
-    }
+    UNFINISHED.discard();
 }
 
 /// Removes from a folder what processes that were killed had begun to write there, of files with the
@@ -74,24 +52,64 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Re
     Ok(())
 }
 
-/// In the list of what is being written as long as it lives.
-struct Listed(PathBuf);
+/// A list of files that are being written.
+struct Unfinished(Mutex<BTreeSet<PathBuf>>);
 
-impl Listed {
-    fn new(path: &Path) -> Self {
-        unfinished().insert(path.to_owned());
-        Self(path.to_owned())
+impl Unfinished {
+    fn replace<T>(
+        &self,
+        path: &Path,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+    ) -> io::Result<T> {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut prefix = OsString::from(".");
+        prefix.push(path.file_name().ok_or(io::ErrorKind::InvalidInput)?);
+        prefix.push(".");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(END).permissions(Permissions::from_mode(0o666));
+        // The error's own text has the name of the temporary file, which helps nobody.
+        let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
+        let listed = self.list(file.path());
+        let mut buffered = BufWriter::new(file.as_file());
+        let written = write(&mut buffered)?;
+        buffered.flush()?;
+        drop(buffered);
+        file.as_file().sync_all()?;
+        file.persist(path).map_err(|error| error.error)?;
+        drop(listed);
+        File::open(folder)?.sync_all()?;
+        Ok(written)
+    }
+
+    fn discard(&self) {
+        for path in &*self.paths() {
+            let _ = fs::remove_file(path);
+        }
+    }
+
+    fn list(&self, path: &Path) -> Listed<'_> {
+        self.paths().insert(path.to_owned());
+        Listed { list: self, path: path.to_owned() }
+    }
+
+    fn paths(&self) -> MutexGuard<'_, BTreeSet<PathBuf>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Drop for Listed {
+/// In the list as long as it lives.
+struct Listed<'a> {
+    list: &'a Unfinished,
+    path: PathBuf,
+}
+
+impl Drop for Listed<'_> {
     fn drop(&mut self) {
-        unfinished().remove(&self.0);
+        self.list.paths().remove(&self.path);
     }
-}
-
-fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -127,9 +145,11 @@ mod tests {
     fn what_is_being_written_can_be_discarded() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
-        let written = replace(&path, |out| {
+        // A list of its own: other tests of this process are writing, too.
+        let unfinished = Unfinished(Mutex::new(BTreeSet::new()));
+        let written = unfinished.replace(&path, |out| {
             out.write_all(b"half")?;
-            discard_unfinished();
+            unfinished.discard();
             assert_eq!(names(folder.path()), Vec::<String>::new());
             Ok(())
         });

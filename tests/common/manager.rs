@@ -66,7 +66,7 @@ impl Manager {
     /// Listens until a message since number `after` has the words; its number and the message.
     ///
     /// # Panics
-    /// When none comes within 30 seconds.
+    /// When none comes within two minutes.
     pub(crate) fn expect(&mut self, after: usize, words: &str) -> (usize, String) {
         let start = Instant::now();
         loop {
@@ -75,7 +75,7 @@ impl Manager {
             {
                 return (number, message.clone());
             }
-            assert!(start.elapsed().as_secs() < 30, "no `{words}` in {:#?}", self.heard);
+            assert!(start.elapsed().as_secs() < 120, "no `{words}` in {:#?}", self.heard);
             self.hear(Duration::from_millis(20));
         }
     }

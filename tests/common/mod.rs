@@ -97,11 +97,11 @@ pub(crate) fn sample(sequence: u64) -> JointSample {
 /// Waits until it is so.
 ///
 /// # Panics
-/// When it is not so within ten seconds.
+/// When it is not so within two minutes: slow machines take several times what good ones do.
 pub(crate) fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
     let start = Instant::now();
     while !condition() {
-        assert!(start.elapsed() < Duration::from_secs(10), "not within 10 s: {what}");
+        assert!(start.elapsed() < Duration::from_secs(120), "not within 120 s: {what}");
         std::thread::sleep(Duration::from_millis(2));
     }
 }

@@ -203,7 +203,7 @@ impl Daemon {
                 return status.clone();
             }
             let waited = start.elapsed();
-            assert!(waited.as_secs() < 60, "not {what}: {status:#?}, log:\n{}", self.log());
+            assert!(waited.as_secs() < 120, "not {what}: {status:#?}, log:\n{}", self.log());
             std::thread::sleep(Duration::from_millis(50));
         }
     }
