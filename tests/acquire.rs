@@ -1,15 +1,13 @@
 //! The bus thread: what it costs, how it ends, what it tells.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use common::bus::{assembler, frames, interface};
+use crate::common::bus::{assembler, frames, interface};
 
-use common::{Network, eventually};
+use crate::common::{Network, eventually};
 use didim::cell::Cell;
 use didim::live::acquire::{
     AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, RealTimeOptions,

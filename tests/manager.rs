@@ -1,16 +1,14 @@
 //! What the service manager hears of the service, from real processes, with faults on purpose.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use common::bus::{assembler, frames, interface};
-use common::manager::{Manager, terminate};
-use common::{Network, Process};
+use crate::common::bus::{assembler, frames, interface};
+use crate::common::manager::{Manager, terminate};
+use crate::common::{Network, Process};
 use didim::live::acquire::{AcquireOptions, RealTimeOptions};
 use didim::live::stream::Pace;
 use didim::live::worker::{Identified, Identify, Trigger, WindowOptions, WorkerOptions};
@@ -144,7 +142,7 @@ fn child_serves() {
         identify: identify(),
         options: WorkerOptions {
             stream: network.options(),
-            windows: windows.plan(common::bus::RATE_HZ).unwrap(),
+            windows: windows.plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.join("results")),
             keep: 10,
@@ -176,7 +174,7 @@ impl Managed {
     fn start(fault: &str, watchdog: Option<Duration>) -> Self {
         let (network, folder) = (Network::new(), tempfile::tempdir_in("/tmp").unwrap());
         let manager = Manager::listen(folder.path(), "notify");
-        let mut command = network.child("child_serves");
+        let mut command = network.child("manager::child_serves");
         command.env("DIDIM_TEST_FOLDER", folder.path()).env("DIDIM_TEST_FAULT", fault);
         manager.manages(&mut command, watchdog);
         let child = Process(command.spawn().unwrap());

@@ -1,14 +1,12 @@
 //! The parts put together: a bus goes in, results come out, in one process and in two.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use common::bus::{assembler, frames, interface};
-use common::{Network, Process, eventually};
+use crate::common::bus::{assembler, frames, interface};
+use crate::common::{Network, Process, eventually};
 use didim::archive::store::{HistoryLine, Timestamp, read_history};
 use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
 use didim::live::latency::LatencySummary;
@@ -46,7 +44,7 @@ fn estimation(
         identify,
         options: WorkerOptions {
             stream: network.options(),
-            windows: windows(trigger).plan(common::bus::RATE_HZ).unwrap(),
+            windows: windows(trigger).plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.to_owned()),
             keep: 100,
@@ -319,7 +317,7 @@ fn child_is_stopped_while_it_identifies() {
 fn windows_of_a_stopped_service_are_counted() {
     let (network, folder) = (Network::new(), tempfile::tempdir().unwrap());
     let mut child = network
-        .child("child_is_stopped_while_it_identifies")
+        .child("service::child_is_stopped_while_it_identifies")
         .env("DIDIM_TEST_FOLDER", folder.path())
         .spawn()
         .map(Process)
@@ -347,7 +345,7 @@ fn two_processes_give_the_same_bytes_as_one() {
     let (sender, acquisition) = acquisition(&network, Pace::Replay);
     send(sender, three_motions());
     let mut child = network
-        .child("child_estimates")
+        .child("service::child_estimates")
         .env("DIDIM_TEST_FOLDER", two.path())
         .spawn()
         .map(Process)
@@ -431,7 +429,7 @@ fn the_memory_of_a_service_at_5_khz_is_flat() {
     let folder = tempfile::tempdir_in("/tmp").unwrap();
     let network = Network::new();
     let mut child = network
-        .child("child_serves_at_5_khz")
+        .child("service::child_serves_at_5_khz")
         .env("DIDIM_TEST_FOLDER", folder.path())
         .spawn()
         .map(Process)
@@ -465,7 +463,7 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     let manager = UnixDatagram::bind(folder.path().join("notify")).unwrap();
     manager.set_nonblocking(true).unwrap();
     let mut child = network
-        .child("child_serves")
+        .child("service::child_serves")
         .env("DIDIM_TEST_FOLDER", folder.path())
         .env("NOTIFY_SOCKET", folder.path().join("notify"))
         .env("WATCHDOG_USEC", "2000000")

@@ -1,11 +1,9 @@
 //! The sample stream between threads and processes: what arrives, what is lost, who dies.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::time::{Duration, Instant};
 
-use common::{Network, Process, eventually, sample};
+use crate::common::{Network, Process, eventually, sample};
 use didim::live::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
 use didim_drivers::socket::monotonic_ns;
 
@@ -251,7 +249,8 @@ fn two_processes_hand_over_samples_and_a_killed_writer_can_be_restarted() {
     let network = Network::new();
     let mut reader = StreamNode::join(&network.options()).unwrap().sample_reader().unwrap();
     for run in 0..2 {
-        let mut child = network.child("child_writes_until_killed").spawn().map(Process).unwrap();
+        let mut child =
+            network.child("stream::child_writes_until_killed").spawn().map(Process).unwrap();
         let mut next = None;
         let mut received = 0;
         eventually("five batches from another process", || {
@@ -288,7 +287,7 @@ fn a_killed_reader_blocks_nobody_and_its_place_is_freed() {
     let network = Network::new();
     let options = network.options();
     let mut writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
-    let mut child = network.child("child_reads_until_killed").spawn().map(Process).unwrap();
+    let mut child = network.child("stream::child_reads_until_killed").spawn().map(Process).unwrap();
     eventually("the other process reads", || writer.readers() == 1);
     let mut write = |batches: u64| {
         let mut longest = Duration::ZERO;

@@ -1,15 +1,11 @@
 //! The whole program without a bus: the simulated arm, logs, the daemon's pipeline, offline.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use program::{Installation, command, didim, difference, json, results, succeed};
+use crate::program::{Installation, command, didim, difference, json, results, succeed};
 use serde_json::Value;
 
 /// Frames of one bus cycle: the packed sample; SYNC, six samples and six targets.

@@ -1,29 +1,18 @@
 //! What the service needs of the system: a user of its own, and no capability.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::process::{Command, Stdio};
 
-use common::manager::{Manager, terminate};
-use common::{Process, eventually};
+use crate::common::manager::{Manager, terminate};
+use crate::common::{Process, eventually};
+use crate::program::cell::Site;
+use crate::program::{Installation, command};
 use didim::live::acquire::{Grant, RealTimeGrants};
-use program::cell::Site;
-use program::{Installation, command};
 
 /// The user nobody and its group, as everywhere on Debian.
 const NOBODY: u32 = 65_534;
-
-/// See [`program::cell::run`].
-#[test]
-#[ignore = "the other process of a test"]
-fn child_runs_a_cell() {
-    program::cell::run();
-}
 
 /// The command as nobody, without any capability or the way to one, with the limits that `prlimit`
 /// gives. The cell's folders become nobody's.
@@ -88,7 +77,7 @@ fn has_no_privilege(process: u32) {
 /// handed to `look` meanwhile.
 fn runs(limits: &[&str], look: impl Fn(u32)) -> (RealTimeGrants, Vec<String>) {
     let site = Site::new(&[("min_s = 3.0", "min_s = 1.0"), WISHES]);
-    let child = site.network.child("child_runs_a_cell");
+    let child = site.child();
     let command = unprivileged(&child, &site.cell, limits);
     let (mut child, mut manager) = site.start_as("both", command);
     manager.expect(0, "READY=1");
@@ -138,7 +127,7 @@ fn limits_are_all_it_needs_for_its_priority_and_its_memory() {
 #[test]
 #[ignore = "needs root and a CAN bus: tests/run"]
 fn nobody_may_listen_to_a_real_bus() {
-    let interface = common::bus::vcan();
+    let interface = crate::common::bus::vcan();
     let bus = format!("\"can:{interface}\"");
     let cell = Installation::of("tx40-packed-fd", &[("\"can:vcan0\"", &bus)]);
     let runs = command(&[

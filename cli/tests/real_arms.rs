@@ -4,18 +4,14 @@
 //! Figures only: the verdicts are no part of the reference.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use core::ops::Range;
 use std::path::Path;
 
+use crate::program::{json, repository, succeed};
 use didim::cell::Cell;
 use didim_core::identification::{Experiment, Selection, filtered_motion, observation_matrix};
 use didim_formats::{Side, read_csv};
 use nalgebra::{DMatrix, DVector};
-use program::{json, repository, succeed};
 use serde_json::Value;
 
 /// How far figures of the same recipe may be apart, relative to themselves: the digits of the files.

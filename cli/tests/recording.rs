@@ -1,15 +1,11 @@
 //! The real recording of a TX40 through the program: from CSV, and from frames.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use program::recording::{EXPECTED, datasets, rounding, write_csv};
-use program::{Installation, json, parameters, results, succeed};
+use crate::program::recording::{EXPECTED, datasets, rounding, write_csv};
+use crate::program::{Installation, json, parameters, results, succeed};
 use serde_json::Value;
 
 const CELL: &str = "tx40-recording";

@@ -2,14 +2,11 @@
 //! the ring.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::program::{Installation, didim, results, succeed};
 use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::offline::identify::LastIdentification;
@@ -20,7 +17,6 @@ use didim_drivers::source::mcap::{FileEnd, McapScan};
 use didim_drivers::source::{
     CandumpSource, InterfaceName, McapSource, Received, Source, WhenFull, in_process_bus,
 };
-use program::{Installation, didim, results, succeed};
 
 /// The frames of the simulated arm, twice its motion.
 fn simulate(cell: &Installation) -> (PathBuf, Vec<Frame>) {

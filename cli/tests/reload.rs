@@ -2,29 +2,18 @@
 //! The bus is in the process, and the simulated arm on it moves all the time.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::eventually;
-use common::manager::{Manager, send, terminate};
+use crate::common::eventually;
+use crate::common::manager::{Manager, send, terminate};
+use crate::program::cell::Site;
+use crate::program::{json, results, succeed};
 use didim::live::recording::RecordedWindow;
 use didim::live::worker::{Command, WindowState};
 use didim::service::status::{Request, Snapshot, fetch_status};
 use didim_drivers::source::mcap::McapScan;
-use program::cell::Site;
-use program::{json, results, succeed};
 use rustix::process::Signal;
-
-/// See [`program::cell::run`].
-#[test]
-#[ignore = "the other process of a test"]
-fn child_runs_a_cell() {
-    program::cell::run();
-}
 
 /// What a reload tells the manager: both words in their order, the first with its time.
 fn reloaded(manager: &mut Manager, after: usize) -> String {

@@ -2,14 +2,10 @@
 //! its history and baseline, a recording, and the cells with what they name.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use program::{json, repository, results, succeed};
+use crate::program::{json, repository, results, succeed};
 use serde_json::Value;
 use tempfile::TempDir;
 

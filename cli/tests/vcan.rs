@@ -16,10 +16,6 @@
     reason = "a test fails by panicking"
 )]
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-mod program;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,7 +25,11 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use common::Process;
+use crate::common::Process;
+use crate::program::recording::{EXPECTED, datasets, rounding, write_csv};
+use crate::program::{
+    Daemon, Finished, Installation, command, didim, difference, json, parameters, results, succeed,
+};
 use didim::live::acquire::{AcquisitionStatus, BusState, FrameTime};
 use didim::live::worker::{EstimationStatus, WindowState};
 use didim::service::status::Snapshot;
@@ -40,10 +40,6 @@ use didim_drivers::source::{
     SocketCanSource, Source, StampDigits,
 };
 use didim_sim::{Sink, SocketCanSink};
-use program::recording::{EXPECTED, datasets, rounding, write_csv};
-use program::{
-    Daemon, Finished, Installation, command, didim, difference, json, parameters, results, succeed,
-};
 use serde_json::Value;
 
 const PACKED: &str = "tx40-packed-fd";
@@ -71,7 +67,7 @@ static LEFT_BEFORE: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Runs a test on the interface, and again while the machine was late.
 fn in_time(test: impl Fn(&str) -> Result<(), Late>) {
-    let interface = common::bus::vcan();
+    let interface = crate::common::bus::vcan();
     let mut late = Vec::new();
     for _ in 0..4 {
         *LEFT_BEFORE.lock().unwrap() = in_shared_memory();

@@ -3,13 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
-mod common;
-
-use common::bus::{
+use crate::common::bus::{
     EPOCH_NS, RAD_PER_COUNT, assembler, check, check_sums, cycle, drives, feed, packed_drives,
     values, with_id,
 };
-use common::{CIA402, PACKED, cia402, cia402_dbc, compile, packed, packed_dbc};
+use crate::common::{CIA402, PACKED, cia402, cia402_dbc, compile, packed, packed_dbc};
 use didim_core::JointSample;
 use didim_drivers::assemble::{Assembler, CycleLosses, FrameLosses, Losses};
 use didim_drivers::frame::{Frame, FrameId, FrameKind};
@@ -295,7 +293,7 @@ fn a_target_takes_effect_at_the_next_sync() {
     }
     // The same bus, said to be instant: the target of cycle k is its own.
     let instant = compile(cia402_dbc(), &CIA402.replace("next-sync", "instant"));
-    let mut assembler = common::bus::assembler(&instant);
+    let mut assembler = crate::common::bus::assembler(&instant);
     for sample in feed(&mut assembler, &frames) {
         assert!(sample.has_reference);
         let position = sample.motor_position_rad[2] + 6.0 * RAD_PER_COUNT;

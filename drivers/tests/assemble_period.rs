@@ -6,10 +6,8 @@
     reason = "stamps of minutes fit"
 )]
 
-mod common;
-
-use common::bus::{EPOCH_NS, assembler, check_sums, cycle, values};
-use common::{CIA402, PACKED, cia402_dbc, compile, packed_dbc};
+use crate::common::bus::{EPOCH_NS, assembler, check_sums, cycle, values};
+use crate::common::{CIA402, PACKED, cia402_dbc, compile, packed_dbc};
 use didim_drivers::assemble::{CycleLosses, Losses};
 use didim_drivers::layout::{CompiledLayout, CycleValues, Role};
 

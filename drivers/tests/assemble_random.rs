@@ -3,10 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
-mod common;
-
-use common::bus::{EPOCH_NS, assembler, check, check_sums, cycle, feed, values, with_id};
-use common::{cia402, packed};
+use crate::common::bus::{EPOCH_NS, assembler, check, check_sums, cycle, feed, values, with_id};
+use crate::common::{cia402, packed};
 use didim_drivers::assemble::Losses;
 use didim_drivers::frame::{Direction, Frame, FrameId, FrameKind};
 use didim_drivers::layout::{CycleValues, Role};

@@ -3,9 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, clippy::print_stdout, reason = "what is compared is exact, and shown")]
 
-mod common;
-
-use common::cia402;
+use crate::common::cia402;
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{
     AxisValues, CompiledLayout, CycleValues, Encoding, LayoutError, LayoutSpec,

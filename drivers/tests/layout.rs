@@ -3,9 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "what is compared is exact")]
 
-mod common;
-
-use common::{cia402, cia402_dbc, packed, packed_dbc};
+use crate::common::{cia402, cia402_dbc, packed, packed_dbc};
 use didim_drivers::frame::{Frame, FrameId, FrameKind};
 use didim_drivers::layout::{
     CompiledLayout, CycleValues, Database, LayoutError, LayoutSpec, Quantity, Role, SampledBy,
@@ -237,7 +235,7 @@ rate_hz = 1000
 position = { signal = "Arm.Angle", valid = "instant" }
 torque = { signal = "Arm.Torque", valid = "instant" }
 "#;
-    let layout = common::compile(dbc, spec);
+    let layout = crate::common::compile(dbc, spec);
     let mut values = CycleValues::default();
     values.axes[0].position = -0.75;
     values.axes[0].torque = 1e-3;
@@ -264,10 +262,10 @@ fn signals_of_no_message_are_passed_over() {
                        SG_ Spare : 0|8@1+ (1,0) [0|0] \"\" Vector__XXX\n\n";
     let dbc = cia402_dbc().replacen("BO_ ", &format!("{independent}BO_ "), 1);
     assert_ne!(dbc, cia402_dbc());
-    assert_eq!(common::compile(&dbc, common::CIA402), cia402());
+    assert_eq!(crate::common::compile(&dbc, crate::common::CIA402), cia402());
     // The identifier alone is none.
     let other = dbc.replace("VECTOR__INDEPENDENT_SIG_MSG", "Other");
-    assert!(matches!(refusal(&other, common::CIA402), LayoutError::IdOutOfRange { .. }));
+    assert!(matches!(refusal(&other, crate::common::CIA402), LayoutError::IdOutOfRange { .. }));
 }
 
 #[test]
@@ -278,7 +276,7 @@ fn the_limits_of_a_range_are_in_it() {
         "SG_ TorqueDemand : 48|16@1- (0.1,0) [-3000.1|3276.7]",
     );
     assert_ne!(dbc, cia402_dbc());
-    let layout = common::compile(&dbc, common::CIA402);
+    let layout = crate::common::compile(&dbc, crate::common::CIA402);
     let message = layout.messages().iter().find(|message| message.role == Role::Sample).unwrap();
     let torque = message.extractions.iter().find(|e| e.quantity == Quantity::Torque).unwrap();
     for (raw, inside) in [(32_767, true), (-30_001, true), (-30_002, false), (0, true)] {
@@ -295,7 +293,7 @@ fn refusal(dbc: &str, layout: &str) -> LayoutError {
 
 #[test]
 fn what_does_not_fit_is_named() {
-    let spec = common::CIA402;
+    let spec = crate::common::CIA402;
     let dbc = cia402_dbc();
     let cases = [
         (dbc.to_owned(), spec.replace("TorqueDemand", "TorqueDemanded"), "near it: `TorqueDemand`"),
@@ -358,8 +356,8 @@ fn a_layout_with_an_unknown_key_or_without_a_validity_is_refused() {
         ("delay_us = 0.0", "delay_us = 0.0, delay_s = 0.0"),
         ("\"next-sync\"", "\"next\""),
     ] {
-        let text = common::CIA402.replace(from, to);
-        assert_ne!(text, common::CIA402);
+        let text = crate::common::CIA402.replace(from, to);
+        assert_ne!(text, crate::common::CIA402);
         assert!(toml::from_str::<LayoutSpec>(&text).is_err(), "{to}");
     }
 }

@@ -2,12 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
-mod common;
-
 use core::time::Duration;
 
-use common::bus::{EPOCH_NS, assembler, check, cycle};
-use common::cia402;
+use crate::common::bus::{EPOCH_NS, assembler, check, cycle};
+use crate::common::cia402;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::CompiledLayout;
 use didim_drivers::samples::{Assembled, Samples};

@@ -11,14 +11,12 @@
     reason = "a test fails by panicking"
 )]
 
-mod conformance;
-
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use conformance::{Rig, conforms, interfaces, number, numbered, take};
+use crate::conformance::{Rig, conforms, interfaces, number, numbered, take};
 use didim_drivers::clock::{ClockChange, ClockMap};
 use didim_drivers::frame::{Direction, Frame, FrameId};
 use didim_drivers::socket::clock_pair;
@@ -225,7 +223,7 @@ fn a_receive_buffer_that_was_not_granted_is_reported() {
     let child = Command::new("setpriv")
         .args(["--reuid", "65534", "--clear-groups", "--inh-caps=-all"])
         .arg(std::env::current_exe().unwrap())
-        .args(["--exact", "child_without_privilege", "--ignored"])
+        .args(["--exact", "socketcan::child_without_privilege", "--ignored"])
         .output()
         .unwrap();
     assert!(child.status.success(), "{child:?}");

@@ -2,14 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-mod conformance;
-
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use conformance::{Rig, conforms, interfaces, number, numbered, take};
+use crate::conformance::{Rig, conforms, interfaces, number, numbered, take};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::McapInfo;
 use didim_drivers::source::{

@@ -1,12 +1,10 @@
 //! Gains: the numbers, the units they are checked against, and what is refused.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::f64::consts::{SQRT_2, TAU};
 
-use common::bus::{DRIVES, drives, packed_drives};
-use common::{cia402, cia402_dbc, compile, packed};
+use crate::common::bus::{DRIVES, drives, packed_drives};
+use crate::common::{cia402, cia402_dbc, compile, packed};
 use didim_drivers::layout::{CycleValues, Role};
 use didim_drivers::units::{DriveSpec, Scales, UnitsError};
 use proptest::prelude::*;
@@ -64,13 +62,13 @@ fn a_unit_that_the_gain_does_not_expect_is_refused() {
         "SG_ TargetPosition : 16|32@1- (1,0) [-2147483648|2147483647] \"count\"",
         "SG_ TargetPosition : 16|32@1- (1,0) [-2147483648|2147483647] \"rad\"",
     );
-    let layout = compile(&dbc, common::CIA402);
+    let layout = compile(&dbc, crate::common::CIA402);
     let error = Scales::new(&drives(DRIVES, 6), &layout).unwrap_err();
     assert!(error.to_string().contains("RPDO1_1.TargetPosition"));
     // A DBC file whose factors give SI units needs no gain.
     let dbc = cia402_dbc().replace("\"count\"", "\"rad\"").replace("\"per mille\"", "\"Nm\"");
     let text = rad.replace(TORQUE, "\"nm\"");
-    let scales = Scales::new(&drives(&text, 6), &compile(&dbc, common::CIA402)).unwrap();
+    let scales = Scales::new(&drives(&text, 6), &compile(&dbc, crate::common::CIA402)).unwrap();
     assert!(close(scales.position_rad(0, 1.5), 1.5) && close(scales.torque_nm(0, 1.5), 1.5));
 }
 

@@ -3,13 +3,11 @@
 #![allow(clippy::float_cmp, reason = "counts are whole numbers")]
 #![allow(clippy::needless_range_loop, reason = "an axis indexes several arrays")]
 
-mod common;
-
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{cia402, packed, scenario};
+use crate::common::{cia402, packed, scenario};
 use didim_drivers::frame::{Frame, FrameId, FrameKind};
 use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::source::{
@@ -283,7 +281,7 @@ fn frames_that_take_longer_than_their_cycle_are_refused() {
     let cell = include_str!("../../config/cells/tx40-cia402.toml");
     let faster = cell.replace("rate_hz = 500.0", "rate_hz = 1000.0");
     assert_ne!(cell, faster);
-    let bus = common::bus(&faster, include_str!("../../config/dbc/cia402_six_axes.dbc"));
+    let bus = crate::common::bus(&faster, include_str!("../../config/dbc/cia402_six_axes.dbc"));
     let mut device = new_device(&scenario(), bus, EPOCH_NS).unwrap();
     let mut frames = Vec::new();
     let refused = device.poll_cycle(&mut frames).unwrap_err();

@@ -1,9 +1,7 @@
 //! DIDIM on the simulated TX40.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
+use crate::common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use didim_core::control::SimulatedController;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{

@@ -2,9 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, reason = "what must be the same bits is compared as such")]
 
-mod common;
-
-use common::experiment::{experiment, listed, regression};
+use crate::common::experiment::{experiment, listed, regression};
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 use didim_core::identification::{Method, identify};
 use didim_core::robot::SignModel;

@@ -6,13 +6,11 @@
     reason = "a test fails by panicking, and prints what it saw"
 )]
 
-mod common;
-
 use std::fmt::Write as _;
 
-use common::experiment::{experiment, loop_options};
-use common::parallel::in_parallel;
-use common::table::{Column, Table, writing};
+use crate::common::experiment::{experiment, loop_options};
+use crate::common::parallel::in_parallel;
+use crate::common::table::{Column, Table, writing};
 use didim_core::control::ControlLaw;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{Estimate, Method, Start};
@@ -192,7 +190,7 @@ fn table(arms: &[(&str, Scenario)], found: &[[Estimate; 4]]) -> Table {
 
 /// The two main statements on the table as limits, and their two rows as they stand there.
 ///
-/// `DIDIM_WRITE_DOCS=1 cargo test -p didim-sim --test one_error` runs every arm and writes the table, in
+/// `DIDIM_WRITE_DOCS=1 cargo test -p didim-sim one_error` runs every arm and writes the table, in
 /// minutes; with `--nocapture` it prints the changes of all parameters.
 #[test]
 fn torque_errors_touch_all_methods_alike_and_an_unknown_controller_touches_cloe() {

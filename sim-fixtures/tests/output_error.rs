@@ -1,11 +1,9 @@
 //! CLIE and CLOE on the simulated TX40, from 15 % beside its parameters.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::time::Instant;
 
-use common::experiment::{beside, loop_options};
+use crate::common::experiment::{beside, loop_options};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
     self, Estimate, Experiment, Failure, Method, Options, Reason, SignalTiming, Signals, Start,

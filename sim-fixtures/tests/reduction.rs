@@ -1,9 +1,7 @@
 //! From all base parameters of the simulated TX40 to the essential ones.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
-mod common;
-
-use common::experiment::regression;
+use crate::common::experiment::regression;
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
     Experiment, Method, Options, SignalTiming, Signals, essential_parameters, identify,

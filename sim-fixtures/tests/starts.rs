@@ -5,13 +5,11 @@
     reason = "a test fails by panicking, and prints what it saw"
 )]
 
-mod common;
-
 use std::time::{Duration, Instant};
 
-use common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
-use common::parallel::in_parallel;
-use common::table::{Column, Table, writing};
+use crate::common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
+use crate::common::parallel::in_parallel;
+use crate::common::table::{Column, Table, writing};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{self, Experiment, IdentificationError, Method, Start};
 use didim_sim::Scenario;
@@ -145,7 +143,7 @@ fn table(starts: &[From], runs: &[Run], outcomes: &[Outcome]) -> Table {
 /// From near the truth, from IDIM-LS and from the paper's start after two steps of DIDIM both methods
 /// find the truth on the shipped motion; from IDIM-LS on every motion, as the table has it.
 ///
-/// `DIDIM_WRITE_DOCS=1 cargo test -p didim-sim --test starts` tries every start and writes the table, in
+/// `DIDIM_WRITE_DOCS=1 cargo test -p didim-sim starts` tries every start and writes the table, in
 /// minutes.
 #[test]
 fn usual_starts_lead_to_the_truth() {

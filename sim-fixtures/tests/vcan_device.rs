@@ -4,12 +4,10 @@
 //! CAN FD.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use common::{cia402, packed, scenario};
+use crate::common::{cia402, packed, scenario};
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::CompiledLayout;
 use didim_drivers::source::{InterfaceName, Received, SocketCanOptions, SocketCanSource, Source};

@@ -65,9 +65,8 @@ class Recordings(unittest.TestCase):
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = pathlib.Path(temporary.name)
         # Of the whole workspace, as tests/run builds it: of one package, its dependencies are built anew.
-        for test in ["mcap", "recordings"]:
-            cargo = ["cargo", "test", "--quiet", "--workspace", "--test", test, "--", "--ignored", "--exact", WRITE]
-            subprocess.run(cargo, cwd=ROOT, check=True, env=os.environ | {"DIDIM_RECORDINGS": cls.folder}, stdout=subprocess.DEVNULL)
+        cargo = ["cargo", "test", "--quiet", "--workspace", "--test", "tests", "--", "--ignored", WRITE]
+        subprocess.run(cargo, cwd=ROOT, check=True, env=os.environ | {"DIDIM_RECORDINGS": cls.folder}, stdout=subprocess.DEVNULL)
 
     def lines(self, name):
         return [frame_of_line(line) for line in (self.folder / f"{name}.log").read_text().splitlines()]

@@ -1,6 +1,6 @@
 //! Arguments that make no sense: exit code 2, and what would.
 
-use crate::support::{Folder, data, didim, head, packed_cell};
+use super::support::{Folder, data, didim, head, packed_cell};
 
 #[test]
 fn nonsense_is_a_usage_error() {

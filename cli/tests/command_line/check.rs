@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::support::{Configuration, Folder, cia402_cell, didim, packed_cell};
+use super::support::{Configuration, Folder, cia402_cell, didim, packed_cell};
 
 const PACKED: &str = "cells/tx40-packed-fd.toml";
 const CIA402: &str = "cells/tx40-cia402.toml";

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use crate::golden::golden;
-use crate::support::{Configuration, Folder, cia402_cell, data, didim, packed_cell, shipped};
+use super::golden::golden;
+use super::support::{Configuration, Folder, cia402_cell, data, didim, packed_cell, shipped};
 
 /// What stands above the tables in the documents.
 const TABLES_HEADING: &str = "\

@@ -1,6 +1,6 @@
 //! Wrong cell, robot and DBC files: exit code 78 from every command that reads them.
 
-use crate::support::{Configuration, Folder, data, didim, packed_cell, shipped};
+use super::support::{Configuration, Folder, data, didim, packed_cell, shipped};
 
 const CELL: &str = "cells/tx40-packed-fd.toml";
 const ROBOT: &str = "robots/tx40.toml";

@@ -4,7 +4,7 @@ use didim::cell::Cell;
 use didim::offline::read_log;
 use didim_formats::{Measurement, read_csv};
 
-use crate::support::{Folder, cia402_cell, data, didim, head, packed_cell, shipped};
+use super::support::{Folder, cia402_cell, data, didim, head, packed_cell, shipped};
 
 fn cell(path: &str) -> Cell {
     Cell::read(path.as_ref()).unwrap()

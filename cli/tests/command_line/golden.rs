@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::support::{Folder, data, didim, packed_cell, shipped};
+use super::support::{Folder, data, didim, packed_cell, shipped};
 
 /// Holds a text against the file of this name.
 #[track_caller]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{Configuration, Folder, cia402_cell, data, didim};
+use super::support::{Configuration, Folder, cia402_cell, data, didim};
 
 /// Replays the same log so many times into one folder.
 fn replayed(folder: &Folder, times: usize) -> String {

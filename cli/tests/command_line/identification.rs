@@ -3,7 +3,7 @@
 use didim_core::identification::Method;
 use serde_json::Value;
 
-use crate::support::{Configuration, Folder, data, didim, head, packed_cell};
+use super::support::{Configuration, Folder, data, didim, head, packed_cell};
 
 #[track_caller]
 fn identify(cell: &str, input: &str, options: &[&str]) -> Value {

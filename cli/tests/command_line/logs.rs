@@ -1,6 +1,6 @@
 //! Candump logs that are damaged, incomplete or of another bus: exit code 1.
 
-use crate::support::{Folder, cia402_cell, data, didim, packed_cell};
+use super::support::{Folder, cia402_cell, data, didim, packed_cell};
 
 /// Lines of the recording, and the refusal of the log that `damage` makes of them.
 #[track_caller]
@@ -81,17 +81,17 @@ fn logs_without_frames() {
 #[test]
 fn a_log_too_short_to_identify() {
     let folder = Folder::new();
-    let text = crate::support::head(&data().packed_log, 2_500);
+    let text = super::support::head(&data().packed_log, 2_500);
     let log = folder.file("short.log", &text);
     let cell = packed_cell();
     didim(&["identify", "--cell", &cell, "--input", &log])
         .refused(1, &["short.log", "2500 samples", "margin", "record longer", "--from"]);
     // Not all margin, but too few rows.
-    let log = folder.file("few.log", &crate::support::head(&data().packed_log, 2_600));
+    let log = folder.file("few.log", &super::support::head(&data().packed_log, 2_600));
     didim(&["identify", "--cell", &cell, "--input", &log])
         .refused(1, &["few.log", "rows", "28 parameters", "record longer"]);
     // Shorter than the filters.
-    let log = folder.file("tiny.log", &crate::support::head(&data().packed_log, 20));
+    let log = folder.file("tiny.log", &super::support::head(&data().packed_log, 20));
     didim(&["identify", "--cell", &cell, "--input", &log, "--from", "0", "--to", "0.0038"])
         .refused(1, &["tiny.log", "rows", "record longer"]);
 }

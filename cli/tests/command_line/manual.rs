@@ -6,7 +6,7 @@ use std::process::Command;
 
 use didim_cli::{command, completions, man_pages};
 
-use crate::support::{Folder, didim};
+use super::support::{Folder, didim};
 
 /// What the program writes is what it makes, and nothing else.
 #[test]

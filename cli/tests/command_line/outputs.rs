@@ -1,6 +1,6 @@
 //! Files that cannot be written, and files that were there before: exit code 1, nothing changed.
 
-use crate::support::{Folder, data, didim, packed_cell};
+use super::support::{Folder, data, didim, packed_cell};
 
 /// Every command that writes, with its output at `path`.
 fn writers(path: &str) -> [Vec<String>; 4] {

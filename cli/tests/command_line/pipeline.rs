@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::support::{Folder, data, didim, head, packed_cell};
+use super::support::{Folder, data, didim, head, packed_cell};
 
 #[test]
 fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use sha2::{Digest, Sha256};
 
-use crate::support::{Folder, cia402_cell, data, didim, packed_cell};
+use super::support::{Folder, cia402_cell, data, didim, packed_cell};
 
 /// Identifies the simulated arm; the report and what `--json` says.
 fn report(folder: &Folder, method: &str) -> (String, serde_json::Value) {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::{Folder, didim, packed_cell, shipped};
+use super::support::{Folder, didim, packed_cell, shipped};
 
 /// What a study leaves beside its runs.
 const DERIVED: [&str; 8] = [

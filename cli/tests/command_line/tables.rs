@@ -1,6 +1,6 @@
 //! CSV experiments that are damaged or of another robot: exit code 1.
 
-use crate::support::{Configuration, Folder, cia402_cell, data, didim, head, packed_cell};
+use super::support::{Configuration, Folder, cia402_cell, data, didim, head, packed_cell};
 
 /// A second of the recording with its motion, as CSV rows of fields; the header first.
 fn table() -> Vec<Vec<String>> {

@@ -25,9 +25,10 @@ use super::{Installation, changed};
 use crate::common::manager::Manager;
 use crate::common::{Network, Process, eventually};
 
-/// The cell of the folder, or a part of it, as `didim run` runs it but for its bus. To be called by an
-/// ignored test `child_runs_a_cell`.
-pub(crate) fn run() {
+/// The cell of the folder, or a part of it, as `didim run` runs it but for its bus.
+#[test]
+#[ignore = "the other process of a test"]
+fn child_runs_a_cell() {
     let Some(Network { prefix, .. }) = Network::inherited() else { return };
     let file = PathBuf::from(std::env::var_os("DIDIM_TEST_CELL").unwrap());
     let part = std::env::var("DIDIM_TEST_PART").unwrap();
@@ -85,7 +86,12 @@ impl Site {
     }
 
     pub(crate) fn start(&self, part: &str) -> (Process, Manager) {
-        self.start_as(part, self.network.child("child_runs_a_cell"))
+        self.start_as(part, self.child())
+    }
+
+    /// What runs it.
+    pub(crate) fn child(&self) -> Command {
+        self.network.child("program::cell::child_runs_a_cell")
     }
 
     /// The same by another command that ends in the child.

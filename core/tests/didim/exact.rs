@@ -4,7 +4,7 @@
 use didim_core::control::{ControlLaw, ControlTiming};
 use didim_core::identification::{ConvergenceLimits, SignalTiming};
 
-use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
+use crate::common::looped::{HELD, Looped, PERIOD_S, pd, sampled};
 
 /// Rounding of the regression: machine precision times a condition number of 1e3 to 1e4, for
 /// parameters a thousand times smaller than the largest. Changes of 1e-9 standard deviations (those

@@ -6,7 +6,7 @@ use didim_core::identification::{
 };
 use didim_core::simulation::{SetupError, SimulationError};
 
-use crate::looped::{HELD, Looped, PERIOD_S, pd, pd_of, sampled};
+use crate::common::looped::{HELD, Looped, PERIOD_S, pd, pd_of, sampled};
 
 fn refused(change: impl Fn(&mut Options)) -> IdentificationError {
     let looped = Looped::random(0, 2, sampled(0.0), pd);

@@ -8,7 +8,7 @@ use didim_core::identification::{
 };
 use didim_core::robot::{Robot, SignModel};
 
-use crate::dataset::{columns, datasets};
+use crate::common::dataset::{columns, datasets};
 
 const TX40: &str = include_str!("../../../config/robots/tx40.toml");
 

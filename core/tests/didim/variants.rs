@@ -8,7 +8,7 @@ use didim_core::identification::{
 use didim_core::simulation::Integrator;
 use didim_core::trajectory::ReferenceInterpolation;
 
-use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
+use crate::common::looped::{HELD, Looped, PERIOD_S, pd, sampled};
 
 /// A controller twice as fast as the record sees every other of its commands, and needs to know
 /// how its drive interpolates the reference in between.

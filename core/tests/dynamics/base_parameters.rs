@@ -3,7 +3,7 @@
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 
-use crate::arms::{Design, Random, difference, inverse, multiply, random_robots, tx40};
+use super::arms::{Design, Random, difference, inverse, multiply, random_robots, tx40};
 
 /// The regrouped inertial parameters of the TX40, as published.
 const TX40_REGROUPED: [(&str, &str); 15] = [

@@ -3,7 +3,7 @@
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Off};
 
-use crate::arms::{mass_matrix, multiply, physical_parameters, random_robots};
+use super::arms::{mass_matrix, multiply, physical_parameters, random_robots};
 
 /// Position, velocity, and the work done on the arm so far.
 type State = (Vec<f64>, Vec<f64>, f64);

@@ -2,8 +2,8 @@
 
 use didim_core::dynamics::{Model, Workspace};
 
-use crate::arms::{Design, Random, difference, inverse, physical_parameters};
-use crate::dual::Dual;
+use super::arms::{Design, Random, difference, inverse, physical_parameters};
+use super::dual::Dual;
 
 #[test]
 fn direct_dynamics_undoes_inverse_dynamics_with_their_derivatives() {

@@ -3,7 +3,7 @@
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::Robot;
 
-use crate::arms::{difference, inverse, mass_matrix, tx40_physical};
+use super::arms::{difference, inverse, mass_matrix, tx40_physical};
 
 const GOLDEN: &str = include_str!("../golden/lagrange.csv");
 const SLIDING_ARM: &str = include_str!("../golden/sliding-arm.toml");

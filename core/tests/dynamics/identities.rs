@@ -1,6 +1,6 @@
 //! Identities that hold for every serial arm, on random ones.
 
-use crate::arms::{
+use super::arms::{
     Motors, difference, inverse, mass_matrix, multiply, physical_parameters, random_robots,
 };
 use didim_core::dynamics::{Model, Workspace};

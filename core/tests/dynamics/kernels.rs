@@ -5,11 +5,11 @@ use didim_core::numeric::{Lanes, Scalar};
 use didim_core::robot::{ParameterKind, Robot};
 use nalgebra::{DMatrix, DVector};
 
-use crate::arms::{
+use super::arms::{
     Design, Random, difference, inverse, mass_matrix, multiply, physical_parameters, random_robots,
 };
-use crate::dual::Dual;
-use crate::plain::link_torques;
+use super::dual::Dual;
+use super::plain::link_torques;
 
 const ROBOTS: u64 = 300;
 

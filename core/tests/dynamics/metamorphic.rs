@@ -3,7 +3,7 @@
 use didim_core::dynamics::Model;
 use didim_core::robot::{JointKind, ParameterKind, Robot};
 
-use crate::arms::{Design, Random, difference, inverse};
+use super::arms::{Design, Random, difference, inverse};
 
 const ROBOTS: u64 = 200;
 

@@ -2,7 +2,7 @@
 
 use didim_core::robot::{Robot, RobotError, SignModel, TransmissionError};
 
-use crate::arms::{Random, TX40, difference, random_robots, tx40};
+use super::arms::{Random, TX40, difference, random_robots, tx40};
 
 /// The error for the TX40's file with one piece of text replaced, and the line of that piece.
 fn refused(from: &str, to: &str) -> (RobotError, usize) {

@@ -4,7 +4,7 @@ use didim_core::dynamics::{BaseParameters, Model, NotPositiveDefinite, Workspace
 use didim_core::robot::Robot;
 use nalgebra::{DMatrix, Matrix4, Vector4};
 
-use crate::arms::{Random, difference, inverse, mass_matrix, tx40, tx40_physical};
+use super::arms::{Random, difference, inverse, mass_matrix, tx40, tx40_physical};
 
 const G: f64 = 9.81;
 

@@ -5,7 +5,7 @@ use didim_core::identification::{
     cross_validate,
 };
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 const RATE_HZ: f64 = 400.0;
 const NOISE_NM: f64 = 0.5;

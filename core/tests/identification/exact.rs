@@ -2,7 +2,7 @@
 
 use didim_core::identification::{Experiment, Method, filtered_motion, identify};
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 /// Largest deviation of a base parameter, relative to its value or to 0.1, whichever is more.
 fn deviation(arm: &Arm, values: impl Iterator<Item = f64>) -> f64 {

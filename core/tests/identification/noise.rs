@@ -6,7 +6,7 @@ use didim_core::identification::{
 use didim_core::regression::Observations;
 use nalgebra::DVector;
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 const DRAWS: usize = 300;
 /// Noise level per joint \[N·m\]. The levels are estimated from ordinary residuals, into which a

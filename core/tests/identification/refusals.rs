@@ -8,7 +8,7 @@ use didim_core::identification::{
 use didim_core::robot::Robot;
 use didim_core::signal::SignalError;
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 const SAMPLES: usize = 2000;
 

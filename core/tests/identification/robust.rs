@@ -5,7 +5,7 @@ use didim_core::identification::{
 };
 use didim_core::regression::RobustLoss;
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 const RATE_HZ: f64 = 400.0;
 const SAMPLES: usize = 8000;

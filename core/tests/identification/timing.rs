@@ -4,7 +4,7 @@ use didim_core::dynamics::Workspace;
 use didim_core::identification::{Experiment, Method, SignalTiming, identify};
 use didim_core::robot::ParameterKind;
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 const RATE_HZ: f64 = 500.0;
 const SUBSTEPS: usize = 8;

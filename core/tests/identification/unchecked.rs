@@ -3,7 +3,7 @@
 use didim_core::identification::{Experiment, Method, Options, identify, idim_ls_unchecked};
 use didim_core::regression::RobustLoss;
 
-use crate::arm::{Arm, Random, options, signals};
+use crate::common::arm::{Arm, Random, options, signals};
 
 /// Also where a parameter is left out and an outlier is weighted down: everything but the verdict.
 #[test]

@@ -5,8 +5,8 @@ use didim_core::identification::{
     IdentificationError, IterationError, SignalTiming, Start, identify,
 };
 
-use crate::looped::{HELD, Looped, PERIOD_S, pd, sampled};
-use crate::loops::{METHODS, cascade, options};
+use super::loops::{METHODS, cascade, options};
+use crate::common::looped::{HELD, Looped, PERIOD_S, pd, sampled};
 
 /// What an error of 1e-6 rad/s in the initial velocity leaves after two seconds, and changes of 0.2
 /// standard deviations at errors of the smallest level, 1e-9 of the signals.

@@ -6,9 +6,9 @@ use didim_core::identification::{
     Start, identify,
 };
 
-use crate::arm::Random;
-use crate::looped::{HELD, Looped, PERIOD_S, RATE_HZ, pd, sampled};
-use crate::loops::{METHODS, options};
+use super::loops::{METHODS, options};
+use crate::common::arm::Random;
+use crate::common::looped::{HELD, Looped, PERIOD_S, RATE_HZ, pd, sampled};
 
 #[test]
 fn too_few_simulations_are_no_result() {

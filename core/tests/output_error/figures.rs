@@ -3,9 +3,9 @@
 use didim_core::identification::{Experiment, Identification, Method, Signals, Start, identify};
 use didim_core::regression::autocorrelation;
 
-use crate::arm::Random;
-use crate::looped::{HELD, Looped, pd, sampled};
-use crate::loops::{METHODS, options};
+use super::loops::{METHODS, options};
+use crate::common::arm::Random;
+use crate::common::looped::{HELD, Looped, pd, sampled};
 
 const TORQUE_NOISE_NM: f64 = 0.05;
 const POSITION_NOISE_RAD: f64 = 1e-5;

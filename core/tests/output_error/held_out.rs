@@ -2,9 +2,9 @@
 
 use didim_core::identification::{Experiment, Identification, Method, Signals, Start, identify};
 
-use crate::arm::Random;
-use crate::looped::{HELD, Looped, pd, sampled};
-use crate::loops::{METHODS, options};
+use super::loops::{METHODS, options};
+use crate::common::arm::Random;
+use crate::common::looped::{HELD, Looped, pd, sampled};
 
 /// A record with noise, whose torques are 2 N·m off from one sample to another.
 fn record(looped: &Looped, off: core::ops::Range<usize>) -> Experiment {

@@ -2,8 +2,8 @@
 
 use didim_core::identification::{Experiment, Identification, Method, Signals, Start, identify};
 
-use crate::arm::Random;
-use crate::looped::{HELD, Looped, pd, sampled};
+use crate::common::arm::Random;
+use crate::common::looped::{HELD, Looped, pd, sampled};
 
 /// Records of one motion.
 const RECORDS: u64 = 10;

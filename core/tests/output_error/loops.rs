@@ -6,7 +6,7 @@ use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::SampledReference;
 use nalgebra::DMatrix;
 
-use crate::looped::{Looped, RATE_HZ};
+use crate::common::looped::{Looped, RATE_HZ};
 
 pub(crate) const METHODS: [(&str, Method); 2] = [("clie", Method::Clie), ("cloe", Method::Cloe)];
 

@@ -5,9 +5,9 @@ use didim_core::identification::{
 };
 use didim_core::regression::RobustLoss;
 
-use crate::arm::Random;
-use crate::looped::{HELD, Looped, pd, sampled};
-use crate::loops;
+use super::loops;
+use crate::common::arm::Random;
+use crate::common::looped::{HELD, Looped, pd, sampled};
 
 /// 0.05 N·m of noise on the torques, and a spike of 10 N·m every second.
 fn spoilt(looped: &Looped) -> Experiment {

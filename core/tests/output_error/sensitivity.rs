@@ -4,8 +4,8 @@ use didim_core::control::{ControlLaw, ControlTiming};
 use didim_core::simulation::{Integrator, SimulationConfig};
 use nalgebra::DMatrix;
 
-use crate::looped::{Looped, PERIOD_S, pd, sampled};
-use crate::loops::{cascade, differences, exact, pid};
+use super::loops::{cascade, differences, exact, pid};
+use crate::common::looped::{Looped, PERIOD_S, pd, sampled};
 
 type Law = fn(f64) -> ControlLaw;
 

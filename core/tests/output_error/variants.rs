@@ -5,9 +5,9 @@ use didim_core::identification::{
     SensitivityMethod, Signals, Start,
 };
 
-use crate::arm::Random;
-use crate::looped::{HELD, Looped, pd, sampled};
-use crate::loops::{METHODS, options};
+use super::loops::{METHODS, options};
+use crate::common::arm::Random;
+use crate::common::looped::{HELD, Looped, pd, sampled};
 
 /// A loop whose log has noise: 0.05 N·m on the torques, 1e-5 rad on the positions.
 fn noisy(looped: &Looped) -> Experiment {

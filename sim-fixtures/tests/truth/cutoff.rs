@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use didim_core::identification::Alternative;
 
-use crate::cells::{Cell, Noise, Parameters};
+use super::cells::{Cell, Noise, Parameters};
+use super::deviations::{Run, Summary};
+use super::methods::least_squares;
 use crate::common::experiment::experiment;
 use crate::common::parallel::in_parallel;
 use crate::common::table::{Column, Table, write_figure};
-use crate::deviations::{Run, Summary};
-use crate::methods::least_squares;
 
 const SEEDS: usize = 8;
 const CUTOFFS_HZ: [f64; 6] = [25.0, 50.0, 100.0, 200.0, 400.0, 800.0];
@@ -32,7 +32,7 @@ fn the_verdict_knows_what_the_position_filter_does() {
         let (noise, seed) = (NOISES[index / SEEDS], index % SEEDS + 1);
         let scenario = cell(noise).scenario(seed as u64);
         let experiment = experiment(&scenario);
-        let run = |method: &crate::methods::Method| {
+        let run = |method: &super::methods::Method| {
             let estimate = (method.identify)(scenario.robot(), &base, &experiment, &names);
             let of_filter = |alternative| {
                 matches!(alternative, Alternative::PositionFilter | Alternative::PositionNoise)

@@ -1,10 +1,10 @@
 //! What it costs to take a held torque command for the torque of its instant.
 
-use crate::cells::{Cell, Noise, Parameters};
+use super::cells::{Cell, Noise, Parameters};
+use super::methods::least_squares;
 use crate::common::experiment::{experiment, hold_ignored};
 use crate::common::parallel::in_parallel;
 use crate::common::table::{Column, Table};
-use crate::methods::least_squares;
 
 const SEEDS: usize = 10;
 const CELL: Cell = Cell { parameters: Parameters::Paper, noise: Noise::Low, coloured: false };

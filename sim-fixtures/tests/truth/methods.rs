@@ -5,9 +5,9 @@ use didim_core::identification::{self, Estimate, Experiment, Start};
 use didim_core::robot::Robot;
 use didim_sim::tx40_paper;
 
-use crate::cells::{Cell, Noise};
+use super::cells::{Cell, Noise};
+use super::deviations::Limit;
 use crate::common::experiment::{loop_options, regression};
-use crate::deviations::Limit;
 
 type Identify = dyn Fn(&Robot, &BaseParameters, &Experiment, &[String]) -> Estimate + Sync;
 

@@ -5,12 +5,12 @@ use didim_core::robot::SignModel;
 use didim_core::simulation::{Stribeck, Unmodelled};
 use didim_sim::{Payload, Scenario};
 
-use crate::cells::{Cell, Noise, Parameters};
+use super::cells::{Cell, Noise, Parameters};
+use super::deviations::Run;
+use super::methods::{Method, methods};
 use crate::common::experiment::{experiment, hold_ignored};
 use crate::common::parallel::in_parallel;
 use crate::common::table::{Column, Table};
-use crate::deviations::Run;
-use crate::methods::{Method, methods};
 
 const SEEDS: usize = 3;
 

@@ -12,7 +12,7 @@ use didim_core::simulation::{ClosedLoop, InitialState, SimulationConfig};
 use didim_core::trajectory::{ReferenceInterpolation, SampledReference};
 use nalgebra::{DMatrix, DVectorView};
 
-use crate::arm::{Arm, Random, options};
+use crate::common::arm::{Arm, Random, options};
 
 pub(crate) const RATE_HZ: f64 = 1000.0;
 pub(crate) const PERIOD_S: f64 = 1.0 / RATE_HZ;

@@ -2,9 +2,6 @@
 //! standard deviations say how wrong they are? docs/truth.md shows the tables.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod cells;
 mod cutoff;
 mod deviations;
@@ -12,10 +9,10 @@ mod hold;
 mod methods;
 mod model_errors;
 
+use crate::common::experiment::experiment;
+use crate::common::parallel::in_parallel;
+use crate::common::table::{Column, Table, writing};
 use cells::Cell;
-use common::experiment::experiment;
-use common::parallel::in_parallel;
-use common::table::{Column, Table, writing};
 use deviations::{Limit, Run, Summary};
 use methods::methods;
 

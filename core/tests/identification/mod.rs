@@ -5,10 +5,8 @@
     reason = "a test that cannot go on has failed, and says what it found"
 )]
 
-mod arm;
 mod checks;
 mod cross_validation;
-mod dataset;
 mod exact;
 mod noise;
 mod recording;
