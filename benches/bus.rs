@@ -17,7 +17,7 @@ use didim_sim::VirtualDevice;
 const CELLS: [&str; 2] = ["tx40-packed-fd", "tx40-cia402"];
 
 fn cell(name: &str) -> Cell {
-    let path = format!("config/cells/{name}.toml");
+    let path = format!("{}/../config/cells/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     Cell::from_library(Library::Shipped, Path::new(&path)).unwrap()
 }
 

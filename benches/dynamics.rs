@@ -9,6 +9,7 @@
 //! would look slower for measuring longer.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
+#[path = "../core/benches/states/mod.rs"]
 mod states;
 
 use std::hint::black_box;
@@ -41,7 +42,7 @@ fn over_states(
 }
 
 fn kernels(criterion: &mut Criterion) {
-    let robot = Robot::from_toml(include_str!("../../config/robots/tx40-physical.toml")).unwrap();
+    let robot = Robot::from_toml(include_str!("../config/robots/tx40-physical.toml")).unwrap();
     let parameters = robot.nominal().unwrap().standard();
     let tanh = Model::new(&robot);
     let sign = tanh.clone().with_sign_model(SignModel::Sign);
@@ -78,7 +79,7 @@ fn kernels(criterion: &mut Criterion) {
 
 /// Many evaluations at once, with the same parameters; times are of all lanes together.
 fn many(criterion: &mut Criterion) {
-    let robot = Robot::from_toml(include_str!("../../config/robots/tx40-physical.toml")).unwrap();
+    let robot = Robot::from_toml(include_str!("../config/robots/tx40-physical.toml")).unwrap();
     let parameters = robot.nominal().unwrap().standard();
     let parameters: Vec<_> = parameters.iter().map(|&value| Lanes::constant(value)).collect();
     let model = Model::new(&robot).with_sign_model(SignModel::Sign);

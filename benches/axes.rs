@@ -5,7 +5,7 @@
 //! rotations are permutations; and axes at any angle, of which nothing is known beforehand.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark fails by panicking")]
 
-#[path = "../tests/dynamics/arms.rs"]
+#[path = "../core/tests/dynamics/arms.rs"]
 #[allow(dead_code, reason = "the tests need more of it")]
 mod arms;
 
