@@ -19,7 +19,7 @@ use didim::cell::Cell;
 use didim::live::acquire::{
     AcquisitionStatus, BusState, FaultCounters, Flow, RecentCounts, SharedAcquisition,
 };
-use didim::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
 use didim::offline::identify::identify_recording;
@@ -127,7 +127,7 @@ fn optional(key: &str) -> Value {
             let status = RecordingStatus { state, gives_way: true, ..Default::default() };
             serde_json::to_value(status).unwrap()
         }
-        "kept_recordings" => serde_json::to_value(KeptStatus::default()).unwrap(),
+        "kept_recordings" => serde_json::to_value(ArchiveStatus::default()).unwrap(),
         "oldest_s" => 1.into(),
         "first_rejection" | "last_rejection" => json!({
             "number": 2, "first_sequence": 1, "last_sequence": 2, "rejection": { "reason": "busy" }

@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use super::archived::{KeptFolder, Kind};
+use super::archive_folder::{ArchiveFolder, Kind};
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
-use super::request::{CaptureError, QUEUE, Request, SharedKept, lock};
+use super::request::{CaptureError, QUEUE, Request, SharedArchive, lock};
 use super::ring::RingError;
 
 /// How often the ring is looked at while something waits for it.
@@ -48,16 +48,16 @@ pub(super) struct Capture {
 /// The state of the thread.
 pub(super) struct Archive {
     pub(super) ring: PathBuf,
-    pub(super) kept: PathBuf,
+    pub(super) folder: PathBuf,
     pub(super) options: RecordingOptions,
-    pub(super) shared: SharedKept,
+    pub(super) shared: SharedArchive,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
 }
 
 /// Why a recording is not kept.
 #[derive(Debug, thiserror::Error)]
-enum KeepError {
+enum ArchiveError {
     #[error(transparent)]
     Extract(#[from] ExtractError),
     #[error(transparent)]
@@ -226,9 +226,9 @@ impl Archive {
         };
         let kept = found.and_then(|found| {
             let folder =
-                KeptFolder::open(&self.kept, self.options.keep, self.options.keep_bytes())?;
+                ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
             if !folder.make_room(found.bytes)? {
-                return Err(KeepError::TooLarge { bytes: found.bytes });
+                return Err(ArchiveError::TooLarge { bytes: found.bytes });
             }
             let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
             let path = folder.path(one.kind, number, &one.label);
@@ -248,7 +248,7 @@ impl Archive {
     }
 
     fn count(&self) {
-        if let Ok((files, bytes)) = count(&self.kept, &self.options) {
+        if let Ok((files, bytes)) = count(&self.folder, &self.options) {
             let mut status = lock(&self.shared.0);
             (status.files, status.bytes) = (files, bytes);
         }
@@ -256,7 +256,7 @@ impl Archive {
 }
 
 fn count(folder: &Path, options: &RecordingOptions) -> Result<(usize, u64), RingError> {
-    KeptFolder::open(folder, options.keep, options.keep_bytes())?.size()
+    ArchiveFolder::open(folder, options.keep, options.keep_bytes())?.size()
 }
 
 fn what(one: &Waiting) -> String {

@@ -143,7 +143,7 @@ impl core::fmt::Debug for RecorderOptions {
 
 /// The folders within the folder of everything recorded.
 pub fn recording_folders(folder: &Path) -> [PathBuf; 2] {
-    [ring_folder(folder), kept_folder(folder)]
+    [ring_folder(folder), archive_folder(folder)]
 }
 
 /// The ring in the folder of everything recorded.
@@ -152,6 +152,6 @@ pub(super) fn ring_folder(folder: &Path) -> PathBuf {
 }
 
 /// What is kept, likewise.
-pub(super) fn kept_folder(folder: &Path) -> PathBuf {
+pub(super) fn archive_folder(folder: &Path) -> PathBuf {
     folder.join("kept")
 }

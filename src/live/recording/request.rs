@@ -13,7 +13,7 @@ pub(super) const QUEUE: usize = 16;
 /// What the archiver tells about itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct KeptStatus {
+pub struct ArchiveStatus {
     /// Recordings kept in this run.
     pub kept: u64,
     /// Recordings that could not be kept in this run.
@@ -62,15 +62,15 @@ pub(super) enum Request {
 
 /// The archiver's counts.
 #[derive(Clone, Debug, Default)]
-pub struct SharedKept(pub(super) Arc<Mutex<KeptStatus>>);
+pub struct SharedArchive(pub(super) Arc<Mutex<ArchiveStatus>>);
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl SharedKept {
+impl SharedArchive {
     /// A copy of the counts.
-    pub fn snapshot(&self) -> KeptStatus {
+    pub fn snapshot(&self) -> ArchiveStatus {
         lock(&self.0).clone()
     }
 

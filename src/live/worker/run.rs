@@ -63,7 +63,7 @@ impl Worker {
         let archiver = archiver.map_err(WorkerError::Thread)?;
         let handle = archiver.as_ref().map(|(archiver, _)| archiver.clone());
         if let Some(archiver) = &handle {
-            shared.set_kept(archiver.shared().clone());
+            shared.set_archive(archiver.shared().clone());
         }
         let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);

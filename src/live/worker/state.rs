@@ -13,7 +13,7 @@ use super::window::{RejectedWindow, Rejection};
 use crate::archive::drift::DriftStatus;
 use crate::archive::store::ParameterValue;
 use crate::live::latency::{Latencies, LatencySummary};
-use crate::live::recording::{KeptStatus, SharedKept};
+use crate::live::recording::{ArchiveStatus, SharedArchive};
 use crate::live::stream::Batch;
 use crate::window::{Note, Window};
 
@@ -118,7 +118,7 @@ pub struct EstimationStatus {
     /// The last estimate.
     pub last_estimate: Option<EstimateSummary>,
     /// Recordings kept of results, faults and captures; nothing where nothing is recorded.
-    pub kept_recordings: Option<KeptStatus>,
+    pub kept_recordings: Option<ArchiveStatus>,
     /// What is noted with the open window or the next one.
     pub note: Option<Note>,
     /// How the last estimate differs from the baseline; nothing without one.
@@ -142,7 +142,7 @@ struct Shared {
     turns: AtomicU64,
     buffer_to_worker: Latencies,
     batch_to_worker: Latencies,
-    kept: OnceLock<SharedKept>,
+    archive: OnceLock<SharedArchive>,
 }
 
 #[derive(Debug)]
@@ -165,7 +165,7 @@ impl SharedEstimation {
         status.windows_pending = self.pending() as u64;
         status.buffer_to_worker = self.0.buffer_to_worker.summary();
         status.batch_to_worker = self.0.batch_to_worker.summary();
-        status.kept_recordings = self.0.kept.get().map(SharedKept::snapshot);
+        status.kept_recordings = self.0.archive.get().map(SharedArchive::snapshot);
         status
     }
 
@@ -179,8 +179,8 @@ impl SharedEstimation {
         self.update().samples
     }
 
-    pub(super) fn set_kept(&self, kept: SharedKept) {
-        let _ = self.0.kept.set(kept);
+    pub(super) fn set_archive(&self, archive: SharedArchive) {
+        let _ = self.0.archive.set(archive);
     }
 
     pub(super) fn turn(&self) {

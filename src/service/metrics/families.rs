@@ -168,7 +168,7 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
         status.batch_to_worker,
     );
     status.last_estimate.iter().for_each(|last| estimate(text, last));
-    status.kept_recordings.iter().for_each(|kept| recording::kept(text, kept));
+    status.kept_recordings.iter().for_each(|archive| recording::archive(text, archive));
     status.drift.iter().for_each(|status| drift::drift(text, status));
 }
 

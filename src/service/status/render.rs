@@ -8,7 +8,7 @@ use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
 use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
-use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, WindowState};
 
 /// Whether the terminal is sent colour codes.
@@ -137,8 +137,8 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         ),
     );
     rows.counted("results not stored yet", status.results_waiting);
-    if let Some(kept) = &status.kept_recordings {
-        kept_rows(rows, kept);
+    if let Some(archive) = &status.kept_recordings {
+        archive_rows(rows, archive);
     }
     if let Some(note) = &status.note {
         rows.plain("noted for the next", note.line());
@@ -194,7 +194,7 @@ fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
     rows.counted("recordings given way", status.segments_given_way);
 }
 
-fn kept_rows(rows: &mut Rows, status: &KeptStatus) {
+fn archive_rows(rows: &mut Rows, status: &ArchiveStatus) {
     let (files, size) = (status.files, megabytes(status.bytes));
     rows.plain("recordings kept", format!("{files}, {size:.1} MB"));
     if let Some(name) = &status.capture {

@@ -54,13 +54,13 @@ fn snapshot() -> Snapshot {
             p999_ns: 14_000_000,
             max_ns: 3_021_000_000,
         }),
-        kept_recordings: Some(KeptStatus {
+        kept_recordings: Some(ArchiveStatus {
             files: 12,
             bytes: 340_120_000,
             capture: Some("bus".into()),
             failed: 1,
             last_failure: Some("result 7: the ring does not hold it".into()),
-            ..KeptStatus::default()
+            ..ArchiveStatus::default()
         }),
         windows_opened: 5,
         windows_identified: 3,
