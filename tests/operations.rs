@@ -22,7 +22,7 @@ use didim::live::acquire::{
 use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
-use didim::offline::identify::identify_recording;
+use didim::offline::identify::identify_measurement;
 use didim::service::metrics::exposition;
 use didim::service::paths::Paths;
 use didim::service::status::{
@@ -440,18 +440,17 @@ fn why_a_result_is_not_compared() {
     is_still_said("\nNot compared, with its reason behind `drift`", &said);
 }
 
-/// Reasons of verdicts: those on recordings of two real arms, which have too little excitation, dead
+/// Reasons of verdicts: those on measurements of two real arms, which have too little excitation, dead
 /// torques and no free friction law.
 #[test]
 fn reasons_of_verdicts() {
     let mut said = BTreeSet::new();
-    for (arm, recording, counted) in
-        [("kr300", "a.csv", 450..2050), ("tiago", "motion.csv", 920..6790)]
+    for (arm, file, counted) in [("kr300", "a.csv", 450..2050), ("tiago", "motion.csv", 920..6790)]
     {
         let folder = Path::new("tests/data").join(arm);
         let cell = Cell::read(&folder.join("cell.toml")).unwrap();
-        let recording = read_csv(&folder.join(recording), None).unwrap();
-        let found = identify_recording(&cell, cell.method, &recording, counted);
+        let measurement = read_csv(&folder.join(file), None).unwrap();
+        let found = identify_measurement(&cell, cell.method, &measurement, counted);
         let reasons = found.unwrap().estimate.verdict.reasons;
         said.extend(reasons.iter().map(ToString::to_string));
     }

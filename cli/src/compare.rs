@@ -85,12 +85,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     for path in [&arguments.markdown, &arguments.figure, &arguments.report].into_iter().flatten() {
         check_place(path)?;
     }
-    let (recording, counted, scenario) = experiment(arguments, &cell)?;
+    let (measurement, counted, scenario) = experiment(arguments, &cell)?;
 
     let bars = Bars::new(&tasks(&trials, arguments.folds));
     let input = ComparisonInput {
         cell: &cell,
-        recording: &recording,
+        measurement: &measurement,
         counted: &counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
@@ -120,7 +120,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, counted, &recording)?;
+        let origin = origin(arguments, counted, &measurement)?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -171,23 +171,23 @@ fn experiment(
         if let Some(seed) = arguments.seed {
             scenario = scenario.with_seed(seed);
         }
-        let (recording, counted) = simulate(&scenario, cell)
+        let (measurement, counted) = simulate(&scenario, cell)
             .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
-        return Ok((recording, counted, Some(scenario)));
+        return Ok((measurement, counted, Some(scenario)));
     }
     let Some(input) = &arguments.input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
     };
-    let recording = read_input(input, cell, arguments.sample_rate)?;
-    check_rate(&recording, cell, input)?;
-    let counted = counted((arguments.from, arguments.to), cell, &recording, input)?;
-    Ok((recording, counted, None))
+    let measurement = read_input(input, cell, arguments.sample_rate)?;
+    check_rate(&measurement, cell, input)?;
+    let counted = counted((arguments.from, arguments.to), cell, &measurement, input)?;
+    Ok((measurement, counted, None))
 }
 
 fn origin(
     arguments: &Arguments,
     counted: Range<usize>,
-    recording: &Measurement,
+    measurement: &Measurement,
 ) -> Result<Origin, CliError> {
     let read =
         |path: &PathBuf| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
@@ -196,7 +196,7 @@ fn origin(
     let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
     Ok(Origin {
         input,
-        samples: SampleRange::Record(counted, recording.signals.sample_rate_hz),
+        samples: SampleRange::Measurement(counted, measurement.signals.sample_rate_hz),
         note: None,
     })
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::input::ComparisonInput;
 use super::trial::Framework;
-use crate::offline::identify::cross_validate_recording;
+use crate::offline::identify::cross_validate_measurement;
 
 /// The errors of one method's predictions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,8 +41,8 @@ impl From<PredictionError> for TorqueErrors {
 impl HeldOut {
     pub(super) fn of(input: ComparisonInput<'_>, method: Method, blocks: usize) -> Self {
         let cell = input.cell_in(Framework::Decimated);
-        let (recording, counted) = (input.recording, input.counted.clone());
-        match cross_validate_recording(&cell, method, recording, counted, blocks) {
+        let (measurement, counted) = (input.measurement, input.counted.clone());
+        match cross_validate_measurement(&cell, method, measurement, counted, blocks) {
             Ok(found) => Self {
                 method,
                 blocks,

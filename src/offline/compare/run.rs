@@ -14,7 +14,7 @@ use super::held_out::HeldOut;
 use super::input::ComparisonInput;
 use super::result::MethodResult;
 use super::trial::{Framework, Trial, title};
-use crate::offline::identify::identify_recording;
+use crate::offline::identify::identify_measurement;
 
 /// Entries of an observation matrix without decimation, at most: 128 MB, of which a method holds
 /// several at once. The paper's experiment has a third of it.
@@ -130,7 +130,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
         || {
             let cell = input.cell_in(trial.framework);
             let counted = input.counted.clone();
-            identify_recording(&cell, trial.method, input.recording, counted)
+            identify_measurement(&cell, trial.method, input.measurement, counted)
                 .map_err(|error| (error.to_string(), error.failure()))
         },
         |refused| Err((refused, None)),

@@ -27,8 +27,8 @@ pub struct Origin {
 /// Which samples a result comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SampleRange {
-    /// Those of a record that count, and its sample rate \[Hz\].
-    Record(Range<usize>, f64),
+    /// Those of a measurement that count, and its sample rate \[Hz\].
+    Measurement(Range<usize>, f64),
     /// A window of the stream.
     Window(WindowProvenance),
 }
@@ -105,7 +105,7 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
 
 fn samples(samples: &SampleRange) -> Markup {
     match samples {
-        SampleRange::Record(counted, rate_hz) => html! {
+        SampleRange::Measurement(counted, rate_hz) => html! {
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
             div { dt { "Samples that count" } dd {
                 (counted.start) " to " (counted.end.saturating_sub(1)) ", "
