@@ -69,11 +69,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         Action::Clear { place: Place { state: Some(folder), .. } } => {
             let removed = Baseline::remove(folder).map_err(CliError::failed)?;
-            print(if removed {
-                "there is no baseline any more\n"
-            } else {
-                "there was no baseline\n"
-            })
+            print(if removed { "the baseline is cleared\n" } else { "there was no baseline\n" })
         }
         Action::Show { state } => {
             let folder = state.find()?.0;

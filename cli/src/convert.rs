@@ -41,11 +41,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if to_mcap || (from_mcap && !to_csv) {
         if from_csv {
             return Err(CliError::Usage(
-                "a CSV experiment becomes a candump log first, and that an MCAP recording".into(),
+                "convert the CSV experiment to a candump log first, and that log to an MCAP \
+                 recording"
+                    .into(),
             ));
         }
         if arguments.sample_rate.is_some() {
-            return Err(CliError::Usage("--sample-rate goes with a CSV file".into()));
+            return Err(CliError::Usage("--sample-rate is for CSV files only".into()));
         }
         if to_mcap {
             write_mcap(input, output, (&cell.name, &cell.configuration_sha256))?;

@@ -41,7 +41,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
     if passed_over > 0 {
         tracing::warn!(
-            "lines of the history passed over as torn, unknown or of a later version: {passed_over}"
+            "lines of the history skipped as incomplete, unknown or of a later version: \
+             {passed_over}"
         );
     }
     let baseline = Baseline::read(&folder).map_err(CliError::failed)?;
@@ -49,7 +50,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let all: Vec<String> = history.parameters().into_iter().map(str::to_owned).collect();
     if let Some(unknown) = arguments.parameter.iter().find(|name| !all.contains(name)) {
         return Err(CliError::Usage(format!(
-            "no result has the parameter `{unknown}`; they have {}",
+            "no result has the parameter `{unknown}`; known: {}",
             all.join(" ")
         )));
     }
@@ -79,9 +80,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut text = table(&history) + "\n" + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
-        text += &plot(&history, name, PLOT_COLUMNS).unwrap_or_else(|| {
-            format!("{name}: no result that may be used and has a time has it\n")
-        });
+        text += &plot(&history, name, PLOT_COLUMNS)
+            .unwrap_or_else(|| format!("{name}: no applicable result with a known time has it\n"));
         let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }

@@ -137,7 +137,8 @@ pub(super) fn read_input(
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(
-            "--sample-rate goes with a CSV file; a log's rate is that of the cell's layout".into(),
+            "--sample-rate is for CSV files only; a log has the sample rate of the cell's layout"
+                .into(),
         ));
     }
     read_log(path, cell).map_err(CliError::failed)
@@ -194,11 +195,11 @@ pub(super) fn counted(
     };
     if from >= to {
         if let (Some(from), Some(to)) = (first_s, last_s) {
-            let message = format!("--from {from} --to {to}: nothing lies between them");
+            let message = format!("--from {from} --to {to}: there is no sample between them");
             return Err(CliError::Usage(message));
         }
         let message = format!(
-            "nothing counts: of {samples} samples, {from} at the beginning and {} at the end are \
+            "no sample counts: of {samples} samples, {from} at the beginning and {} at the end are \
              margin for the filters; record longer, or choose --from and --to",
             samples.saturating_sub(to)
         );

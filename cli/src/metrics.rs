@@ -58,6 +58,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 fn ready(address: SocketAddr) {
     tracing::info!("metrics at http://{address}/metrics");
     if let Err(cause) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
-        tracing::warn!("systemd could not be told: {cause}");
+        tracing::warn!("cannot notify systemd: {cause}");
     }
 }

@@ -82,9 +82,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         BusAddress::InProcess => {
             return Err(CliError::Usage(
-                "inproc: ends with this process and nobody would listen; use can:INTERFACE or \
-                 log:FILE"
-                    .to_owned(),
+                "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),
             ));
         }
     };

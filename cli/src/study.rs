@@ -63,7 +63,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if stop.load(Ordering::Relaxed) && (summary.runs as u64) < summary.planned {
         return Err(CliError::Interrupted(format!(
-            "interrupted after {} of {} runs; the same command goes on from there",
+            "interrupted after {} of {} runs; the same command continues from there",
             summary.runs, summary.planned
         )));
     }
@@ -82,7 +82,7 @@ fn times(grid: &Grid, progress: &Progress, threads: usize, elapsed: Duration) ->
         time.map_or_else(|| "–".to_owned(), |time| format!("{:.2} s", time.as_secs_f64()))
     };
     let mut text = format!(
-        "{} runs added in {:.1} s on {threads} threads; on average the arm took {}",
+        "{} runs added in {:.1} s on {threads} threads; on average the simulation took {}",
         progress.added(),
         elapsed.as_secs_f64(),
         seconds(progress.simulation_time())

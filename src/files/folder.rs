@@ -14,7 +14,7 @@ const WRITABLE_BY_OTHERS: u32 = 0o002;
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// It cannot be made or looked at: check its parent's rights, or name another one.
-    #[error("{}: {cause}; check the rights on the folder above it, or name another one", folder.display())]
+    #[error("{}: {cause}; check the permissions of its parent folder, or name another one", folder.display())]
     Io {
         /// The folder.
         folder: PathBuf,

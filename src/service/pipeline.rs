@@ -53,7 +53,7 @@ pub enum PipelineError {
     #[error(transparent)]
     Folder(#[from] FolderError),
     /// A run of its own cannot have its files: check the rights on the folder, and the space left.
-    #[error("{}: {cause}; check the rights on it and the space left", place.display())]
+    #[error("{}: {cause}; check its permissions and the space left", place.display())]
     OneRun {
         /// Where they were to be.
         place: PathBuf,

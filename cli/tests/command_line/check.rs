@@ -173,7 +173,8 @@ fn what_is_missing_here_is_told_apart() {
     let cell = configuration.packed_cell();
     didim(&["check", "--cell", &cell, "--elsewhere"]).done();
     let outcome = didim(&["check", "--cell", &cell]);
-    let says = ["can:nothere0: there is no such interface", "this machine will not do: 1 error"];
+    let says =
+        ["can:nothere0: there is no such interface", "this machine is not suitable: 1 error"];
     assert!(says.iter().all(|part| outcome.stdout.contains(part)), "{}", outcome.stdout);
     outcome.says(78, &["1 error would keep"]);
     assert_eq!(folder.names(), [""; 0], "a check writes nothing");

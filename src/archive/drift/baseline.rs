@@ -30,7 +30,7 @@ pub struct Baseline {
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineError {
     /// The file system refused. Check the rights on the folder, which is the service's user's.
-    #[error("cannot {action} {}: {cause}; do it as the user of the service", path.display())]
+    #[error("cannot {action} {}: {cause}; run the command as the service's user", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
@@ -41,7 +41,7 @@ pub enum BaselineError {
     },
     /// It cannot be read. Check the rights on it, or set the baseline anew.
     #[error(
-        "cannot read {}: {cause}; check the rights on it, or set one with `didim baseline set`",
+        "cannot read {}: {cause}; check its permissions, or set one with `didim baseline set`",
         path.display()
     )]
     Read {

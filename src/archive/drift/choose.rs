@@ -22,8 +22,8 @@ pub enum ChooseError {
     },
     /// That one may not be used. Choose another.
     #[error(
-        "result {result} is not applicable, and what differs from it says nothing; choose another, \
-         `didim history` lists them"
+        "result {result} is not applicable, so that no result can be compared with it; choose \
+         another, `didim history` lists them"
     )]
     NotApplicable {
         /// Its number.

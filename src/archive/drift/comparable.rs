@@ -42,7 +42,7 @@ pub enum NotComparable {
     },
     /// The names stand for other sums of parameters: the robot file has changed. Set a new baseline.
     #[error(
-        "the base parameters of result {result} are made up in another way than those of result \
+        "the base parameters of result {result} are regrouped in another way than those of result \
          {other}"
     )]
     OtherRegrouping {

@@ -101,7 +101,7 @@ impl JudgedHistory {
             count => (format!("{count} results were"), "are"),
         };
         Some(format!(
-            "{results} stored while the clock was not set and {are} no part of plots and trends"
+            "{results} stored while the clock was not set and {are} left out of plots and trends"
         ))
     }
 

@@ -28,7 +28,7 @@ pub enum StoreError {
         folder: PathBuf,
     },
     /// The record has no JSON form. A mistake of this program.
-    #[error("the result has no JSON form: {0}")]
+    #[error("the result cannot be written as JSON: {0}")]
     Format(#[from] serde_json::Error),
 }
 

@@ -53,7 +53,7 @@ impl ArchiveFolder {
         let archive = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
         // What a process was writing when it died.
         remove_leftovers(folder, |name| parse(name).is_some())
-            .map_err(at("tidy the folder", folder))?;
+            .map_err(at("clean up the folder", folder))?;
         Ok(archive)
     }
 

@@ -36,7 +36,7 @@ const CHUNK_ROOM: u64 = 4096;
 enum WritingError {
     #[error(transparent)]
     Ring(#[from] RingError),
-    #[error("{}: {source}; make room on the disk, or correct the rights", path.display())]
+    #[error("{}: {source}; free disk space, or correct the permissions", path.display())]
     Write { path: PathBuf, source: McapWriteError },
     #[error("the ring of {limit} bytes has no room for one file: raise service.recordings.ring_mb")]
     TooSmall { limit: u64 },

@@ -52,8 +52,8 @@ pub enum StreamError {
     /// This process cannot join. Check that the user may write to the root; when shared memory was
     /// once full, a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200 must be removed by hand.
     #[error(
-        "cannot join the shared-memory network rooted at {}: {cause}; check the rights on that \
-         folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full /dev/shm",
+        "cannot join the shared-memory network rooted at {}: {cause}; check the permissions of \
+         that folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full /dev/shm",
         root.display()
     )]
     Node {

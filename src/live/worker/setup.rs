@@ -47,7 +47,7 @@ pub enum WorkerError {
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),
     /// The identification's thread panicked; its message is in the log. Report it.
-    #[error("the identification ended by itself: see the log before this")]
+    #[error("the identification ended by itself: see the log above")]
     IdentificationEnded,
 }
 

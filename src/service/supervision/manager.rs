@@ -91,6 +91,6 @@ fn bounded(line: &str) -> String {
 
 fn tell(states: &[NotifyState<'_>]) {
     if let Err(cause) = sd_notify::notify(states) {
-        tracing::debug!("the service manager cannot be told: {cause}");
+        tracing::debug!("cannot notify the service manager: {cause}");
     }
 }

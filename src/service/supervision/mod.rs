@@ -137,7 +137,7 @@ pub enum ServiceError {
         cause: std::io::Error,
     },
     /// A thread panicked; its message is in the log. Report it.
-    #[error("the {thread} thread panicked: see the log before this")]
+    #[error("the {thread} thread panicked: see the log above")]
     Panicked {
         /// Which.
         thread: &'static str,

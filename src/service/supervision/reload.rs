@@ -58,7 +58,7 @@ impl Reloader {
                         self.reload = Some(reload);
                         outcome
                     }
-                    Err(_) => Err("reading it panicked: see the log before this".to_owned()),
+                    Err(_) => Err("reading it panicked: see the log above".to_owned()),
                 })
             }
             None => match self.asked.recv().await {

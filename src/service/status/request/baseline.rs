@@ -71,7 +71,7 @@ impl BaselineRequest {
                 Ok(format!("result {result} of {time} is the baseline"))
             }
             Self::Clear => match Baseline::remove(folder).map_err(ChooseError::from)? {
-                true => Ok("there is no baseline any more".to_owned()),
+                true => Ok("the baseline is cleared".to_owned()),
                 false => Err(BaselineCommandError::None),
             },
         }
