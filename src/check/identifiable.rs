@@ -38,10 +38,12 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     findings.push(Finding::error(
         "identification.parameters",
         format!(
-            "no motion within the joints' limits tells {} from the parameters before{because}",
+            "no motion within the joint limits distinguishes {} from the parameters listed \
+             before{because}",
             indistinct.join(" ")
         ),
-        "list only parameters that the arm's motion can tell, or correct the limits in the robot file",
+        "list only parameters that the motion can distinguish, or correct the limits in the robot \
+         file",
     ));
 }
 

@@ -29,8 +29,9 @@ pub enum FolderError {
     },
     /// Whoever owns it may change what is in it.
     #[error(
-        "{} belongs to user {owner}, and the service is user {user}: who owns it may change what is in it; \
-         give it away with `chown {user} {}`, run as its owner, or name another folder",
+        "{} belongs to user {owner}, and the service runs as user {user}: the owner could change \
+         the files in it; run `chown {user} {}`, run the service as the owner, or name another \
+         folder",
         folder.display(), folder.display()
     )]
     OtherOwner {
@@ -43,7 +44,7 @@ pub enum FolderError {
     },
     /// Anybody may change what is in it.
     #[error(
-        "{} can be written by everybody; take that away with `chmod o-w {}`, or name another folder",
+        "every user can write to {}; run `chmod o-w {}`, or name another folder",
         folder.display(), folder.display()
     )]
     Writable {

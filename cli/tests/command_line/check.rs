@@ -97,7 +97,7 @@ fn filters_windows_and_a_missing_reference_are_found() {
     let reference =
         "reference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }";
     let without = Configuration::with(CIA402, reference, "");
-    let says = ["didim simulates", "nearly idim-ls"];
+    let says = ["didim simulates", "nearly that of idim-ls"];
     finds(&without.path(CIA402), 0, "warning bus.layout.reference", &says);
 }
 
