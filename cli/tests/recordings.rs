@@ -129,7 +129,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
     fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
     let told = didim(&[&"replay", &"--cell", &cell.cell(), &cut]);
     assert_eq!(told.code, Some(1), "{told:?}");
-    assert!(told.stderr.contains("has no end"), "{told:?}");
+    assert!(told.stderr.contains("is not finished"), "{told:?}");
 
     // Offline, and in other formats.
     let (log, csv) = (cell.path("kept.log"), cell.path("kept.csv"));

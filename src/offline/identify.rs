@@ -21,7 +21,7 @@ pub enum IdentifyError {
     #[error(transparent)]
     Rate(#[from] RateError),
     /// The data are no experiment of this robot.
-    #[error("the data do not make an experiment of this robot: {0}")]
+    #[error("the data do not fit this robot: {0}")]
     Experiment(#[from] ExperimentError),
     /// The cell asks for robust weights of a method that has none.
     #[error("`identification.robust`: {0}")]

@@ -34,7 +34,7 @@ pub enum NoteError {
     #[error("nothing to note: give a payload [kg], a temperature [°C] or a text")]
     Empty,
     /// A number that cannot be.
-    #[error("{what} of {value} {unit} cannot be: it lies within {} and {} {unit}", range.start(), range.end())]
+    #[error("{what} of {value} {unit} is impossible: it lies between {} and {} {unit}", range.start(), range.end())]
     Implausible {
         /// Which.
         what: &'static str,

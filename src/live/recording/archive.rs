@@ -154,7 +154,7 @@ impl Archive {
         more: BTreeMap<String, String>,
     ) {
         if self.waiting.len() >= QUEUE {
-            return self.shared.fail("one more", &"too many wait for the ring");
+            return self.shared.fail("a further request", &"too many requests wait for the ring");
         }
         let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
         let deadline = Instant::now() + after + RING_DELAY;
@@ -238,7 +238,7 @@ impl Archive {
         });
         match kept {
             Ok((path, frames)) => {
-                tracing::info!(frames, "{} kept", path.display());
+                tracing::info!(frames, "recording {} is kept", path.display());
                 lock(&self.shared.0).kept += 1;
             }
             Err(error) => self.shared.fail(&what(one), &error),

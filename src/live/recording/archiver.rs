@@ -119,10 +119,10 @@ impl Archiver {
         match self.requests.try_send(request) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {
-                self.shared.fail("one more", &"too many wait for the ring")
+                self.shared.fail("a further request", &"too many requests wait for the ring")
             }
             Err(TrySendError::Disconnected(_)) => {
-                self.shared.fail("one more", &"the archiver has ended");
+                self.shared.fail("a further request", &"the archiver has ended");
             }
         }
     }
@@ -135,7 +135,7 @@ impl ArchiverThread {
         let since = Instant::now();
         while !self.thread.is_finished() {
             if since.elapsed() > FINISH_TIMEOUT {
-                tracing::warn!("what is to be kept is not within {FINISH_TIMEOUT:?}");
+                tracing::warn!("recordings still waiting after {FINISH_TIMEOUT:?} are abandoned");
                 return;
             }
             std::thread::sleep(Duration::from_millis(2));

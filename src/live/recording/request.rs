@@ -46,7 +46,7 @@ pub enum CaptureError {
     #[error("nothing is recorded: {0}")]
     NothingRecorded(String),
     /// Too much waits: ask again later.
-    #[error("the recordings are busy; ask again")]
+    #[error("the archiver is busy; try again")]
     Busy,
 }
 

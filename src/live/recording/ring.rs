@@ -139,7 +139,7 @@ impl Ring {
             Err(RepairError::Foreign { .. } | RepairError::Read(McapError::NotMcap { .. })) => true,
             // The power failed: what is damaged comes before every frame, and will not get better.
             Err(RepairError::Read(error @ McapError::Damaged { .. })) => {
-                tracing::warn!("it is removed: {error}");
+                tracing::warn!("a damaged file is removed: {error}");
                 true
             }
             Err(RepairError::Read(_) | RepairError::Write { .. }) => false,

@@ -41,7 +41,8 @@ enum WritingError {
     #[error("the ring of {limit} bytes has no room for one file: raise service.recordings.ring_mb")]
     TooSmall { limit: u64 },
     #[error(
-        "the disk of {} is nearly full, and the ring has given way to results; make room on it",
+        "the disk of {} is nearly full, and the ring was deleted to leave room for results; free \
+         disk space",
         folder.display()
     )]
     Short { folder: PathBuf },
@@ -192,7 +193,7 @@ impl RingWriter {
             return;
         }
         tracing::warn!(
-            "{}: the disk is nearly full: {files} of the ring's files gave way; make room on it",
+            "{}: the disk is nearly full: {files} of the ring's files were deleted; free disk space",
             self.options.folder.display()
         );
         let mut status = self.shared.update();

@@ -44,7 +44,7 @@ pub struct Commands {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SubmitError {
     /// Too many wait, or it has ended: ask again later.
-    #[error("the worker takes no commands now: ask again")]
+    #[error("the worker is busy: try again")]
     Unavailable,
     /// The command does not fit the state.
     #[error(transparent)]

@@ -280,7 +280,7 @@ impl Job {
         status.results_waiting = self.unstored.len() as u64;
         if why.is_some() && why != status.results_wait_for {
             tracing::warn!(
-                "a result is not stored, and is tried again: {}",
+                "a result could not be stored and is tried again: {}",
                 why.as_deref().unwrap_or_default()
             );
         }

@@ -146,7 +146,7 @@ impl WindowOptions {
             return refuse(
                 "max_s",
                 format!(
-                    "{} s has no room for min_s and two margins, {} s",
+                    "{} s is too short for min_s and two margins, {} s",
                     self.max_s,
                     self.min_s + self.margin_before_s + self.margin_after_s
                 ),

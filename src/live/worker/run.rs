@@ -171,7 +171,7 @@ impl Worker {
         }
         let Some(next) = self.next.take() else { return };
         let Configuration { windows, identify, sha256, results } = *next;
-        tracing::info!(configuration = sha256, "another configuration is valid from here on");
+        tracing::info!(configuration = sha256, "the new configuration is in effect from here on");
         let mut status = self.shared.update();
         status.configuration.clone_from(&sha256);
         status.configuration_waits = false;

@@ -259,7 +259,8 @@ impl SharedEstimation {
                     window,
                     first,
                     last,
-                    "window rejected: {why}; so were {unlogged} more since the last such line"
+                    "window rejected: {why}; {unlogged} more were rejected since the last such \
+                     message"
                 ),
             }
         }

@@ -152,8 +152,8 @@ fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
     let most = MAX_ENTRIES / (cell.robot.joints() * parameters).max(1);
     (trial.framework == Framework::Strict && samples > most).then(|| {
         format!(
-            "without decimation every one of {samples} samples is a row of every joint, and at most \
-             {most} are taken; count fewer with --from and --to"
+            "without decimation each of {samples} samples is a row for each joint, and at most \
+             {most} are possible; choose fewer with --from and --to"
         )
     })
 }

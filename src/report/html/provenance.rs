@@ -50,7 +50,8 @@ impl InputFile {
     pub fn read(path: &Path) -> std::io::Result<Self> {
         let mut file = std::fs::File::open(path)?;
         if !file.metadata()?.is_file() {
-            let why = "is no regular file, whose SHA-256 the report would tell; copy it to one";
+            let why = "is not a regular file, so that the report cannot state its SHA-256; copy it \
+                       to one";
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
         }
         let mut digest = Sha256::default();

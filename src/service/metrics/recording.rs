@@ -15,7 +15,7 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
         ("didim_recording_ring_bytes", "Size of the ring on disk.", count(status.ring_bytes)),
         (
             "didim_recording_ring_limit_bytes",
-            "The most that the ring may take.",
+            "The largest size of the ring.",
             count(status.ring_limit_bytes),
         ),
     ];

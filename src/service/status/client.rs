@@ -45,7 +45,7 @@ pub enum ClientError {
         cause: io::Error,
     },
     /// The service is busy with other clients: ask again.
-    #[error("the service at {} is busy with other clients: ask again", path.display())]
+    #[error("the service at {} is busy with other clients: try again", path.display())]
     Busy {
         /// The path.
         path: PathBuf,

@@ -43,7 +43,7 @@ pub enum DispatchError {
     #[error("{0}")]
     Reload(String),
     /// Whoever does it is busy, or the service ends: ask again later.
-    #[error("the service is busy: ask again")]
+    #[error("the service is busy: try again")]
     Busy,
 }
 
@@ -79,7 +79,7 @@ impl Dispatcher {
             }
             Request::Reload => {
                 let reload = self.reload.as_ref();
-                reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await?;
+                reload.ok_or(DispatchError::NotHere("has no file to reload"))?.reload().await?;
                 Ok("the new configuration holds from the next window on".to_owned())
             }
         }

@@ -141,7 +141,7 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         archive_rows(rows, archive);
     }
     if let Some(note) = &status.note {
-        rows.plain("noted for the next", note.line());
+        rows.plain("next window's note", note.line());
     }
     rows.causes("windows rejected", &status.windows_rejected);
     if let Some(rejected) = &status.last_rejection {
@@ -191,7 +191,7 @@ fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
     }
     rows.counted("frames unrecorded", status.frames_unrecorded);
     rows.counted("recording failures", status.write_errors);
-    rows.counted("recordings given way", status.segments_given_way);
+    rows.counted("ring files removed early", status.segments_given_way);
 }
 
 fn archive_rows(rows: &mut Rows, status: &ArchiveStatus) {

@@ -63,7 +63,7 @@ impl ProcessStatus {
     pub fn reasons(&self) -> Vec<String> {
         let refused = self.reload_refused.iter();
         refused
-            .map(|why| format!("reload refused, the configuration before goes on: {why}"))
+            .map(|why| format!("reload refused, the previous configuration stays in effect: {why}"))
             .collect()
     }
 }
@@ -117,8 +117,8 @@ impl Health {
             if let Some(recording) = &acquisition.recording
                 && recording.gives_way
             {
-                let why = "the disk is nearly full: the ring of recordings gives way to results; \
-                           make room on the disk, or have a smaller ring";
+                let why = "the disk is nearly full: recordings of the ring are deleted to leave \
+                           room for results; free disk space, or reduce the ring";
                 reasons.push(why.to_owned());
             }
             let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
@@ -155,8 +155,8 @@ impl Health {
             }
             if let Some(why) = &estimation.baseline_unreadable {
                 reasons.push(format!(
-                    "no parameter is watched for drift: {why}, or have none with `didim baseline \
-                     clear`"
+                    "no result is compared with the baseline: {why}, or remove it with `didim \
+                     baseline clear`"
                 ));
             }
             if let Some(drift) = &estimation.drift {

@@ -75,7 +75,7 @@ impl Reloader {
             return false;
         }
         let Some(mut reload) = self.reload.take() else {
-            tell(answer, &Err("there is no file to read again".to_owned()));
+            tell(answer, &Err("there is no file to reload".to_owned()));
             return false;
         };
         self.answer = answer;

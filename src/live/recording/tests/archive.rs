@@ -148,7 +148,7 @@ fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
     let status = recorded.keep(|archiver| archiver.keep_result(3, &window(900_000_000)));
     assert_eq!((status.kept, status.failed, status.files), (0, 1, 0));
     let why = status.last_failure.unwrap();
-    assert!(why.starts_with("result 3: the ring does not hold it"), "{why}");
+    assert!(why.starts_with("result 3: not in the ring"), "{why}");
     assert_eq!(recorded.names(), [""; 0]);
     // A ring that is not there at all.
     fs::remove_dir_all(recorded.folder.path().join("ring")).unwrap();

@@ -57,7 +57,7 @@ impl CaptureRequest {
             }
             Self::Stop => {
                 archiver.stop_capture()?;
-                Ok("the capture has ended; it is kept in a few seconds".to_owned())
+                Ok("the capture has ended; its recording is stored in a few seconds".to_owned())
             }
         }
     }

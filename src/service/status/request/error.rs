@@ -12,7 +12,7 @@ const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, note 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
     /// Its words are not known.
-    #[error("not a command; there are: {KNOWN}")]
+    #[error("unknown command; known: {KNOWN}")]
     Unknown,
     /// It is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
