@@ -120,11 +120,11 @@ impl HistoryReport<'_> {
                 }
             } }
         };
-        let explanation = "Each result with two standard deviations to either side; one that may \
-                           not be used is left out. The band is that of the baseline, dashed, as \
-                           the last result is judged by it; a point outside it is hollow. The line \
-                           is the trend of the results that were compared, day by day. A dotted line marks \
-                           when a parameter left its band for good.";
+        let explanation = "Each result with two standard deviations to either side; results that \
+                           are not applicable are left out. The band is that of the baseline, \
+                           dashed, as the last result is judged by it; a point outside it is \
+                           hollow. The line is the trend of the results that were compared, day by \
+                           day. A dotted line marks when a parameter left its band for good.";
         section("Parameters over time", explanation, &content)
     }
 
