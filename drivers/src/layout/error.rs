@@ -129,7 +129,7 @@ struct Near<'a>(&'a [String]);
 impl fmt::Display for Near<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, name) in self.0.iter().enumerate() {
-            write!(f, "{}`{name}`", if k == 0 { "; near it: " } else { ", " })?;
+            write!(f, "{}`{name}`", if k == 0 { "; similar: " } else { ", " })?;
         }
         Ok(())
     }

@@ -125,7 +125,7 @@ pub enum IdentificationError {
     /// Only combinations of some parameters can be identified from this motion. Remedy: a richer
     /// trajectory, or leave some of them out.
     #[error(
-        "the motion does not tell {} apart; move along a richer trajectory or leave some out",
+        "the motion does not distinguish {}; move along a richer trajectory or leave some out",
         parameters.join(", ")
     )]
     RankDeficient {
@@ -238,8 +238,8 @@ pub enum IdentificationError {
     /// The counted samples cannot be split so. Remedy: two blocks or more, each longer than what the
     /// filters mix at its ends.
     #[error(
-        "{samples} counted samples do not make {blocks} blocks to hold out: at least 2, each of more \
-         than {guard} samples"
+        "{samples} counted samples are too few for {blocks} held-out blocks; at least 2 are \
+         needed, each of more than {guard} samples"
     )]
     Blocks {
         /// Blocks wanted.

@@ -68,7 +68,7 @@ pub enum IterationError {
     /// The simulated signal does not depend on some parameters, or only on combinations of them.
     /// Remedy: leave some of them out, move along a richer trajectory, or compare the torques.
     #[error(
-        "the simulated {signal} does not tell {} apart; leave some out, move along a richer \
+        "the simulated {signal} does not distinguish {}; leave some out, move along a richer \
          trajectory, or identify from the torques (clie)",
         parameters.join(", ")
     )]

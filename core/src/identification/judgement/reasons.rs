@@ -107,15 +107,15 @@ impl Display for Reason {
         match self {
             Self::Controller { joint, error } => write!(
                 f,
-                "the described controller of joint {joint} makes a command that is {:.2} % off \
-                 the recorded one: check its gains and timing, the reference and the torque gain \
-                 of the drive first, what else is named may follow from it",
+                "the command of the described controller of joint {joint} differs from the \
+                 recorded one by {:.2} %: check its gains and timing, the reference and the \
+                 drive's torque gain first; the other reasons may follow from it",
                 100.0 * error
             ),
             Self::ConditionNumber { value, limit } => write!(
                 f,
-                "condition number {value:.0} is above {limit}: the motion does not tell these \
-                 parameters apart; move along a richer trajectory or identify fewer"
+                "condition number {value:.0} is above {limit}: the motion does not distinguish \
+                 these parameters; move along a richer trajectory or identify fewer"
             ),
             Self::PredictionDeviation { joint, deviation, limit } => write!(
                 f,
@@ -144,8 +144,8 @@ impl Display for Reason {
                  few to say how uncertain they are; move longer or identify fewer parameters"
             ),
             Self::NotDecimated => f.write_str(
-                "identified without the decimation filter, which is for comparison only: what the \
-                 loop makes of the reference's counts stays in the regressor; decimate",
+                "identified without the decimation filter, which is for comparison only: the \
+                 loop's response to the quantised reference stays in the regressor; decimate",
             ),
             Self::Negative { quantity, name, value, standard_deviation } => write!(
                 f,
@@ -161,9 +161,9 @@ impl Display for Reason {
             Self::Model { checks } => model(f, checks),
             Self::OtherParameters { name, deviations } => write!(
                 f,
-                "the torques along the simulated motion want other parameters than the positions: \
-                 {name} is {deviations:.1} standard deviations off; check the described controller \
-                 and the model, or identify from the torques (clie, didim)"
+                "the torques along the simulated motion give other parameters than the positions: \
+                 {name} differs by {deviations:.1} standard deviations; check the described \
+                 controller and the model, or identify from the torques (clie, didim)"
             ),
             Self::WeakInstruments { correlation } => write!(
                 f,
@@ -172,9 +172,9 @@ impl Display for Reason {
             ),
             Self::AboveNoise { ratio } => write!(
                 f,
-                "the simulated torques are off by {ratio:.1} times the noise of IDIM-LS: a local \
-                 minimum, or a loop that is not the arm's; choose another start, and check \
-                 reference and controller"
+                "the simulated torques differ by {ratio:.1} times the noise of IDIM-LS: a local \
+                 minimum, or a described loop that is not the arm's; choose another start, and \
+                 check reference and controller"
             ),
             Self::Insensitive { output, deviation, loss, singular_value } => write!(
                 f,
@@ -199,20 +199,20 @@ fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
     let Some(worst) = checks.iter().max_by(by_shift) else { return Ok(()) };
     let (problem, remedy) = match worst.alternative {
         Alternative::JointFriction(_) | Alternative::MotorFriction(_) => {
-            ("is not the model's", "choose another sign model, one that fits no worse")
+            ("is not that of the model", "choose another sign model, one that fits no worse")
         }
         Alternative::TorqueDelay => {
             ("is not as stated", "check the torque's hold and delay, with didim the controller too")
         }
         Alternative::TorqueGain(_) => {
-            ("does not fit the others'", "check drive gain and gear ratio")
+            ("does not fit those of the others", "check drive gain and gear ratio")
         }
         Alternative::LeftOutParameters => {
             ("are not zero", "identify more parameters, and check for a payload")
         }
         Alternative::PositionFilter => ("distorts the motion", "raise its cut-off"),
         Alternative::PositionNoise => (
-            "bends the friction law",
+            "distorts the friction law",
             "measure positions with less noise; with idim-ls, lower the cut-off of the position \
              filter",
         ),
@@ -222,7 +222,7 @@ fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
     let others = checks.iter().skip(1).filter_map(|check| check.alternative.place());
     write!(
         f,
-        "the {} {problem}: allowing for it, {} would move by {:.1} standard deviations; {remedy}",
+        "the {} {problem}: allowing for it, {} would change by {:.1} standard deviations; {remedy}",
         listed(first.chain(others)),
         worst.parameter,
         worst.shift_deviations.abs()
@@ -233,7 +233,7 @@ impl Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoReference => f.write_str(
-                "no reference was recorded: the filtered measured position stood in for it, which \
+                "no reference was recorded: the filtered measured position is used instead, which \
                  the simulated loop follows with a lag of its own; at best this result is nearly \
                  that of IDIM-LS",
             ),
@@ -251,26 +251,26 @@ impl Display for Note {
             ),
             Self::PositionFilterUnchecked { cutoff_hz } => write!(
                 f,
-                "what the position filter does at {cutoff_hz} Hz could not be checked, so near to \
-                 half the sample rate"
+                "the effect of the position filter at {cutoff_hz} Hz could not be checked, because \
+                 the cut-off is too close to half the sample rate"
             ),
             Self::PositionNoiseIgnored => {
-                f.write_str("this method does not check what the noise of the positions does")
+                f.write_str("this method does not check the effect of the noise of the positions")
             }
             Self::PositionNoiseNotSimulated => f.write_str(
-                "what the noise of the positions does to the loop could not be simulated",
+                "the effect of the noise of the positions on the loop could not be simulated",
             ),
             Self::DelayUnchecked => f.write_str(
-                "the delay of the torques could not be checked, nor all else: too few rows are \
-                 left over, or nothing moves",
+                "the delay of the torques and some other assumptions could not be checked: too few \
+                 rows are left over, or nothing moves",
             ),
             Self::Outliers { rows, of, times_s, more } => {
                 let times = times_s.iter().map(|t| format!("{:.2} to {:.2} s", t.start, t.end));
                 write!(f, "{rows} of {of} rows were weighted down, at {}", listed(times))?;
                 if *more > 0 {
-                    write!(f, " and {more} times more")?;
+                    write!(f, " and at {more} more times")?;
                 }
-                f.write_str(": look there, an encoder, a connector or a contact may be at fault")
+                f.write_str(": check there, an encoder, a connector or a contact may be at fault")
             }
             Self::RateUnchecked => f.write_str(
                 "with cycles_by = \"frames\" the sample rate is taken as stated: neither it nor a \
@@ -283,8 +283,8 @@ impl Display for Note {
                 };
                 write!(
                     f,
-                    "{} were weighted down all over the motion, which is more than outliers: look \
-                     at the residuals, the model may not describe this motion",
+                    "{} were weighted down throughout the motion, which is too much for outliers: \
+                     look at the residuals, the model may not describe this motion",
                     listed(joints.iter().map(share))
                 )
             }
