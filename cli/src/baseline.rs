@@ -28,12 +28,12 @@ enum Action {
         #[command(flatten)]
         place: Place,
     },
-    /// Compare with none
+    /// Remove the baseline
     Clear {
         #[command(flatten)]
         place: Place,
     },
-    /// Show it
+    /// Show the baseline
     Show {
         #[command(flatten)]
         state: WhichState,
@@ -45,7 +45,7 @@ enum Action {
 struct Place {
     #[command(flatten)]
     service: WhichService,
-    /// This folder of results, instead of asking a running service; needs the right to write there
+    /// Write to this folder of results, instead of asking a running service
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cell", "runtime"])]
     state: Option<PathBuf>,
 }

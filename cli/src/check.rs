@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The cell is another machine's: pass over what this one has and has not
+    /// The cell is for another machine: do not check this one
     #[arg(long)]
     elsewhere: bool,
     /// Print one JSON object and nothing else

@@ -19,12 +19,12 @@ use didim_formats::{Measurement, Side, write_csv};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The cell: its layout and gains are those of the log's frames
+    /// The cell whose layout and gains the frames of the log have
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// What is read: a CSV experiment (*.csv), a candump log or an MCAP recording
+    /// The input: a CSV experiment (*.csv), a candump log or an MCAP recording
     input: PathBuf,
-    /// What is written: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
+    /// The output: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]

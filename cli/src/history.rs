@@ -22,16 +22,16 @@ pub(super) struct Arguments {
     /// Plot this parameter over time; may be given more than once
     #[arg(long, value_name = "NAME")]
     parameter: Vec<String>,
-    /// Put two results side by side
+    /// Compare two results side by side
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     compare: Vec<u64>,
-    /// Show so many of the last results only
+    /// Show only this number of the last results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     last: Option<u32>,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }

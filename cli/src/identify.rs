@@ -33,10 +33,10 @@ pub(super) struct Arguments {
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
-    /// What counts begins here [s after the first sample]; before it is margin for the filters
+    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
     #[arg(long, value_name = "S")]
     from: Option<f64>,
-    /// What counts ends here [s after the first sample]
+    /// End of the samples that count [s after the first]
     #[arg(long, value_name = "S")]
     to: Option<f64>,
     /// Print one JSON object and nothing else
@@ -45,13 +45,13 @@ pub(super) struct Arguments {
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Find the essential parameters among all base parameters, and identify these
     #[arg(long)]
     essential: bool,
-    /// Print how each regrouped parameter is made up
+    /// Print the composition of each regrouped parameter
     #[arg(long, conflicts_with = "json")]
     regrouping: bool,
 }

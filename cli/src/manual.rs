@@ -14,7 +14,7 @@ pub type Generated = (String, String);
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The folder that gets `man` and `completions`; it is made where it is missing
+    /// The folder for `man` and `completions`; created where it is missing
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }

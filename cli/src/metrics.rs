@@ -18,7 +18,7 @@ const LISTEN: &str = "127.0.0.1:9752";
 pub(super) struct Arguments {
     #[command(flatten)]
     service: WhichService,
-    /// The address to answer at; only this machine may ask unless another is named
+    /// The address to listen at; the default answers this machine only
     #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
     listen: SocketAddr,
 }

@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     cell: PathBuf,
     /// The candump log, the MCAP recording, or the folder of a ring
     log: PathBuf,
-    /// Keep the results in this folder, as `run` does; else only the last one is shown
+    /// Store the results in this folder, as `run` does; else only the last one is shown
     #[arg(long, value_name = "FOLDER")]
     state: Option<PathBuf>,
     /// Print the last estimate as one JSON object and nothing else
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }

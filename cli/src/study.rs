@@ -23,10 +23,10 @@ pub(super) struct Arguments {
     /// The plan: methods, axes and levels
     #[arg(long, value_name = "FILE")]
     plan: PathBuf,
-    /// Where the runs and what they come to go; a study that is there is continued
+    /// The folder for the runs and their summary; a study that is there is continued
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
-    /// Threads; as many as there are processors when left out
+    /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Print one JSON object and nothing else
