@@ -38,7 +38,7 @@ pub enum Outcome {
     Failed {
         /// The kind of failure.
         cause: String,
-        /// In words.
+        /// As text.
         message: String,
     },
 }

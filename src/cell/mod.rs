@@ -256,7 +256,7 @@ impl Cell {
     }
 }
 
-/// Where in the cell file the mistake is.
+/// The key of the cell file at fault.
 fn simulation_key(error: &IdentificationError) -> &'static str {
     match error {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",

@@ -1,4 +1,4 @@
-//! What was probably meant by a key that is not known.
+//! Suggestions for unknown keys.
 
 use core::fmt;
 

@@ -1,9 +1,9 @@
-//! Values of a cell file that the types let pass and the service could not run with.
+//! Checks of values in a cell file that their types do not make.
 
 use super::{BusAddress, CellFile, ServiceSection};
 use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
-/// The key of a value that cannot be meant, and what is wrong with it.
+/// The key of an invalid value, and what is wrong with it.
 type Wrong = (&'static str, String);
 
 pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {

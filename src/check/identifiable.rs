@@ -1,4 +1,4 @@
-//! Parameters that no motion within the joints' limits can tell.
+//! Parameters that no motion within the joint limits can distinguish.
 
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::{JointKind, SignModel};

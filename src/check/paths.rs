@@ -63,7 +63,7 @@ fn writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whose the service is. Root looks on behalf of the user whose results there are.
+/// The user of the service. Root checks on behalf of the user who owns the results.
 fn service_user(cell: &Cell) -> u32 {
     let user = geteuid();
     let state = std::fs::metadata(&cell.service.state_directory);
@@ -73,7 +73,7 @@ fn service_user(cell: &Cell) -> u32 {
     }
 }
 
-/// A folder that is there has to be of the service's user, and of nobody else.
+/// An existing folder has to belong to the service's user, and only that user may write to it.
 pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Finding>) {
     if !folder.is_dir() {
         return;

@@ -1,4 +1,4 @@
-//! Gains of which nobody says where they come from.
+//! Gains of unknown origin.
 
 use super::finding::Finding;
 use crate::cell::Cell;

@@ -1,4 +1,4 @@
-//! A rate that nobody can check.
+//! Sample rates that cannot be checked.
 
 use didim_drivers::layout::CyclesBy;
 

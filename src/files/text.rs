@@ -13,7 +13,7 @@ pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Why a file of configuration cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum TextError {
-    /// The file system refused: check path and rights.
+    /// The file system refused: check path and permissions.
     #[error("{0}")]
     Io(#[from] io::Error),
     /// A folder, a device, a pipe or a socket.

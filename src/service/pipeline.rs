@@ -52,7 +52,7 @@ pub enum PipelineError {
     /// A folder cannot be made, or others may change what is in it.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A run of its own cannot have its files: check the rights on the folder, and the space left.
+    /// A run of its own cannot have its files: check the permissions and the space left.
     #[error("{}: {cause}; check its permissions and the space left", place.display())]
     OneRun {
         /// Where they were to be.

@@ -55,7 +55,7 @@ pub enum LayoutError {
     Pattern {
         /// The key of the layout.
         key: &'static str,
-        /// What it says.
+        /// Its text.
         pattern: String,
     },
     /// The DBC file has no such message.

@@ -28,7 +28,7 @@ const LATEST: &str = "latest.json";
 /// date. `configurations` has a folder for each configuration that a result was made with.
 ///
 /// One process writes into it at a time: it is locked as long as this lives. The number in a name
-/// continues over restarts, so that no result is overwritten. Files with other names are let be.
+/// continues over restarts, so that no result is overwritten. Files with other names stay.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,

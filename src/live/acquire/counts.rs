@@ -5,7 +5,7 @@ use didim_drivers::clock::ClockCounters;
 use didim_drivers::source::SourceCounters;
 use serde::{Deserialize, Serialize};
 
-/// How the bus is.
+/// The state of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusState {
@@ -61,7 +61,7 @@ impl BusState {
 /// What the bus thread counted, as of one instant: plain numbers, copied as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AcquisitionCounts {
-    /// How the bus is.
+    /// The state of the bus.
     pub bus: BusState,
     /// The source's own counts.
     pub source: SourceCounters,
@@ -75,7 +75,7 @@ pub struct AcquisitionCounts {
     pub clock: ClockCounters,
     /// Where the latencies of frames begin.
     pub frame_time: FrameTime,
-    /// Turns of the thread's loop: they go on as long as the thread is well, frames or not.
+    /// Iterations of the thread's loop: they continue while the thread is healthy, frames or not.
     pub turns: u64,
 }
 

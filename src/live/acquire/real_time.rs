@@ -26,14 +26,14 @@ pub struct RealTimeOptions {
     pub lock_memory: bool,
 }
 
-/// What became of a wish.
+/// Whether a request was granted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "grant")]
 pub enum Grant {
-    /// It was not asked for.
+    /// It was not requested.
     #[default]
     NotAsked,
-    /// It is so.
+    /// It was granted.
     Granted,
     /// The system refused, and the thread runs without.
     Refused {

@@ -1,4 +1,4 @@
-//! What the archiver's thread does: waits until the ring has it, and keeps it.
+//! The archiver's thread: waits until the ring has the frames, and extracts them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

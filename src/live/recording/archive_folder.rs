@@ -1,4 +1,4 @@
-//! The folder of what is kept: names, number, size.
+//! The folder of the kept recordings: names, number, size.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use super::ring::{RingError, at};
 use crate::files::remove_leftovers;
 
-/// What a recording is kept for; its name begins so.
+/// What a recording is kept for; its file name begins with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Result,
@@ -37,7 +37,7 @@ struct ArchiveFile {
     modified: SystemTime,
 }
 
-/// A folder of recordings, of which the oldest go. Files with other names are let be.
+/// A folder of recordings, of which the oldest go. Files with other names are left alone.
 #[derive(Debug)]
 pub(super) struct ArchiveFolder {
     folder: PathBuf,

@@ -1,4 +1,4 @@
-//! What is asked of the archiver's thread, and what it tells.
+//! Requests to the archiver's thread, and its status.
 
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,7 +10,7 @@ use super::window::RecordedWindow;
 /// Requests that may wait, in the queue and for the ring.
 pub(super) const QUEUE: usize = 16;
 
-/// What the archiver tells about itself.
+/// The archiver's status.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ArchiveStatus {
@@ -52,7 +52,7 @@ pub enum CaptureError {
 
 pub(super) type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
 
-/// What is asked of the thread.
+/// A request to the thread.
 pub(super) enum Request {
     Result { number: u64, window: RecordedWindow },
     Fault { cause: &'static str, stamp_ns: u64 },

@@ -1,4 +1,4 @@
-//! What the recorder's thread does: frames into files, files into the ring.
+//! The recorder's thread: frames into files, files into the ring.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

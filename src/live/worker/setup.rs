@@ -27,14 +27,14 @@ pub struct WorkerOptions {
     pub recorded: Option<RecordedWindow>,
     /// Where recordings are kept; nothing keeps none.
     pub archiver: Option<ArchiverOptions>,
-    /// What is kept beside the results.
+    /// What is stored beside the results.
     pub results: ResultOptions,
 }
 
 /// Why the worker ended before its time.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
-    /// The windows cannot be meant.
+    /// The options of the windows are invalid.
     #[error(transparent)]
     Windows(#[from] WindowOptionError),
     /// The stream failed.
@@ -51,7 +51,7 @@ pub enum WorkerError {
     IdentificationEnded,
 }
 
-/// What is kept beside the results, so that they can be made again and compared.
+/// What is stored beside the results, so that they can be reproduced and compared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResultOptions {
     /// The files of the configuration as they were read.

@@ -1,4 +1,4 @@
-//! What the worker tells about itself.
+//! The worker's status.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,7 +17,7 @@ use crate::live::recording::{ArchiveStatus, SharedArchive};
 use crate::live::stream::Batch;
 use crate::window::{Note, Window};
 
-/// Where the current window is.
+/// State of the current window.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum WindowState {
@@ -31,7 +31,7 @@ pub enum WindowState {
     },
 }
 
-/// The last estimate in a few words.
+/// Summary of the last estimate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateSummary {
     /// [`Window::number`].
@@ -50,7 +50,7 @@ pub struct EstimateSummary {
     pub condition_number: Option<f64>,
     /// Whether it may be used.
     pub applicable: bool,
-    /// Why not.
+    /// The reasons against it.
     pub reasons: Vec<String>,
 }
 
@@ -81,9 +81,9 @@ pub struct EstimationStatus {
     pub samples: u64,
     /// Samples that the sequence numbers show to be missing, for whatever cause.
     pub samples_missing: u64,
-    /// Batches that gave way in the buffer because the worker was too slow.
+    /// Batches overwritten in the buffer because the worker was too slow.
     pub batches_lost: u64,
-    /// Times the acquisition was restarted under a running worker.
+    /// Times the acquisition was restarted while the worker was running.
     pub restarts: u64,
     /// How long samples lay in the buffer until the worker took them, since the start; nothing
     /// before the first; of samples whose frames were read together, from when those had been read. A
@@ -169,7 +169,7 @@ impl SharedEstimation {
         status
     }
 
-    /// Turns of the worker's loop: they go on as long as it is well, samples or not.
+    /// Iterations of the worker's loop: they continue as long as it is healthy, samples or not.
     pub fn turns(&self) -> u64 {
         self.0.turns.load(Ordering::Relaxed)
     }

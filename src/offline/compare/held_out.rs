@@ -1,4 +1,4 @@
-//! How well each method predicts samples that it has not seen.
+//! How well each method predicts held-out samples.
 
 use didim_core::identification::{Method, PredictionError};
 use serde::Serialize;
@@ -12,11 +12,11 @@ use crate::offline::identify::cross_validate_measurement;
 pub struct HeldOut {
     /// The method, behind the decimation filter.
     pub method: Method,
-    /// Consecutive blocks, each predicted with what was found without it.
+    /// Consecutive blocks, each predicted with the estimate from the others.
     pub blocks: usize,
     /// The errors of these predictions.
     pub held_out: Option<TorqueErrors>,
-    /// The errors of predictions of the same samples, with what was found with them.
+    /// The errors of predictions of the same samples, with the estimate from all of them.
     pub in_sample: Option<TorqueErrors>,
     /// Why there are none.
     pub failure: Option<String>,

@@ -16,7 +16,7 @@ pub struct ComparisonInput<'a> {
     pub measurement: &'a Measurement,
     /// The samples that count; the others are margin for the edges of the filters.
     pub counted: &'a Range<usize>,
-    /// What the parameters really are, of a simulated arm.
+    /// The true parameters of a simulated arm.
     pub truth: Option<&'a [(String, f64)]>,
 }
 

@@ -144,7 +144,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
     MethodResult { trial, estimate, failure, failure_kind, elapsed_ms, fit }
 }
 
-/// Why there is not enough memory for sure, if there is not.
+/// Why the memory is certain not to suffice, if it is.
 fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
     let cell = input.cell;
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);

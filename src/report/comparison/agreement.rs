@@ -1,4 +1,4 @@
-//! Which methods say the same.
+//! Which methods agree.
 
 use super::table::{Cell, Table};
 use super::view::View;

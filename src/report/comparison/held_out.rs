@@ -1,4 +1,4 @@
-//! How well each method predicts what it has not seen.
+//! How well each method predicts held-out samples.
 
 use super::table::{Cell, Table, percent};
 use super::view::View;

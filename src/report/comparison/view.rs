@@ -11,15 +11,15 @@ use crate::offline::compare::{
 pub struct View<'a> {
     /// The comparison.
     pub comparison: &'a Comparison,
-    /// Figures of others to stand beside.
+    /// Published figures for comparison.
     pub published: Option<&'a Published>,
-    /// What was asked of it.
+    /// The outcomes of the limits.
     pub outcomes: &'a [Outcome<'a>],
     /// Whether run times are shown, which differ from run to run.
     pub times: bool,
 }
 
-/// What a method says of its result.
+/// The verdict of a method on its result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Judgement {
     /// The method.

@@ -1,4 +1,4 @@
-//! What alternative models would change.
+//! Effects of alternative models.
 
 use didim_core::identification::ModelCheck;
 use maud::{Markup, html};

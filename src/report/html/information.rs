@@ -1,4 +1,4 @@
-//! Which moves inform which parameter.
+//! Information on each parameter by moves.
 
 use didim_core::identification::Information;
 use maud::{Markup, html};

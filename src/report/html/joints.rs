@@ -1,4 +1,4 @@
-//! What the model leaves unexplained, joint by joint.
+//! The residuals, joint by joint.
 
 use didim_core::identification::Estimate;
 use didim_core::regression::{RobustLoss, autocorrelation};

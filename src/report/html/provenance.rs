@@ -1,4 +1,4 @@
-//! What is needed to make the result again.
+//! What is needed to reproduce the result.
 
 use std::ops::Range;
 use std::path::Path;

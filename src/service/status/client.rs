@@ -25,7 +25,7 @@ pub enum ClientError {
     NoService {
         /// The path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
     /// This user may not ask. Add the user to the socket's group, if that may.
@@ -33,7 +33,7 @@ pub enum ClientError {
     NotAllowed {
         /// The path.
         path: PathBuf,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// The connection broke, or took too long.
@@ -41,7 +41,7 @@ pub enum ClientError {
     Io {
         /// The path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
     /// The service is busy with other clients: ask again.

@@ -38,9 +38,9 @@ pub enum Kind {
 /// A line of the status.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// What it is about.
+    /// Its name.
     pub name: &'static str,
-    /// What is the case, in words.
+    /// Its value as text.
     pub value: String,
     /// How it is shown.
     pub kind: Kind,

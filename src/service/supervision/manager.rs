@@ -1,4 +1,4 @@
-//! What the service manager is told (sd_notify(3)). Without one, nobody is told.
+//! Notifications of the service manager (sd_notify(3)); none are sent without one.
 
 use core::time::Duration;
 

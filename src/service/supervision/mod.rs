@@ -133,7 +133,7 @@ pub enum ServiceError {
     System {
         /// What was tried.
         action: &'static str,
-        /// The system's word.
+        /// The system's error.
         cause: std::io::Error,
     },
     /// A thread panicked; its message is in the log. Report it.

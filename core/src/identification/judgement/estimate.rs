@@ -169,7 +169,7 @@ pub struct Estimate {
     pub effective_rows_per_joint: Vec<f64>,
     /// How much later than stated each joint's torque acts; null where the motion does not tell.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// What alternative models would change.
+    /// Effects of alternative models.
     pub model_checks: Vec<ModelCheck>,
     /// Linear least-squares steps taken.
     pub iterations: u32,

@@ -28,12 +28,12 @@ pub enum HistoryError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The file system refused. Check the rights on the file.
+    /// The file system refused. Check the permissions of the file.
     #[error("cannot read {}: {cause}; check its permissions", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
 }

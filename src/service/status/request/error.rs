@@ -17,7 +17,7 @@ pub enum RequestError {
     /// It is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
     NoLine,
-    /// What is to be noted cannot be meant.
+    /// The note is invalid.
     #[error(transparent)]
     Note(#[from] NoteError),
     /// It is not text.
