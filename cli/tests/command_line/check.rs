@@ -149,7 +149,7 @@ fn a_file_that_cannot_be_read_is_a_finding_too() {
     finds(&cell, 78, "error :", &["line 7", "`sorce`", "did you mean `source`?"]);
     didim(&["check", "--cell", &cell]).refused(78, &[&cell, "line 7", "did you mean `source`?"]);
     let signal = Configuration::with(PACKED, "Sample.Torque_{axis}", "Sample.Torqe_{axis}");
-    finds(&signal.packed_cell(), 78, "error bus.layout", &["Torqe_1", "near it: `Torque_1`"]);
+    finds(&signal.packed_cell(), 78, "error bus.layout", &["Torqe_1", "similar: `Torque_1`"]);
     for (from, to, key) in [
         ("bitrate_bps = 1000000\n", "bitrate_bps = 2000000\n", "bus.bitrate_bps"),
         ("data_bitrate_bps = 8000000", "data_bitrate_bps = 500000", "bus.data_bitrate_bps"),

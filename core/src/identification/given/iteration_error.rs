@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::failure::Failure;
 use crate::simulation::SimulationError;
 
-/// What ends an iteration; each message ends with what to do.
+/// Why an iteration ends; each message ends with the remedy.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IterationError {
     /// The closed loop cannot be simulated with the parameters to start from. Remedy: another

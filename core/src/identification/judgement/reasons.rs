@@ -16,9 +16,9 @@ use crate::identification::given::Failure;
     reason = "each fact has its figure, and the limit that it exceeds if it has one"
 )]
 pub enum Reason {
-    /// The described controller does not make the recorded command.
+    /// The described controller does not reproduce the recorded command.
     Controller { joint: usize, error: f64 },
-    /// The motion does not tell the parameters apart.
+    /// The motion does not distinguish the parameters.
     ConditionNumber { value: f64, limit: f64 },
     /// The parameters leave the torque of a joint uncertain.
     PredictionDeviation { joint: usize, deviation: f64, limit: f64 },
@@ -34,13 +34,13 @@ pub enum Reason {
     Negative { quantity: &'static str, name: String, value: f64, standard_deviation: f64 },
     /// The mass matrix is not positive definite at a posture \[rad or m\].
     Indefinite { posture: Vec<f64> },
-    /// Alternative models of one kind that the data want.
+    /// Alternative models of one kind that the data support.
     Model { checks: Vec<ModelCheck> },
-    /// Torques along the simulated motion want other parameters than the positions do.
+    /// Torques along the simulated motion give other parameters than the positions do.
     OtherParameters { name: String, deviations: f64 },
-    /// The instruments say too little of the measured motion.
+    /// The instruments are hardly correlated with the measured motion.
     WeakInstruments { correlation: f64 },
-    /// The simulated torques are off by this many times the noise of IDIM-LS.
+    /// The simulated torques differ by this many times the noise of IDIM-LS.
     AboveNoise { ratio: f64 },
     /// The criterion hardly depends on the parameters.
     Insensitive { output: Output, deviation: f64, loss: f64, singular_value: f64 },
@@ -50,15 +50,15 @@ pub enum Reason {
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "each fact has its figures")]
 pub enum Note {
-    /// The filtered measured position stood in for a reference.
+    /// The filtered measured position was used as the reference.
     NoReference,
     /// These parameters may be zero.
     Insignificant { names: Vec<String> },
     /// The residuals of these joints, numbered from 1, are not white.
     ColouredResiduals { joints: Vec<usize>, decimated: bool },
-    /// The position filter is too near to half the sample rate to be checked.
+    /// The position filter is too close to half the sample rate to be checked.
     PositionFilterUnchecked { cutoff_hz: f64 },
-    /// The method does not check what the noise of the positions does.
+    /// The method does not check the effect of the noise of the positions.
     PositionNoiseIgnored,
     /// The loop could not be simulated with the noise of the positions.
     PositionNoiseNotSimulated,
@@ -66,7 +66,7 @@ pub enum Note {
     DelayUnchecked,
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
-    /// Rows were weighted down all over the motion: joints, numbered from 1, with how many of the rows
+    /// Rows were weighted down throughout the motion: joints, from 1, with how many of the rows
     /// of each.
     DownweightedThroughout { joints: Vec<(usize, usize)>, of: usize },
     /// The bus's layout lets the frames count, whatever their stamps.
@@ -92,7 +92,7 @@ impl Display for Output {
 }
 
 impl Reason {
-    /// How the method failed, where this says that it did.
+    /// The failure of the method, where the reason is one.
     pub fn failure(&self) -> Option<Failure> {
         match self {
             Self::AboveNoise { .. } => Some(Failure::LocalMinimum),
@@ -191,7 +191,7 @@ impl Display for Reason {
     }
 }
 
-/// Alternatives of one kind: all of them by their places, and what the worst would move.
+/// Alternatives of one kind: where they all are, and which parameter the worst would change.
 fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
     let by_shift = |a: &&ModelCheck, b: &&ModelCheck| {
         a.shift_deviations.abs().total_cmp(&b.shift_deviations.abs())
