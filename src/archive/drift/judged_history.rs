@@ -93,8 +93,8 @@ impl JudgedHistory {
         self.entries.iter().filter(|entry| !entry.line.time.is_set()).count()
     }
 
-    /// The same in words; nothing when there is none.
-    pub fn undated_words(&self) -> Option<String> {
+    /// The same as a sentence; nothing when there is none.
+    pub fn undated_text(&self) -> Option<String> {
         let (results, are) = match self.undated() {
             0 => return None,
             1 => ("1 result was".to_owned(), "is"),

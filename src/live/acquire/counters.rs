@@ -18,7 +18,7 @@ pub struct Counter {
     pub count: u64,
 }
 
-/// For each: its key in JSON, where it is counted, its words, metric and meaning.
+/// For each: its key in JSON, where it is counted, its label, metric and meaning.
 macro_rules! counters {
     ($($key:ident = $($from:ident).+, $label:literal, $metric:literal, $help:literal;)+) => {
         /// Counters of faults.

@@ -26,7 +26,7 @@ impl BusState {
     /// Every state.
     pub const ALL: [Self; 5] = [Self::Waiting, Self::Ok, Self::Silent, Self::Down, Self::Ended];
 
-    /// Its name in JSON and metrics, its words, and a sentence: whatever is said of it.
+    /// Its name in JSON and metrics, its label, and a sentence.
     const fn wording(self) -> [&'static str; 3] {
         match self {
             Self::Waiting => ["waiting", "no frame yet", "no frame has come yet"],
@@ -76,7 +76,7 @@ pub struct AcquisitionCounts {
     /// Where the latencies of frames begin.
     pub frame_time: FrameTime,
     /// Iterations of the thread's loop: they continue while the thread is healthy, frames or not.
-    pub turns: u64,
+    pub iterations: u64,
 }
 
 /// Where the way of a frame begins in [`FrameLatency`].

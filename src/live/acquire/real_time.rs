@@ -37,7 +37,7 @@ pub enum Grant {
     Granted,
     /// The system refused, and the thread runs without.
     Refused {
-        /// In words, with the remedy where there is one.
+        /// The reason, with the remedy where there is one.
         why: String,
     },
 }

@@ -23,7 +23,7 @@ const LOST_NS: u64 = 1_000_000_000;
 /// How long it may take at the end, when the recorder closes its file.
 const LAST_DELAY: Duration = Duration::from_millis(300);
 /// The pause between two looks at the end.
-const TURN: Duration = Duration::from_millis(10);
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// What waits for the ring.
 pub(super) struct Waiting {
@@ -82,7 +82,7 @@ impl Archive {
             if ended {
                 self.stop_capture();
                 // With nobody at the other end the wait above does not wait.
-                std::thread::sleep(TURN);
+                std::thread::sleep(PAUSE);
             }
             self.watch_capture();
             let over = ended && since.get_or_insert_with(Instant::now).elapsed() >= LAST_DELAY;

@@ -18,7 +18,7 @@ use super::status::{RecordingState, SharedRecording};
 use super::tap::RecordedFrame;
 
 /// How often the queue is emptied.
-const TURN: Duration = Duration::from_millis(20);
+const PAUSE: Duration = Duration::from_millis(20);
 /// A chunk is handed to the file system at least this often, so that less than a second is lost when
 /// the process is killed.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
@@ -113,7 +113,7 @@ impl RingWriter {
             if ended {
                 return;
             }
-            std::thread::sleep(TURN);
+            std::thread::sleep(PAUSE);
         }
     }
 

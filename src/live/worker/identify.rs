@@ -107,7 +107,7 @@ impl Identification {
             if stop.load(Ordering::Relaxed) {
                 return Ok(false);
             }
-            self.shared.turn();
+            self.shared.count_iteration();
             std::thread::sleep(POLL);
         }
     }
@@ -131,7 +131,7 @@ impl Identification {
                 self.give_up();
                 return Ok(false);
             }
-            self.shared.turn();
+            self.shared.count_iteration();
             std::thread::sleep(POLL);
         }
         self.thread.join().map_err(|_| WorkerError::IdentificationEnded)??;

@@ -102,7 +102,7 @@ impl Worker {
                 self.identification.finish(stop)?;
                 return Err(WorkerError::IdentificationEnded);
             }
-            self.shared.turn();
+            self.shared.count_iteration();
             self.reader.wait(NAP)?;
             self.answer(stop)?;
             if self.silence.is_new(Instant::now()) {

@@ -139,7 +139,7 @@ struct Shared {
     /// Windows between being closed and being counted.
     pending: Mutex<Vec<Pending>>,
     log_rate: Mutex<LogRate>,
-    turns: AtomicU64,
+    iterations: AtomicU64,
     buffer_to_worker: Latencies,
     batch_to_worker: Latencies,
     archive: OnceLock<SharedArchive>,
@@ -170,8 +170,8 @@ impl SharedEstimation {
     }
 
     /// Iterations of the worker's loop: they continue as long as it is healthy, samples or not.
-    pub fn turns(&self) -> u64 {
-        self.0.turns.load(Ordering::Relaxed)
+    pub fn iterations(&self) -> u64 {
+        self.0.iterations.load(Ordering::Relaxed)
     }
 
     /// [`EstimationStatus::samples`], without a copy of the rest.
@@ -183,8 +183,8 @@ impl SharedEstimation {
         let _ = self.0.archive.set(archive);
     }
 
-    pub(super) fn turn(&self) {
-        self.0.turns.fetch_add(1, Ordering::Relaxed);
+    pub(super) fn count_iteration(&self) {
+        self.0.iterations.fetch_add(1, Ordering::Relaxed);
     }
 
     /// A batch is taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].

@@ -72,7 +72,7 @@ impl Column<'_> {
     }
 }
 
-/// A framework in words.
+/// The name of a framework in tables.
 pub(super) fn framework_name(framework: Framework) -> &'static str {
     match framework {
         Framework::Strict => "strict output error framework",

@@ -67,7 +67,7 @@ pub enum ClientError {
     /// The service did not take the command.
     #[error("the service refused: {why}")]
     Refused {
-        /// Its words.
+        /// Its reason.
         why: String,
     },
 }
@@ -98,7 +98,7 @@ pub fn send_request(path: &Path, request: &Request) -> Result<String, ClientErro
     let answer = read(stream, path)?;
     let answer = answer.trim_end();
     match answer.strip_prefix("ok: ") {
-        Some(words) => Ok(words.to_owned()),
+        Some(done) => Ok(done.to_owned()),
         None if answer == "ok" => Ok(String::new()),
         None => {
             let why = answer.strip_prefix("error: ").unwrap_or(answer).to_owned();

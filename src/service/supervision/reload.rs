@@ -13,7 +13,7 @@ use crate::service::status::ReloadAnswer;
 const WORKER_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Reads the configuration again, and checks that it can be taken over without a restart. Gives what
-/// the worker is to use from its next window on, where there is one, or says in words why not.
+/// the worker is to use from its next window on, where there is one, or says why not.
 pub type Reload = Box<dyn FnMut() -> Result<Option<Configuration>, String> + Send>;
 
 type Outcome = Result<(), String>;

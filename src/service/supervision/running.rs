@@ -175,9 +175,9 @@ impl Running {
         self.progress.is_ready(self.began.elapsed())
     }
 
-    /// Whether all threads have turned since this was last true.
-    pub(super) fn has_turned(&mut self) -> bool {
-        self.progress.has_turned()
+    /// Whether all threads have made progress since this was last true.
+    pub(super) fn has_progressed(&mut self) -> bool {
+        self.progress.has_progressed()
     }
 
     /// Remembers what came of a reload until the next one.

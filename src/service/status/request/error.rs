@@ -11,7 +11,7 @@ const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, note 
 /// A line that is no request: write one of those that it names.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
-    /// Its words are not known.
+    /// The command is not known.
     #[error("unknown command; known: {KNOWN}")]
     Unknown,
     /// It is longer than [`MAX_REQUEST`], or has no end.
