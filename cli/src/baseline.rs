@@ -26,12 +26,12 @@ enum Action {
         /// Number of the result [default: the last applicable one]
         result: Option<u64>,
         #[command(flatten)]
-        place: Place,
+        target: Target,
     },
     /// Remove the baseline
     Clear {
         #[command(flatten)]
-        place: Place,
+        target: Target,
     },
     /// Show the baseline
     Show {
@@ -42,7 +42,7 @@ enum Action {
 
 /// A running service, or the folder of one that does not run.
 #[derive(Debug, Args)]
-struct Place {
+struct Target {
     #[command(flatten)]
     service: WhichService,
     /// Write to this folder of results, instead of asking a running service
@@ -52,10 +52,10 @@ struct Place {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.action {
-        Action::Set { result, place: Place { service, state: None } } => {
+        Action::Set { result, target: Target { service, state: None } } => {
             service.ask(&Request::Baseline(BaselineRequest::Set(*result)))
         }
-        Action::Set { result, place: Place { state: Some(folder), .. } } => {
+        Action::Set { result, target: Target { state: Some(folder), .. } } => {
             let baseline = set_baseline(folder, *result).map_err(|why| match why {
                 // These name the folder themselves.
                 ChooseError::History(_) | ChooseError::Baseline(_) => CliError::failed(why),
@@ -64,10 +64,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             let HistoryLine { result, time, .. } = baseline.result;
             print(&format!("result {result} of {time} is the baseline\n"))
         }
-        Action::Clear { place: Place { service, state: None } } => {
+        Action::Clear { target: Target { service, state: None } } => {
             service.ask(&Request::Baseline(BaselineRequest::Clear))
         }
-        Action::Clear { place: Place { state: Some(folder), .. } } => {
+        Action::Clear { target: Target { state: Some(folder), .. } } => {
             let removed = Baseline::remove(folder).map_err(CliError::failed)?;
             print(if removed { "the baseline is cleared\n" } else { "there was no baseline\n" })
         }

@@ -108,7 +108,7 @@ fn lock() -> Grant {
     if let (Some(current), None) = (limit.current, limit.maximum) {
         // Up to the hard limit anybody may. What is granted is seen by what follows.
         let _ = setrlimit(Resource::Memlock, Rlimit { current: None, maximum: None });
-        tracing::debug!(current, "the limit of locked memory is raised to its maximum, none");
+        tracing::debug!(current, "the limit of locked memory is removed");
     }
     if let Some(bytes) = getrlimit(Resource::Memlock).current {
         return Grant::Refused {

@@ -55,8 +55,9 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
         } }
     };
     let explanation = "Both sides of the equation as they were fitted, over the samples that \
-                       count. The uncertainty of the prediction is that of this motion's torque by \
-                       the standard deviations of the parameters, relative to the torque.";
+                       count. The uncertainty of the prediction is the standard deviation of this \
+                       motion's torque that follows from those of the parameters, relative to the \
+                       torque.";
     section("Torque, measured and predicted", explanation, &content)
 }
 

@@ -179,7 +179,7 @@ impl Display for Reason {
             Self::Insensitive { output, deviation, loss, singular_value } => write!(
                 f,
                 "the simulated {output}s hardly depend on the parameters, half of which stay \
-                 uncertain by more than {:.0} %, and by {loss:.0} times what IDIM-LS leaves \
+                 uncertain by more than {:.0} %, and {loss:.0} times as uncertain as with IDIM-LS \
                  (smallest singular value {singular_value:.1e}): {}",
                 100.0 * deviation,
                 match output {

@@ -39,8 +39,8 @@ pub enum CandumpError {
     /// The last line has no end: the recording was cut off in the middle of writing, and even a
     /// line that looks complete may lack bytes. Delete it, or add the newline if it is whole.
     #[error(
-        "{path}:{line}: the last line has no newline: the recording was cut off there; delete \
-         that line, or end it with a newline if it is known to be whole",
+        "{path}:{line}: the last line has no newline: the log was cut off there; delete that line, \
+         or end it with a newline if it is known to be whole",
         path = path.display()
     )]
     Truncated {
