@@ -58,10 +58,7 @@ fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
         }
     }
     if command & 0o006 != 0 {
-        let problem = format!(
-            "{command:#o} lets every user send commands; name a \
-                               service.command_group"
-        );
+        let problem = format!("{command:#o} lets anyone send commands; set service.command_group");
         return Err(("service.command_mode", problem));
     }
     for (key, group, mode) in [

@@ -265,7 +265,7 @@ const DAMAGES: &[Damage] = &[
         from: "runtime_directory = \"/run/didim\"",
         to: "command_mode = 0o666",
         names_line: false,
-        says: &["`service.command_mode`", "lets every user send commands"],
+        says: &["`service.command_mode`", "lets anyone send commands"],
     },
     Damage {
         file: CELL,

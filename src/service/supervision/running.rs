@@ -184,10 +184,7 @@ impl Running {
     pub(super) fn reloaded(&mut self, outcome: &Result<(), String>) {
         match outcome {
             Ok(()) => tracing::info!("the configuration was read again"),
-            Err(why) => tracing::error!(
-                "reload refused, the previous configuration stays in \
-                                         effect: {why}"
-            ),
+            Err(why) => tracing::error!("the reload was refused: {why}"),
         }
         self.collector.process.reload_refused =
             outcome.as_ref().err().map(|why| one_line(why, MAX_REASON));
