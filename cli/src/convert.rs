@@ -41,9 +41,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if to_mcap || (from_mcap && !to_csv) {
         if from_csv {
             return Err(CliError::Usage(
-                "convert the CSV experiment to a candump log first, and that log to an MCAP \
-                 recording"
-                    .into(),
+                "convert the CSV to a candump log first, then that to an MCAP recording".into(),
             ));
         }
         if arguments.sample_rate.is_some() {

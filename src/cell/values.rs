@@ -32,9 +32,7 @@ fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
     }
     for (k, source) in sources.iter().enumerate() {
         if sources.len() > 1 && !matches!(source, BusAddress::Can(_)) {
-            return wrong(format!(
-                "`{source}` has to be the only bus; only can: buses can be several"
-            ));
+            return wrong(format!("`{source}` must be the only bus unless all are can:"));
         }
         if sources[..k].contains(source) {
             return wrong(format!("`{source}` is listed more than once; list it once"));

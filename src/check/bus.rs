@@ -96,16 +96,12 @@ fn receive_buffer(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     let holds = significant(seconds(granted), 2);
     if granted < asked {
         let what = format!(
-            "{asked} bytes are requested, but net.core.rmem_max allows {granted}: {holds} s of \
-             frames"
+            "{asked} bytes are requested, net.core.rmem_max allows {granted}: {holds} s of frames"
         );
         findings.push(Finding::warning(
             BUFFER,
             what,
-            format!(
-                "set sysctl net.core.rmem_max={}, or give the service CAP_NET_ADMIN",
-                asked / 2
-            ),
+            format!("sysctl net.core.rmem_max={}, or give the service CAP_NET_ADMIN", asked / 2),
         ));
     } else if seconds(granted) < SHORT_S {
         let needed = SHORT_S * frames_per_second * QUEUED_FRAME_BYTES;

@@ -38,12 +38,10 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     findings.push(Finding::error(
         "identification.parameters",
         format!(
-            "no motion within the joint limits distinguishes {} from the parameters listed \
-             before{because}",
+            "no motion within the joint limits distinguishes {} from the parameters before{because}",
             indistinct.join(" ")
         ),
-        "list only parameters that the motion can distinguish, or correct the limits in the robot \
-         file",
+        "list only parameters that the motion distinguishes, or correct the limits in the robot file",
     ));
 }
 

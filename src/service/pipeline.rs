@@ -239,7 +239,7 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
                 });
             }
             BusAddress::Log(_) => {
-                return Err(PipelineError::Sources("a log has to be the only bus"));
+                return Err(PipelineError::Sources("a log must be the only bus"));
             }
             BusAddress::InProcess => {
                 return Err(PipelineError::Sources(

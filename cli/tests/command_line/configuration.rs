@@ -279,7 +279,7 @@ const DAMAGES: &[Damage] = &[
         from: "source = \"can:vcan0\"",
         to: "source = [\"can:vcan0\", \"inproc:\"]",
         names_line: false,
-        says: &["`bus.source`", "`inproc:` has to be the only bus"],
+        says: &["`bus.source`", "`inproc:` must be the only bus"],
     },
     Damage {
         file: CELL,

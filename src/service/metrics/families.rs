@@ -32,11 +32,7 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
         .labelled(&[("version", &snapshot.version), ("cell", &snapshot.cell)], 1.0);
     let gauges = [
         ("didim_uptime_seconds", "Time since the service began.", snapshot.uptime_s),
-        (
-            "didim_healthy",
-            "Whether the service is healthy: 1, or 0 for a reason.",
-            truth(snapshot.health.ok),
-        ),
+        ("didim_healthy", "Health: 1, or 0 for a reason.", truth(snapshot.health.ok)),
         ("didim_idle", "Whether no drive is enabled.", truth(snapshot.health.idle)),
         (
             "didim_health_reasons",
@@ -63,8 +59,7 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
 }
 
 fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
-    let mut state =
-        text.family("didim_bus_state", Gauge, "State of the bus: 1 at the current one.");
+    let mut state = text.family("didim_bus_state", Gauge, "State of the bus: 1 if current.");
     for is in BusState::ALL {
         state.labelled(&[("state", is.key())], truth(status.bus == is));
     }
