@@ -7,7 +7,7 @@
 //! | [`check`] | what would not work: a cell by itself, and this machine | all below |
 //! | [`service`] | the running service: its parts put together, supervision, status, metrics | all below |
 //! | [`report`] | results for people: terminal, HTML, figures | all below |
-//! | [`offline`] | a whole record at once: logs as measurements, identification, comparison of methods | all below |
+//! | [`offline`] | a whole measurement at once: logs as measurements, identification, comparison of methods | all below |
 //! | [`cell`] | a cell file, validated | all below |
 //! | [`live`] | bus thread, shared memory, worker, recordings | all below |
 //! | [`archive`] | results on disk, and their drift from the baseline | all below |

@@ -1,4 +1,4 @@
-//! What the system tells a process to do: the one place where signals are registered.
+//! Signals to a process: the one place where they are registered.
 
 use core::future::pending;
 use std::io;

@@ -19,10 +19,10 @@ use didim::cell::Cell;
 use didim::live::acquire::{
     AcquisitionStatus, BusState, FaultCounters, Flow, RecentCounts, SharedAcquisition,
 };
-use didim::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
-use didim::offline::identify::identify_recording;
+use didim::offline::identify::identify_measurement;
 use didim::service::metrics::exposition;
 use didim::service::paths::Paths;
 use didim::service::status::{
@@ -127,7 +127,7 @@ fn optional(key: &str) -> Value {
             let status = RecordingStatus { state, gives_way: true, ..Default::default() };
             serde_json::to_value(status).unwrap()
         }
-        "kept_recordings" => serde_json::to_value(KeptStatus::default()).unwrap(),
+        "kept_recordings" => serde_json::to_value(ArchiveStatus::default()).unwrap(),
         "oldest_s" => 1.into(),
         "first_rejection" | "last_rejection" => json!({
             "number": 2, "first_sequence": 1, "last_sequence": 2, "rejection": { "reason": "busy" }
@@ -440,18 +440,17 @@ fn why_a_result_is_not_compared() {
     is_still_said("\nNot compared, with its reason behind `drift`", &said);
 }
 
-/// Reasons of verdicts: those on recordings of two real arms, which have too little excitation, dead
+/// Reasons of verdicts: those on measurements of two real arms, which have too little excitation, dead
 /// torques and no free friction law.
 #[test]
 fn reasons_of_verdicts() {
     let mut said = BTreeSet::new();
-    for (arm, recording, counted) in
-        [("kr300", "a.csv", 450..2050), ("tiago", "motion.csv", 920..6790)]
+    for (arm, file, counted) in [("kr300", "a.csv", 450..2050), ("tiago", "motion.csv", 920..6790)]
     {
         let folder = Path::new("tests/data").join(arm);
         let cell = Cell::read(&folder.join("cell.toml")).unwrap();
-        let recording = read_csv(&folder.join(recording), None).unwrap();
-        let found = identify_recording(&cell, cell.method, &recording, counted);
+        let measurement = read_csv(&folder.join(file), None).unwrap();
+        let found = identify_measurement(&cell, cell.method, &measurement, counted);
         let reasons = found.unwrap().estimate.verdict.reasons;
         said.extend(reasons.iter().map(ToString::to_string));
     }

@@ -26,14 +26,14 @@ enum Action {
         /// Number of the result [default: the last applicable one]
         result: Option<u64>,
         #[command(flatten)]
-        place: Place,
+        target: Target,
     },
-    /// Compare with none
+    /// Remove the baseline
     Clear {
         #[command(flatten)]
-        place: Place,
+        target: Target,
     },
-    /// Show it
+    /// Show the baseline
     Show {
         #[command(flatten)]
         state: WhichState,
@@ -42,20 +42,20 @@ enum Action {
 
 /// A running service, or the folder of one that does not run.
 #[derive(Debug, Args)]
-struct Place {
+struct Target {
     #[command(flatten)]
     service: WhichService,
-    /// This folder of results, instead of asking a running service; needs the right to write there
+    /// Write to this folder of results, instead of asking a running service
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["cell", "runtime"])]
     state: Option<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.action {
-        Action::Set { result, place: Place { service, state: None } } => {
+        Action::Set { result, target: Target { service, state: None } } => {
             service.ask(&Request::Baseline(BaselineRequest::Set(*result)))
         }
-        Action::Set { result, place: Place { state: Some(folder), .. } } => {
+        Action::Set { result, target: Target { state: Some(folder), .. } } => {
             let baseline = set_baseline(folder, *result).map_err(|why| match why {
                 // These name the folder themselves.
                 ChooseError::History(_) | ChooseError::Baseline(_) => CliError::failed(why),
@@ -64,16 +64,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             let HistoryLine { result, time, .. } = baseline.result;
             print(&format!("result {result} of {time} is the baseline\n"))
         }
-        Action::Clear { place: Place { service, state: None } } => {
+        Action::Clear { target: Target { service, state: None } } => {
             service.ask(&Request::Baseline(BaselineRequest::Clear))
         }
-        Action::Clear { place: Place { state: Some(folder), .. } } => {
+        Action::Clear { target: Target { state: Some(folder), .. } } => {
             let removed = Baseline::remove(folder).map_err(CliError::failed)?;
-            print(if removed {
-                "there is no baseline any more\n"
-            } else {
-                "there was no baseline\n"
-            })
+            print(if removed { "the baseline is cleared\n" } else { "there was no baseline\n" })
         }
         Action::Show { state } => {
             let folder = state.find()?.0;

@@ -22,7 +22,7 @@ enum Action {
         #[command(flatten)]
         service: WhichService,
     },
-    /// End it; the file is in the folder of kept recordings some seconds later
+    /// End it; the file is in recordings/kept some seconds later
     Stop {
         #[command(flatten)]
         service: WhichService,

@@ -20,7 +20,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The cell is another machine's: pass over what this one has and has not
+    /// The cell is for another machine: do not check this one
     #[arg(long)]
     elsewhere: bool,
     /// Print one JSON object and nothing else
@@ -63,7 +63,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::configuration(format!(
-        "{}: {} would keep this cell from working",
+        "{}: {}; the cell will not work",
         arguments.cell.display(),
         number(errors, "error")
     )))
@@ -136,9 +136,9 @@ fn section(what: &str, findings: &[Finding]) -> String {
             .map(|(count, name)| number(count, name))
             .collect();
     let judged = match count(findings, Severity::Error) {
-        0 if what == "the configuration" => "the configuration is sound".to_owned(),
-        0 => format!("{what} will do"),
-        _ => format!("{what} will not do"),
+        0 if what == "the configuration" => "the configuration is valid".to_owned(),
+        0 => format!("{what} is suitable"),
+        _ => format!("{what} is not suitable"),
     };
     let mut text = match counts.is_empty() {
         true => format!("{judged}\n"),
@@ -176,7 +176,8 @@ fn controller(cell: &Cell) -> String {
     let follows = if cell.layout.has_reference() {
         "follows the recorded reference"
     } else {
-        "follows the measured position, as there is no reference: nearly idim-ls"
+        "follows the measured position, as there is no reference: the result is nearly that of \
+         idim-ls"
     };
     format!("controller: {gains}, every {} µs; {follows}\n", significant(period_us, 4))
 }

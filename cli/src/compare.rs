@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", required_unless_present = "scenario")]
     input: Option<PathBuf>,
     /// A simulated experiment instead, whose parameters are known: a scenario file, or the name of a
-    /// shipped one
+    /// shipped scenario
     #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["input", "sample_rate", "from", "to"])]
     scenario: Option<String>,
     /// Seed of the noise; the scenario's when left out
@@ -40,34 +40,34 @@ pub(super) struct Arguments {
     /// The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     methods: Vec<Method>,
-    /// Consecutive blocks of samples, each predicted with what was found without it; 0 for none
+    /// Cross-validate with this number of consecutive blocks of samples; 0 for no cross-validation
     #[arg(long, value_name = "K", default_value_t = 5, value_parser = folds)]
     folds: usize,
-    /// Published figures to stand beside (TOML)
+    /// Published figures to compare with (TOML)
     #[arg(long, value_name = "FILE")]
     published: Option<PathBuf>,
-    /// Limits of what must come out (TOML); exit code 1 where it does not
+    /// Limits of the figures (TOML); exit code 1 where one is violated
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
-    /// Write the tables for a document
+    /// Write the tables as Markdown
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
     /// Write the residuals' autocorrelations of every method (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
-    /// What counts begins here [s after the first sample]; before it is margin for the filters
+    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
     #[arg(long, value_name = "S")]
     from: Option<f64>,
-    /// What counts ends here [s after the first sample]
+    /// End of the samples that count [s after the first]
     #[arg(long, value_name = "S")]
     to: Option<f64>,
 }
@@ -85,12 +85,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     for path in [&arguments.markdown, &arguments.figure, &arguments.report].into_iter().flatten() {
         check_place(path)?;
     }
-    let (recording, counted, scenario) = experiment(arguments, &cell)?;
+    let (measurement, counted, scenario) = experiment(arguments, &cell)?;
 
     let bars = Bars::new(&tasks(&trials, arguments.folds));
     let input = ComparisonInput {
         cell: &cell,
-        recording: &recording,
+        measurement: &measurement,
         counted: &counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
@@ -120,7 +120,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, counted, &recording)?;
+        let origin = origin(arguments, counted, &measurement)?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -171,23 +171,23 @@ fn experiment(
         if let Some(seed) = arguments.seed {
             scenario = scenario.with_seed(seed);
         }
-        let (recording, counted) = simulate(&scenario, cell)
+        let (measurement, counted) = simulate(&scenario, cell)
             .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
-        return Ok((recording, counted, Some(scenario)));
+        return Ok((measurement, counted, Some(scenario)));
     }
     let Some(input) = &arguments.input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
     };
-    let recording = read_input(input, cell, arguments.sample_rate)?;
-    check_rate(&recording, cell, input)?;
-    let counted = counted((arguments.from, arguments.to), cell, &recording, input)?;
-    Ok((recording, counted, None))
+    let measurement = read_input(input, cell, arguments.sample_rate)?;
+    check_rate(&measurement, cell, input)?;
+    let counted = counted((arguments.from, arguments.to), cell, &measurement, input)?;
+    Ok((measurement, counted, None))
 }
 
 fn origin(
     arguments: &Arguments,
     counted: Range<usize>,
-    recording: &Measurement,
+    measurement: &Measurement,
 ) -> Result<Origin, CliError> {
     let read =
         |path: &PathBuf| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
@@ -196,7 +196,7 @@ fn origin(
     let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
     Ok(Origin {
         input,
-        samples: SampleRange::Record(counted, recording.signals.sample_rate_hz),
+        samples: SampleRange::Measurement(counted, measurement.signals.sample_rate_hz),
         note: None,
     })
 }

@@ -19,12 +19,12 @@ use didim_formats::{Measurement, Side, write_csv};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The cell: its layout and gains are those of the log's frames
+    /// The cell whose layout and gains the frames of the log have
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// What is read: a CSV experiment (*.csv), a candump log or an MCAP recording
+    /// The input: a CSV experiment (*.csv), a candump log or an MCAP recording
     input: PathBuf,
-    /// What is written: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
+    /// The output: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]
@@ -41,11 +41,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if to_mcap || (from_mcap && !to_csv) {
         if from_csv {
             return Err(CliError::Usage(
-                "a CSV experiment becomes a candump log first, and that an MCAP recording".into(),
+                "convert the CSV to a candump log first, then that to an MCAP recording".into(),
             ));
         }
         if arguments.sample_rate.is_some() {
-            return Err(CliError::Usage("--sample-rate goes with a CSV file".into()));
+            return Err(CliError::Usage("--sample-rate is for CSV files only".into()));
         }
         if to_mcap {
             write_mcap(input, output, (&cell.name, &cell.configuration_sha256))?;
@@ -54,11 +54,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         return print(&format!("{} written\n", output.display()));
     }
-    let recording = read_input(input, &cell, arguments.sample_rate)?;
+    let measurement = read_input(input, &cell, arguments.sample_rate)?;
     if to_csv {
-        write_whole(output, |out| write_csv(&recording, out, output).map_err(CliError::failed))?;
+        write_whole(output, |out| write_csv(&measurement, out, output).map_err(CliError::failed))?;
     } else {
-        write_log(&cell, recording, &arguments.input, output)?;
+        write_log(&cell, measurement, &arguments.input, output)?;
     }
     print(&format!("{} written\n", output.display()))
 }
@@ -67,43 +67,43 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 /// rounded to the unit of its signal.
 fn write_log(
     cell: &Cell,
-    recording: Measurement,
+    measurement: Measurement,
     input: &Path,
     output: &Path,
 ) -> Result<(), CliError> {
     let refused = |message: String| CliError::in_file(input, message);
-    check_rate(&recording, cell, input)?;
-    if recording.axes() != cell.layout.axes() {
+    check_rate(&measurement, cell, input)?;
+    if measurement.axes() != cell.layout.axes() {
         return Err(refused(format!(
-            "the recording has {} axes, the cell's bus {}; choose the cell that was recorded",
-            recording.axes(),
+            "the measurement has {} axes, the cell's bus {}; choose the cell that was recorded",
+            measurement.axes(),
             cell.layout.axes()
         )));
     }
-    if cell.layout.has_reference() && recording.signals.reference_rad.is_none() {
+    if cell.layout.has_reference() && measurement.signals.reference_rad.is_none() {
         return Err(refused(
-            "the cell's frames carry a reference and the recording has none; leave `reference` \
+            "the cell's frames carry a reference and the measurement has none; leave `reference` \
              out of the cell's layout, or add the columns"
                 .to_owned(),
         ));
     }
-    let recording = to_motor_side(recording, cell.robot.transmission());
+    let measurement = to_motor_side(measurement, cell.robot.transmission());
     let encoder = CycleEncoder::new(cell.layout.clone(), cell.scales.clone());
     let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
     write_whole(output, |out| {
         let mut writer = CandumpWriter::new(out, &name, StampDigits::Nanoseconds);
         let mut frames: Vec<Frame> = Vec::with_capacity(CYCLE_FRAMES);
-        for k in 0..recording.samples() {
+        for k in 0..measurement.samples() {
             frames.clear();
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
                 clippy::cast_precision_loss,
-                reason = "nanoseconds of a recording are far fewer than 2^52"
+                reason = "nanoseconds of a measurement are far fewer than 2^52"
             )]
             let stamp_ns = (k as f64 * cell.layout.period_ns()).round() as u64;
             encoder
-                .encode(&cycle(cell, &recording, k), stamp_ns, &mut frames)
+                .encode(&cycle(cell, &measurement, k), stamp_ns, &mut frames)
                 .map_err(|error| refused(format!("sample {k}: {error}")))?;
             for frame in &frames {
                 writer.write(frame).map_err(CliError::failed)?;
@@ -114,7 +114,7 @@ fn write_log(
     })
 }
 
-fn cycle(cell: &Cell, recording: &Measurement, k: usize) -> BusCycle {
+fn cycle(cell: &Cell, measurement: &Measurement, k: usize) -> BusCycle {
     let take = |columns: &[Vec<f64>], k: usize| {
         let mut values = [0.0; MAX_JOINTS];
         for (value, column) in values.iter_mut().zip(columns) {
@@ -124,8 +124,8 @@ fn cycle(cell: &Cell, recording: &Measurement, k: usize) -> BusCycle {
     };
     // A target that takes effect at the next SYNC is sent one cycle before.
     let ahead = usize::from(cell.layout.reference_at_next_sync());
-    let target = (k + ahead).min(recording.samples() - 1);
-    let signals = &recording.signals;
+    let target = (k + ahead).min(measurement.samples() - 1);
+    let signals = &measurement.signals;
     BusCycle {
         counter: k as u64,
         motor_position_rad: take(&signals.position_rad, k),
@@ -137,11 +137,11 @@ fn cycle(cell: &Cell, recording: &Measurement, k: usize) -> BusCycle {
     }
 }
 
-fn to_motor_side(mut recording: Measurement, transmission: &Transmission) -> Measurement {
-    if recording.side == Side::Motor {
-        return recording;
+fn to_motor_side(mut measurement: Measurement, transmission: &Transmission) -> Measurement {
+    if measurement.side == Side::Motor {
+        return measurement;
     }
-    let axes = recording.axes();
+    let axes = measurement.axes();
     let convert = |columns: &mut Vec<Vec<f64>>, rule: fn(&Transmission, &[f64], &mut [f64])| {
         let [mut joint, mut motor] = [[0.0; MAX_JOINTS]; 2];
         for k in 0..columns.first().map_or(0, Vec::len) {
@@ -154,12 +154,12 @@ fn to_motor_side(mut recording: Measurement, transmission: &Transmission) -> Mea
             }
         }
     };
-    let signals = &mut recording.signals;
+    let signals = &mut measurement.signals;
     convert(&mut signals.position_rad, Transmission::motor_position);
     convert(&mut signals.torque_nm, Transmission::motor_torque);
     if let Some(reference) = &mut signals.reference_rad {
         convert(reference, Transmission::motor_position);
     }
-    recording.side = Side::Motor;
-    recording
+    measurement.side = Side::Motor;
+    measurement
 }

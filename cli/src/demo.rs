@@ -49,10 +49,10 @@ pub(super) struct Arguments {
     /// Seed of the noise
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// As fast as the pipeline takes the frames, not in real time
+    /// Run as fast as the pipeline takes the frames, not in real time
     #[arg(long)]
     fast: bool,
-    /// Where the figure of measured against predicted torque goes
+    /// The file for the figure of measured against predicted torque
     #[arg(long, value_name = "FILE", default_value = "didim-demo.svg")]
     figure: PathBuf,
 }

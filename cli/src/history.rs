@@ -22,16 +22,16 @@ pub(super) struct Arguments {
     /// Plot this parameter over time; may be given more than once
     #[arg(long, value_name = "NAME")]
     parameter: Vec<String>,
-    /// Put two results side by side
+    /// Compare two results side by side
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     compare: Vec<u64>,
-    /// Show so many of the last results only
+    /// Show only this number of the last results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     last: Option<u32>,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }
@@ -41,7 +41,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
     if passed_over > 0 {
         tracing::warn!(
-            "lines of the history passed over as torn, unknown or of a later version: {passed_over}"
+            "lines of the history skipped as incomplete, unknown or of a later version: \
+             {passed_over}"
         );
     }
     let baseline = Baseline::read(&folder).map_err(CliError::failed)?;
@@ -49,7 +50,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let all: Vec<String> = history.parameters().into_iter().map(str::to_owned).collect();
     if let Some(unknown) = arguments.parameter.iter().find(|name| !all.contains(name)) {
         return Err(CliError::Usage(format!(
-            "no result has the parameter `{unknown}`; they have {}",
+            "no result has the parameter `{unknown}`; known: {}",
             all.join(" ")
         )));
     }
@@ -79,9 +80,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut text = table(&history) + "\n" + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
-        text += &plot(&history, name, PLOT_COLUMNS).unwrap_or_else(|| {
-            format!("{name}: no result that may be used and has a time has it\n")
-        });
+        text += &plot(&history, name, PLOT_COLUMNS)
+            .unwrap_or_else(|| format!("{name}: no applicable result with a known time has it\n"));
         let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }

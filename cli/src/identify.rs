@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::CliError;
 use super::output::{print, write_figure, write_report};
 use didim::cell::Cell;
-use didim::offline::identify::{IdentifyError, identify_recording, reduce_recording};
+use didim::offline::identify::{IdentifyError, identify_measurement, reduce_measurement};
 use didim::offline::read_log;
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
@@ -33,10 +33,10 @@ pub(super) struct Arguments {
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
-    /// What counts begins here [s after the first sample]; before it is margin for the filters
+    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
     #[arg(long, value_name = "S")]
     from: Option<f64>,
-    /// What counts ends here [s after the first sample]
+    /// End of the samples that count [s after the first]
     #[arg(long, value_name = "S")]
     to: Option<f64>,
     /// Print one JSON object and nothing else
@@ -45,13 +45,13 @@ pub(super) struct Arguments {
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Find the essential parameters among all base parameters, and identify these
     #[arg(long)]
     essential: bool,
-    /// Print how each regrouped parameter is made up
+    /// Print the composition of each regrouped parameter
     #[arg(long, conflicts_with = "json")]
     regrouping: bool,
 }
@@ -68,28 +68,27 @@ struct Output<'a> {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let recording = read_input(&arguments.input, &cell, arguments.sample_rate)?;
-    check_rate(&recording, &cell, &arguments.input)?;
+    let measurement = read_input(&arguments.input, &cell, arguments.sample_rate)?;
+    check_rate(&measurement, &cell, &arguments.input)?;
     let bounds = (arguments.from, arguments.to);
-    let counted = counted(bounds, &cell, &recording, &arguments.input)?;
+    let counted = counted(bounds, &cell, &measurement, &arguments.input)?;
     let start = Instant::now();
     let mut reduction = None;
     if arguments.essential {
-        let found = reduce_recording(&cell, &recording, counted.clone())
+        let found = reduce_measurement(&cell, &measurement, counted.clone())
             .map_err(|error| CliError::in_file(&arguments.input, error))?;
         cell = cell.with_parameters(&found.essential);
         reduction = Some(found);
     }
     let method = arguments.method.unwrap_or(cell.method);
-    let identification = identify_recording(&cell, method, &recording, counted.clone()).map_err(
-        |error| match error {
+    let identification = identify_measurement(&cell, method, &measurement, counted.clone())
+        .map_err(|error| match error {
             IdentifyError::Identification(IdentificationError::NoController { .. })
             | IdentifyError::NotRobust(_) => {
                 CliError::configuration(format!("{}: {error}", arguments.cell.display()))
             }
             error => CliError::in_file(&arguments.input, error),
-        },
-    )?;
+        })?;
     let elapsed = start.elapsed();
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
@@ -101,7 +100,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
         print(&text(&cell, &identification, arguments.regrouping))?;
-        print(&what_counted(&counted, &recording))?;
+        print(&what_counted(&counted, &measurement))?;
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {
@@ -110,7 +109,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.report {
         let input = InputFile::read(&arguments.input)
             .map_err(|error| CliError::in_file(&arguments.input, error))?;
-        let samples = SampleRange::Record(counted, recording.signals.sample_rate_hz);
+        let samples = SampleRange::Measurement(counted, measurement.signals.sample_rate_hz);
         let origin = Origin { input: Some(input), samples, note: None };
         let report = Report { cell: &cell, identification: &identification, origin: &origin };
         write_report(path, &report)?;
@@ -138,7 +137,8 @@ pub(super) fn read_input(
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(
-            "--sample-rate goes with a CSV file; a log's rate is that of the cell's layout".into(),
+            "--sample-rate is for CSV files only; a log has the sample rate of the cell's layout"
+                .into(),
         ));
     }
     read_log(path, cell).map_err(CliError::failed)
@@ -147,19 +147,19 @@ pub(super) fn read_input(
 /// The layout tells by how much of a sample the torque is late: that holds at the rate of the bus
 /// only.
 pub(super) fn check_rate(
-    recording: &Measurement,
+    measurement: &Measurement,
     cell: &Cell,
     file: &Path,
 ) -> Result<(), CliError> {
-    let (found, rate) = (recording.signals.sample_rate_hz, cell.sample_rate_hz());
+    let (found, rate) = (measurement.signals.sample_rate_hz, cell.sample_rate_hz());
     if (found / rate - 1.0).abs() <= 1e-3 {
         return Ok(());
     }
     Err(CliError::in_file(
         file,
         format!(
-            "the recording has {found} samples/s, the cell's bus {rate}; choose a cell of the \
-             recording's rate, or resample the recording"
+            "the measurement has {found} samples/s, the cell's bus {rate}; choose a cell of the \
+             measurement's rate, or resample the measurement"
         ),
     ))
 }
@@ -168,22 +168,22 @@ pub(super) fn check_rate(
 pub(super) fn counted(
     (first_s, last_s): (Option<f64>, Option<f64>),
     cell: &Cell,
-    recording: &Measurement,
+    measurement: &Measurement,
     file: &Path,
 ) -> Result<Range<usize>, CliError> {
-    let samples = recording.samples();
-    let rate = recording.signals.sample_rate_hz;
+    let samples = measurement.samples();
+    let rate = measurement.signals.sample_rate_hz;
     let sample = |name: &str, seconds: f64| {
         #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
         let last = (samples - 1) as f64 / rate;
         if !(0.0..=last).contains(&seconds) {
-            let message = format!("{name} {seconds}: the record lasts from 0 to {last} s");
+            let message = format!("{name} {seconds}: the measurement lasts from 0 to {last} s");
             return Err(CliError::Usage(message));
         }
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "within the record"
+            reason = "within the measurement"
         )]
         Ok((seconds * rate).round() as usize)
     };
@@ -195,11 +195,11 @@ pub(super) fn counted(
     };
     if from >= to {
         if let (Some(from), Some(to)) = (first_s, last_s) {
-            let message = format!("--from {from} --to {to}: nothing lies between them");
+            let message = format!("--from {from} --to {to}: there is no sample between them");
             return Err(CliError::Usage(message));
         }
         let message = format!(
-            "nothing counts: of {samples} samples, {from} at the beginning and {} at the end are \
+            "no sample counts: of {samples} samples, {from} at the beginning and {} at the end are \
              margin for the filters; record longer, or choose --from and --to",
             samples.saturating_sub(to)
         );
@@ -208,12 +208,12 @@ pub(super) fn counted(
     Ok(from..to)
 }
 
-/// Which part of the record became rows; the rest is margin for the filters.
-fn what_counted(counted: &Range<usize>, recording: &Measurement) -> String {
-    let rate = recording.signals.sample_rate_hz;
+/// Which part of the measurement became rows; the rest is margin for the filters.
+fn what_counted(counted: &Range<usize>, measurement: &Measurement) -> String {
+    let rate = measurement.signals.sample_rate_hz;
     #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
     let (from, to) = (counted.start as f64 / rate, (counted.end - 1) as f64 / rate);
-    let margins = recording.samples() - counted.len();
+    let margins = measurement.samples() - counted.len();
     format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
 }
 

@@ -53,7 +53,7 @@ enum Command {
     Run(run::Arguments),
     /// Put the simulated TX40 on a bus
     Sim(sim::Arguments),
-    /// Send a candump log or an MCAP recording through the very same pipeline as `run`
+    /// Send a candump log or an MCAP recording through the same pipeline as `run`
     Replay(replay::Arguments),
     /// Identify offline, from a CSV experiment, a candump log or an MCAP recording
     Identify(identify::Arguments),
@@ -63,25 +63,25 @@ enum Command {
     Study(study::Arguments),
     /// Convert between a CSV experiment, a candump log and an MCAP recording
     Convert(convert::Arguments),
-    /// Show what a running service knows
+    /// Show the status of a running service
     Status(status::Arguments),
-    /// Tell Prometheus what a running service knows
+    /// Serve the status of a running service to Prometheus
     Metrics(metrics::Arguments),
-    /// Watch a running service
+    /// Watch the status of a running service
     Top(top::Arguments),
     /// Open, close or identify the running service's window by hand
     Window(window::Arguments),
-    /// Have the running service read its cell file again
+    /// Make the running service reload its cell file
     Reload(reload::Arguments),
-    /// Keep a recording of the bus from now on
+    /// Record the bus from now on, until stopped
     Capture(capture::Arguments),
     /// Note payload, temperature or a text with the open window or the next one
     Note(note::Arguments),
-    /// Show the results over time, beside the baseline
+    /// Show the results over time, compared with the baseline
     History(history::Arguments),
-    /// Set, clear or show the result that later ones are compared with
+    /// Set, clear or show the baseline, with which later results are compared
     Baseline(baseline::Arguments),
-    /// Say what would not work, before the service is started
+    /// Check a cell file and this machine before the service is started
     Check(check::Arguments),
     /// Write man pages and completions into a folder
     #[command(hide = true)]
@@ -103,7 +103,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    // A daemon tells what it does; a command that a person waits for tells what is wrong.
+    // A daemon logs what it does; a command that a person waits for logs what is wrong.
     log_to_stderr(if matches!(arguments.command, Command::Run(_) | Command::Metrics(_)) {
         LevelFilter::INFO
     } else {

@@ -14,7 +14,7 @@ pub type Generated = (String, String);
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The folder that gets `man` and `completions`; it is made where it is missing
+    /// The folder for `man` and `completions`; created where it is missing
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -86,7 +86,7 @@ const TRAILER: &str = r".SH EXIT STATUS
 done
 .TP
 1
-what was asked for was refused or failed; the reason is on stderr
+the command was refused or failed; the reason is on stderr
 .TP
 2
 wrong usage
@@ -97,7 +97,7 @@ a cell, robot or layout file is wrong
 130
 interrupted
 .PP
-A result that was computed but should not be used is no failure: read its verdict.
+A result that is not applicable is no failure of the command: read its verdict.
 .SH FILES
 .TP
 /usr/share/didim/config

@@ -18,7 +18,7 @@ const LISTEN: &str = "127.0.0.1:9752";
 pub(super) struct Arguments {
     #[command(flatten)]
     service: WhichService,
-    /// The address to answer at; only this machine may ask unless another is named
+    /// The address to listen at; the default answers this machine only
     #[arg(long, value_name = "ADDRESS:PORT", default_value = LISTEN)]
     listen: SocketAddr,
 }
@@ -58,6 +58,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 fn ready(address: SocketAddr) {
     tracing::info!("metrics at http://{address}/metrics");
     if let Err(cause) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
-        tracing::warn!("systemd could not be told: {cause}");
+        tracing::warn!("cannot notify systemd: {cause}");
     }
 }

@@ -9,8 +9,8 @@ use didim::window::Note;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Mass at the flange that the robot file does not describe; 0 means none, as with a
-    /// baseline that has no note of one
+    /// Mass at the flange that the robot file does not describe; 0 means none, as does a
+    /// baseline without this note
     #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     payload_kg: Option<f64>,
     /// Temperature of the arm

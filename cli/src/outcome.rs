@@ -17,7 +17,7 @@ pub(super) fn identified(
     let snapshot = &report.snapshot;
     if report.end == ServiceEnd::Signal {
         return Err(CliError::Interrupted(
-            "interrupted; results stored before are whole".to_owned(),
+            "interrupted; the results stored so far are complete".to_owned(),
         ));
     }
     if let Some(status) = &snapshot.estimation {
@@ -39,7 +39,7 @@ fn not_stored(status: &EstimationStatus) -> Option<String> {
     let mut rejections = [&status.first_rejection, &status.last_rejection].into_iter().flatten();
     let told = rejections.find(|of| matches!(of.rejection, Rejection::NotStored { .. }));
     let why = told.map_or_else(
-        || "see the log before this".to_owned(),
+        || "see the log above".to_owned(),
         |rejected| format!("window {}: {}", rejected.number, rejected.rejection),
     );
     let windows = status.windows_identified + count;

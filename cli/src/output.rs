@@ -49,7 +49,7 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return Err(CliError::in_file(
             path,
-            "is there and not a regular file; choose another name",
+            "exists and is not a regular file; choose another name",
         ));
     }
     let folder = match path.parent() {
@@ -60,7 +60,7 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
 }
 
 fn not_written(path: &Path, error: &std::io::Error) -> CliError {
-    CliError::in_file(path, format!("{error}; name a file in a folder that can be written"))
+    CliError::in_file(path, format!("{error}; name a file in a writable folder"))
 }
 
 /// As [`write_whole`], of a text that is there.

@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     cell: PathBuf,
     /// The candump log, the MCAP recording, or the folder of a ring
     log: PathBuf,
-    /// Keep the results in this folder, as `run` does; else only the last one is shown
+    /// Store the results in this folder, as `run` does; else only the last one is shown
     #[arg(long, value_name = "FOLDER")]
     state: Option<PathBuf>,
     /// Print the last estimate as one JSON object and nothing else
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
-    /// Write a report to show and to print (one HTML file)
+    /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }
@@ -55,7 +55,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             Some(sequence) => {
                 if !window.is_of(&cell.configuration_sha256) {
                     tracing::warn!(
-                        "{}: it was recorded with another configuration; the result may be another",
+                        "{}: recorded with another configuration; the result may differ",
                         arguments.log.display()
                     );
                 }
@@ -63,8 +63,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 work.options.recorded = Some(window);
             }
             None => tracing::warn!(
-                "{}: its frames do not give the window that it was kept for; is the cell the one \
-                 that was recorded? Its windows are those that the cell file asks for",
+                "{}: the frames do not reproduce the window of this recording; is this the cell \
+                 that was recorded? The windows are chosen by the cell file instead",
                 arguments.log.display()
             ),
         }

@@ -100,8 +100,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     tracing::info!(
         "ended: {}",
         match report.end {
-            ServiceEnd::Signal => "told to stop",
-            ServiceEnd::SourceEnded => "the source is at its end",
+            ServiceEnd::Signal => "stop requested",
+            ServiceEnd::SourceEnded => "the source has ended",
         }
     );
     Ok(())
@@ -114,7 +114,7 @@ fn which_part(asked: Option<Part>, processes: Processes) -> Result<Option<Part>,
         (None, Processes::One) => Ok(None),
         (Some(part), Processes::Two) => Ok(Some(part)),
         (None, Processes::Two) => Err(CliError::Usage(
-            "the cell has `service.processes = \"two\"`: say --part acquisition or --part \
+            "the cell has `service.processes = \"two\"`: give --part acquisition or --part \
              estimation"
                 .to_owned(),
         )),

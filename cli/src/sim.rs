@@ -16,7 +16,7 @@ use didim_lab::check_robot;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The cell whose drives are simulated: it gives the layout of the frames and the gains
+    /// The cell whose drives are simulated: it defines the layout of the frames and the gains
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
     /// Where the frames go: can:INTERFACE, or log:FILE
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     /// Send as fast as the bus takes frames, not at the cell's rate
     #[arg(long)]
     fast: bool,
-    /// Play the motion again and again, until interrupted
+    /// Repeat the motion until interrupted
     #[arg(long)]
     repeat: bool,
 }
@@ -82,9 +82,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         BusAddress::InProcess => {
             return Err(CliError::Usage(
-                "inproc: ends with this process and nobody would listen; use can:INTERFACE or \
-                 log:FILE"
-                    .to_owned(),
+                "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),
             ));
         }
     };

@@ -11,7 +11,7 @@ use didim::cell::{Cell, ServiceSection};
 /// Which folder of results is meant.
 #[derive(Debug, Args)]
 pub(super) struct WhichState {
-    /// The cell file of the service, for the folder of its results and for what it calls drift
+    /// The cell file of the service, for the folder of its results and its limits of drift
     #[arg(long, value_name = "FILE")]
     cell: Option<PathBuf>,
     /// The folder of its results [default: the cell's, or /var/lib/didim]

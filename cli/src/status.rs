@@ -35,8 +35,8 @@ impl WhichService {
     /// Has a request done and prints what the service says of it.
     pub(super) fn ask(&self, request: &Request) -> Result<(), CliError> {
         let socket = self.paths()?.command_socket();
-        let words = send_request(&socket, request).map_err(CliError::failed)?;
-        if words.is_empty() { Ok(()) } else { print(&format!("{words}\n")) }
+        let done = send_request(&socket, request).map_err(CliError::failed)?;
+        if done.is_empty() { Ok(()) } else { print(&format!("{done}\n")) }
     }
 
     /// Where its sockets are.

@@ -23,10 +23,10 @@ pub(super) struct Arguments {
     /// The plan: methods, axes and levels
     #[arg(long, value_name = "FILE")]
     plan: PathBuf,
-    /// Where the runs and what they come to go; a study that is there is continued
+    /// The folder for the runs and their summary; a study that is there is continued
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
-    /// Threads; as many as there are processors when left out
+    /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Print one JSON object and nothing else
@@ -63,7 +63,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if stop.load(Ordering::Relaxed) && (summary.runs as u64) < summary.planned {
         return Err(CliError::Interrupted(format!(
-            "interrupted after {} of {} runs; the same command goes on from there",
+            "interrupted after {} of {} runs; the same command continues from there",
             summary.runs, summary.planned
         )));
     }
@@ -82,7 +82,7 @@ fn times(grid: &Grid, progress: &Progress, threads: usize, elapsed: Duration) ->
         time.map_or_else(|| "–".to_owned(), |time| format!("{:.2} s", time.as_secs_f64()))
     };
     let mut text = format!(
-        "{} runs added in {:.1} s on {threads} threads; on average the arm took {}",
+        "{} runs added in {:.1} s on {threads} threads; on average the simulation took {}",
         progress.added(),
         elapsed.as_secs_f64(),
         seconds(progress.simulation_time())

@@ -32,8 +32,7 @@ pub(super) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if !std::io::stdin().is_terminal() || !std::io::stdout().is_terminal() {
         return Err(CliError::Usage(
-            "`didim top` draws on a terminal, and there is none; `didim status` prints it once"
-                .to_owned(),
+            "`didim top` needs a terminal; `didim status` prints the status once".to_owned(),
         ));
     }
     let paths = arguments.service.paths()?;
@@ -52,7 +51,7 @@ struct Restored;
 impl Drop for Restored {
     fn drop(&mut self) {
         if let Err(error) = try_restore() {
-            tracing::debug!("the terminal is not restored: {error}");
+            tracing::debug!("cannot restore the terminal: {error}");
         }
     }
 }

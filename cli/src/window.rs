@@ -9,7 +9,7 @@ use didim::service::status::Request;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// What to do; to begin and end, the cell's windows have to be `by = "command"`
+    /// The action; `begin` and `end` need a cell whose windows are triggered `by = "command"`
     action: Action,
     #[command(flatten)]
     service: WhichService,
@@ -19,7 +19,7 @@ pub(super) struct Arguments {
 enum Action {
     /// Open a window at the next sample
     Begin,
-    /// Close it, once it has its margin, and identify
+    /// Close it after its margin, and identify
     End,
     /// Close the open window at once, whatever opened it, and identify
     Identify,

@@ -91,8 +91,8 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
     let recording = bus.recording.unwrap();
     assert_eq!(recording.frames_recorded, frames.len() as u64, "{recording:?}");
     assert_eq!((recording.frames_unrecorded, recording.write_errors), (0, 0), "{recording:?}");
-    let kept = work.kept_recordings.unwrap();
-    assert_eq!((kept.kept, kept.failed), (2, 0), "{kept:?}");
+    let archive = work.kept_recordings.unwrap();
+    assert_eq!((archive.kept, archive.failed), (2, 0), "{archive:?}");
 
     // The ring has every frame, as it was.
     let recordings = cell.state().join("recordings");
@@ -125,7 +125,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
     fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
     let told = didim(&[&"replay", &"--cell", &cell.cell(), &cut]);
     assert_eq!(told.code, Some(1), "{told:?}");
-    assert!(told.stderr.contains("has no end"), "{told:?}");
+    assert!(told.stderr.contains("is not finished"), "{told:?}");
 
     // Offline, and in other formats.
     let (log, csv) = (cell.path("kept.log"), cell.path("kept.csv"));

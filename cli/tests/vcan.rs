@@ -612,7 +612,7 @@ fn a_capture_begins_and_ends_by_command() {
             Ok::<_, Late>(arm.join().unwrap())
         })?;
         until(&daemon, "it is kept", |status| {
-            work(status).kept_recordings.as_ref().is_some_and(|kept| kept.kept >= 1)
+            work(status).kept_recordings.as_ref().is_some_and(|archive| archive.kept >= 1)
         })?;
         end(daemon)?;
         no_pause(sent.pause)?;

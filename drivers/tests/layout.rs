@@ -296,11 +296,11 @@ fn what_does_not_fit_is_named() {
     let spec = crate::common::CIA402;
     let dbc = cia402_dbc();
     let cases = [
-        (dbc.to_owned(), spec.replace("TorqueDemand", "TorqueDemanded"), "near it: `TorqueDemand`"),
+        (dbc.to_owned(), spec.replace("TorqueDemand", "TorqueDemanded"), "similar: `TorqueDemand`"),
         (
             dbc.to_owned(),
             spec.replace("TPDO1_", "TPDO2_"),
-            "no message `TPDO2_1`; near it: `TPDO1_1`",
+            "no message `TPDO2_1`; similar: `TPDO1_1`",
         ),
         (
             dbc.to_owned(),

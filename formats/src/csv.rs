@@ -76,7 +76,7 @@ pub enum CsvError {
         file: PathBuf,
     },
     /// Time does not advance by one period per row: samples are missing or repeated there.
-    #[error("{}: line {line}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated, resample the record or cut it there", file.display())]
+    #[error("{}: line {line}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated, resample the measurement or cut it there", file.display())]
     NotUniform {
         /// The file.
         file: PathBuf,
@@ -99,8 +99,8 @@ pub enum CsvError {
         /// The rate that was given \[Hz\].
         given_hz: f64,
     },
-    /// More samples than are held in memory: cut the record.
-    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the record", file.display())]
+    /// More samples than are held in memory: cut the measurement.
+    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the measurement", file.display())]
     TooLong {
         /// The file.
         file: PathBuf,
@@ -323,18 +323,18 @@ fn column_name(side: Side, quantity: Quantity, axis: usize) -> String {
     format!("{}_{}_{}", side.prefix(), quantity.stem(), axis + 1)
 }
 
-/// Writes a recording as CSV, with a `time_s` column that starts at 0. Numbers have as many digits
+/// Writes a measurement as CSV, with a `time_s` column that starts at 0. Numbers have as many digits
 /// as it takes to read the same value back.
 ///
 /// # Errors
 /// [`CsvError::Io`] or [`CsvError::Table`] when the file cannot be written.
-pub fn write_csv(recording: &Measurement, output: impl Write, path: &Path) -> Result<(), CsvError> {
+pub fn write_csv(measured: &Measurement, output: impl Write, path: &Path) -> Result<(), CsvError> {
     let table = |source| CsvError::Table { file: path.to_path_buf(), source };
     let mut writer = csv::Writer::from_writer(output);
     let blocks: Vec<(Quantity, &Vec<Vec<f64>>)> = [
-        (Quantity::Position, Some(&recording.signals.position_rad)),
-        (Quantity::Torque, Some(&recording.signals.torque_nm)),
-        (Quantity::Reference, recording.signals.reference_rad.as_ref()),
+        (Quantity::Position, Some(&measured.signals.position_rad)),
+        (Quantity::Torque, Some(&measured.signals.torque_nm)),
+        (Quantity::Reference, measured.signals.reference_rad.as_ref()),
     ]
     .into_iter()
     .filter_map(|(quantity, block)| block.map(|b| (quantity, b)))
@@ -342,14 +342,14 @@ pub fn write_csv(recording: &Measurement, output: impl Write, path: &Path) -> Re
 
     let mut names = vec!["time_s".to_owned()];
     for (quantity, block) in &blocks {
-        names.extend((0..block.len()).map(|axis| column_name(recording.side, *quantity, axis)));
+        names.extend((0..block.len()).map(|axis| column_name(measured.side, *quantity, axis)));
     }
     writer.write_record(&names).map_err(table)?;
     let mut row = Vec::with_capacity(names.len());
-    for k in 0..recording.samples() {
+    for k in 0..measured.samples() {
         row.clear();
         #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
-        row.push((k as f64 / recording.signals.sample_rate_hz).to_string());
+        row.push((k as f64 / measured.signals.sample_rate_hz).to_string());
         row.extend(blocks.iter().flat_map(|(_, b)| b.iter().map(|axis| axis[k].to_string())));
         writer.write_record(&row).map_err(table)?;
     }
@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn what_was_written_is_read_back_bit_for_bit() {
-        let recording = Measurement {
+        let measurement = Measurement {
             side: Side::Motor,
             rate_unchecked: false,
             signals: Signals {
@@ -383,9 +383,9 @@ mod tests {
             },
         };
         let mut bytes = Vec::new();
-        write_csv(&recording, &mut bytes, Path::new("x.csv")).unwrap();
+        write_csv(&measurement, &mut bytes, Path::new("x.csv")).unwrap();
         let read = parse_csv(bytes.as_slice(), Path::new("x.csv"), Some(5000.0)).unwrap();
-        assert_eq!(read, recording);
+        assert_eq!(read, measurement);
     }
 
     #[test]

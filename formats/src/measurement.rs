@@ -7,7 +7,7 @@ use didim_core::{JointSample, MAX_JOINTS};
 /// axes and a reference it takes half a gigabyte, and some of it twice while it is filtered.
 pub const MAX_SAMPLES: usize = 3_600_000;
 
-/// Which side of the transmission a recording describes.
+/// Which side of the transmission a measurement describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Motor angles and motor torques, as a drive reports them.

@@ -116,7 +116,7 @@ impl Plan {
         format!("{plan:?}")
     }
 
-    /// The key of a value that cannot be meant, and what is wrong with it.
+    /// The key of an invalid value, and what is wrong with it.
     fn check(&self) -> Result<(), (String, String)> {
         let wrong = |key: &str, problem: &str| Err((key.to_owned(), problem.to_owned()));
         if self.method.is_empty() {

@@ -11,7 +11,7 @@ use super::start::nominal_beside;
 use super::torque::ReferenceTorque;
 use crate::simulated::{SimulatedError, simulate};
 use didim::cell::Cell;
-use didim::offline::identify::identify_recording;
+use didim::offline::identify::identify_measurement;
 use didim_formats::Measurement;
 
 /// What is kept of one run.
@@ -38,7 +38,7 @@ pub enum Outcome {
     Failed {
         /// The kind of failure.
         cause: String,
-        /// In words.
+        /// As text.
         message: String,
     },
 }
@@ -138,16 +138,16 @@ impl Judged {
     }
 }
 
-/// The record of a cell's arm with this seed, as its drives log it.
+/// The measurement of a cell's arm with this seed, as its drives log it.
 pub(super) struct Simulated {
-    recording: Measurement,
+    measurement: Measurement,
     counted: Range<usize>,
 }
 
 /// Simulates the arm of a cell of the grid.
 pub(super) fn simulated(cell: &GridCell, seed: u64) -> Result<Simulated, SimulatedError> {
     let scenario = cell.scenario.clone().with_seed(seed);
-    simulate(&scenario, &cell.cell).map(|(recording, counted)| Simulated { recording, counted })
+    simulate(&scenario, &cell.cell).map(|(measurement, counted)| Simulated { measurement, counted })
 }
 
 /// Identifies by one of the plan's methods, and holds the result against the truth.
@@ -163,9 +163,9 @@ pub(super) fn run(
     let outcome = match record {
         // The arm that was to be recorded did not follow its controller.
         Err(error) => failed("no-record", error.to_string()),
-        Ok(Simulated { recording, counted }) => {
+        Ok(Simulated { measurement, counted }) => {
             let own = with_options(&cell.cell, method, seed);
-            match identify_recording(&own, method.method, recording, counted.clone()) {
+            match identify_measurement(&own, method.method, measurement, counted.clone()) {
                 Err(error) => {
                     let cause = error.failure().map_or("no-identification", Failure::name);
                     failed(cause, error.to_string())

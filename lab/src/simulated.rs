@@ -56,12 +56,12 @@ pub fn simulate(
     let margins = cell.window.plan(cell.sample_rate_hz())?;
     let (before, after) = (margins.margin_before, margins.margin_after);
     let record = scenario.record_with_rests(before, after)?;
-    let recording = Measurement {
+    let measurement = Measurement {
         side: Side::Motor,
         signals: Signals::of_motors(&record),
         rate_unchecked: false,
     };
-    Ok((recording, before..before + scenario.samples()))
+    Ok((measurement, before..before + scenario.samples()))
 }
 
 /// Whether scenario and cell are of one robot.
@@ -100,10 +100,10 @@ mod tests {
     fn the_motion_counts_and_the_rests_are_margin() {
         let scenario = didim_sim::tx40_paper().unwrap();
         let cell = cell("config/cells/tx40-packed-fd.toml");
-        let (recording, counted) = simulate(&scenario, &cell).unwrap();
-        assert_eq!(recording.samples(), 1250 + 34_500 + 1250);
+        let (measurement, counted) = simulate(&scenario, &cell).unwrap();
+        assert_eq!(measurement.samples(), 1250 + 34_500 + 1250);
         assert_eq!(counted, 1250..1250 + 34_500);
-        let reference = &recording.signals.reference_rad.unwrap()[0];
+        let reference = &measurement.signals.reference_rad.unwrap()[0];
         assert!(reference[..1250].iter().all(|q| q.to_bits() == reference[0].to_bits()));
         assert!(reference[counted].iter().any(|q| (q - reference[0]).abs() > 1.0));
     }

@@ -41,7 +41,7 @@ pub enum CellError {
         /// What the parser said, with line and key.
         source: Box<toml::de::Error>,
     },
-    /// A value that cannot be meant.
+    /// An invalid value.
     #[error("{}: `{key}`: {problem}", file.display())]
     Value {
         /// The cell file.

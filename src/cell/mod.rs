@@ -200,7 +200,8 @@ impl Cell {
             return Err(wrong(
                 key,
                 format!(
-                    "the closed loop can be simulated only when [controller] describes what controls the arm ({method} is the method)"
+                    "needs [controller], which describes the controller of the arm, to simulate \
+                     the closed loop (the method is {method})"
                 ),
             ));
         }
@@ -255,7 +256,7 @@ impl Cell {
     }
 }
 
-/// Where in the cell file the mistake is.
+/// The key of the cell file at fault.
 fn simulation_key(error: &IdentificationError) -> &'static str {
     match error {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",

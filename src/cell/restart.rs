@@ -1,4 +1,4 @@
-//! What of a cell file a running service cannot take over.
+//! What a running service cannot take over from a changed cell file.
 
 use super::{Cell, ServiceSection};
 

@@ -1,9 +1,9 @@
-//! What was probably meant by a key that is not known.
+//! Suggestions for unknown keys.
 
 use core::fmt;
 
 /// How alike two names are to be suggested for one another (1 is equal).
-const NEAR: f64 = 0.5;
+const SIMILAR: f64 = 0.5;
 
 /// The known name that is most like the unknown one, as a remark behind the parser's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,12 +23,12 @@ impl Instead {
         let at = message.find("unknown ").unwrap_or(0);
         let mut names = message[at..].split('`').skip(1).step_by(2);
         let unknown = names.next().unwrap_or_default();
-        let near = names
+        let similar = names
             .map(|known| (strsim::normalized_damerau_levenshtein(unknown, known), known))
-            .filter(|(likeness, _)| *likeness >= NEAR)
+            .filter(|(likeness, _)| *likeness >= SIMILAR)
             .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(a.1)));
         Self {
-            known: near.map(|(_, known)| known.to_owned()),
+            known: similar.map(|(_, known)| known.to_owned()),
             in_a_line_of_its_own: message.ends_with('\n'),
         }
     }

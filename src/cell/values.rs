@@ -1,9 +1,9 @@
-//! Values of a cell file that the types let pass and the service could not run with.
+//! Checks of values in a cell file that their types do not make.
 
 use super::{BusAddress, CellFile, ServiceSection};
 use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
-/// The key of a value that cannot be meant, and what is wrong with it.
+/// The key of an invalid value, and what is wrong with it.
 type Wrong = (&'static str, String);
 
 pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
@@ -32,7 +32,7 @@ fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
     }
     for (k, source) in sources.iter().enumerate() {
         if sources.len() > 1 && !matches!(source, BusAddress::Can(_)) {
-            return wrong(format!("`{source}` goes with no other bus; only can: buses do"));
+            return wrong(format!("`{source}` must be the only bus unless all are can:"));
         }
         if sources[..k].contains(source) {
             return wrong(format!("`{source}` is listed more than once; list it once"));
@@ -56,7 +56,7 @@ fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
         }
     }
     if command & 0o006 != 0 {
-        let problem = format!("{command:#o} lets everyone command; name a service.command_group");
+        let problem = format!("{command:#o} lets anyone send commands; set service.command_group");
         return Err(("service.command_mode", problem));
     }
     for (key, group, mode) in [
@@ -77,17 +77,17 @@ fn check_sockets(service: &ServiceSection) -> Result<(), Wrong> {
 fn check_bitrates(bitrate: Option<u32>, data: Option<u32>) -> Result<(), Wrong> {
     let nominal = bitrate.unwrap_or(1_000_000);
     if !(1_000..=1_000_000).contains(&nominal) {
-        let problem = format!("{nominal} bit/s; arbitration takes 1000 to 1000000");
+        let problem = format!("{nominal} bit/s; the arbitration bit rate is 1000 to 1000000");
         return Err(("bus.bitrate_bps", problem));
     }
     let Some(data) = data else { return Ok(()) };
     if bitrate.is_none() {
-        let problem = "needs `bus.bitrate_bps`, the bit rate of the arbitration, beside it";
+        let problem = "needs `bus.bitrate_bps`, the arbitration bit rate, as well";
         return Err(("bus.data_bitrate_bps", problem.to_owned()));
     }
     if !(nominal..=8_000_000).contains(&data) {
         let problem =
-            format!("{data} bit/s; a data phase has {nominal} (bus.bitrate_bps) to 8000000");
+            format!("{data} bit/s; the data bit rate is {nominal} (bus.bitrate_bps) to 8000000");
         return Err(("bus.data_bitrate_bps", problem));
     }
     Ok(())

@@ -31,7 +31,7 @@ pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>)
             BusAddress::Log(_) => {}
             BusAddress::InProcess => findings.push(Finding::error(
                 SOURCE,
-                format!("{source}: `didim run` has no such bus"),
+                format!("{source}: not a bus of `didim run`"),
                 "write can:INTERFACE or log:FILE",
             )),
         }
@@ -55,7 +55,7 @@ fn interface(cell: &Cell, machine: &Machine, name: &str, findings: &mut Vec<Find
     if !interface.is_can {
         findings.push(Finding::error(
             SOURCE,
-            format!("can:{name}: is an interface, but not of a CAN bus"),
+            format!("can:{name}: not a CAN interface"),
             format!("CAN interfaces here: {}", machine.can_interfaces().join(" ")),
         ));
         return;
@@ -64,7 +64,7 @@ fn interface(cell: &Cell, machine: &Machine, name: &str, findings: &mut Vec<Find
         findings.push(Finding::warning(
             SOURCE,
             format!("can:{name}: the interface is down; no frame comes until it is up"),
-            format!("ip link set {name} up, with its bit rate before that"),
+            format!("set its bit rate, then ip link set {name} up"),
         ));
     }
     let has_fd = cell.layout.messages().iter().any(|message| message.format.fd);
@@ -96,19 +96,19 @@ fn receive_buffer(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
     let holds = significant(seconds(granted), 2);
     if granted < asked {
         let what = format!(
-            "{asked} bytes are asked for, and net.core.rmem_max allows {granted}: {holds} s of bus"
+            "{asked} bytes are requested, net.core.rmem_max allows {granted}: {holds} s of frames"
         );
         findings.push(Finding::warning(
             BUFFER,
             what,
-            format!("sysctl net.core.rmem_max={}, or CAP_NET_ADMIN for the service", asked / 2),
+            format!("sysctl net.core.rmem_max={}, or give the service CAP_NET_ADMIN", asked / 2),
         ));
     } else if seconds(granted) < SHORT_S {
         let needed = SHORT_S * frames_per_second * QUEUED_FRAME_BYTES;
         findings.push(Finding::warning(
             BUFFER,
-            format!("{granted} bytes hold {holds} s of bus: a busy machine loses frames"),
-            format!("at least {needed:.0} bytes"),
+            format!("{granted} bytes hold {holds} s of frames: a busy machine loses some"),
+            format!("request at least {needed:.0} bytes"),
         ));
     }
 }

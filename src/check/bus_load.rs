@@ -22,9 +22,8 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let Some(bitrate) = cell.bitrate_bps else {
         findings.push(Finding::note(
             BITRATE,
-            "is not given, so whether the bus has room for the layout's frames is not checked"
-                .to_owned(),
-            "give the bit rate of the bus, as 1000000",
+            "is not given, so the bus load is not checked".to_owned(),
+            "give the bit rate of the bus, such as 1000000",
         ));
         return;
     };
@@ -42,15 +41,16 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let split =
         if buses > 1 { format!(", evenly split over {buses} buses") } else { String::new() };
     let what = format!(
-        "the layout's {} messages at {rate} Hz take {percent} % of {at}{split}, counted with the \
-         worst stuffing",
+        "the layout's {} messages at {rate} Hz take {percent} % of {at}{split} with worst-case bit \
+         stuffing",
         cell.layout.messages().len()
     );
     let remedy = if has_fd && cell.data_bitrate_bps.is_none() {
-        "give `bus.data_bitrate_bps` if the frames switch their bit rate; else a lower rate of the \
-         bus cycle, or more buses"
+        "give `bus.data_bitrate_bps` if the frames switch their bit rate; else lower the rate of \
+         the bus cycle, or use more buses"
     } else {
-        "a lower rate of the bus cycle, a higher bit rate, packed CAN FD frames, or more buses"
+        "lower the rate of the bus cycle, raise the bit rate, or use packed CAN FD frames or more \
+         buses"
     };
     if load > 1.0 {
         findings.push(Finding::error(BITRATE, what, remedy));

@@ -1,10 +1,10 @@
-//! What a check found, and how bad it is.
+//! Findings of a check, with their severity.
 
 use core::fmt;
 
 use serde::Serialize;
 
-/// How bad a finding is.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
@@ -26,10 +26,10 @@ impl fmt::Display for Severity {
     }
 }
 
-/// One thing that was found.
+/// One finding.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
     /// The key of the cell file that it is about.
     pub key: String,
@@ -45,7 +45,7 @@ impl Finding {
         Self::new(Severity::Error, key, what, remedy)
     }
 
-    /// It works, but.
+    /// It works, with restrictions.
     pub fn warning(key: impl Into<String>, what: String, remedy: impl Into<String>) -> Self {
         Self::new(Severity::Warning, key, what, remedy)
     }

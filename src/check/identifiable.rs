@@ -1,4 +1,4 @@
-//! Parameters that no motion within the joints' limits can tell.
+//! Parameters that no motion within the joint limits can distinguish.
 
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::{JointKind, SignModel};
@@ -38,10 +38,10 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     findings.push(Finding::error(
         "identification.parameters",
         format!(
-            "no motion within the joints' limits tells {} from the parameters before{because}",
+            "no motion within the joint limits distinguishes {} from the parameters before{because}",
             indistinct.join(" ")
         ),
-        "list only parameters that the arm's motion can tell, or correct the limits in the robot file",
+        "list only parameters that the motion distinguishes, or correct the limits in the robot file",
     ));
 }
 

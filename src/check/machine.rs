@@ -57,7 +57,7 @@ impl Machine {
         names
     }
 
-    /// The largest receive buffer that a process without rights may ask for \[bytes\].
+    /// The largest receive buffer that a process without privileges may ask for \[bytes\].
     pub(super) fn rmem_max(&self) -> Option<u64> {
         number(&self.proc.join("sys/net/core/rmem_max"))
     }

@@ -29,8 +29,8 @@ fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
     findings.push(Finding::warning(
         "bus.layout.reference",
         format!(
-            "is not there, and {} simulates the closed loop: the filtered measured position stands \
-             in for the reference, which makes it nearly idim-ls",
+            "is missing, and {} simulates the closed loop: it uses the filtered measured position \
+             as the reference, so that its result is nearly that of idim-ls",
             cell.method
         ),
         "add the signal of the target position, or choose idim-ls",
@@ -46,11 +46,11 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.push(Finding::warning(
             key,
             format!(
-                "{} Hz of {} samples/s leaves the noise that differences raise most",
+                "{} Hz at {} samples/s leaves the noise that differentiation amplifies most",
                 hertz(cutoff),
                 hertz(rate)
             ),
-            format!("a cut-off frequency of at most {} Hz", hertz(NOISY * rate)),
+            format!("lower the cut-off frequency to {} Hz or less", hertz(NOISY * rate)),
         ));
     }
     let decimation = &cell.options.decimation_filter;
@@ -65,7 +65,8 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
                 hertz(band)
             ),
             format!(
-                "a cut-off frequency of at least {} Hz, or a larger `decimation_filter.factor`",
+                "raise the cut-off frequency to {} Hz or more, or use a larger \
+                 `decimation_filter.factor`",
                 hertz(FLAT * band)
             ),
         ));
@@ -89,22 +90,22 @@ fn rows(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.push(Finding::warning(
             key,
             format!(
-                "the shortest window, {shortest_s} s, leaves {rows} rows for {parameters} parameters: \
-                 {} independent ones for each, and a verdict asks for {}",
+                "the shortest window, {shortest_s} s, leaves {rows} rows for {parameters} \
+                 parameters: {} independent rows for each, and the verdict requires {}",
                 significant(independent, 2),
                 limits.rows_per_parameter
             ),
-            "longer windows, a smaller `decimation_filter.factor`, or fewer parameters",
+            "use longer windows, a smaller `decimation_filter.factor`, or fewer parameters",
         ));
     }
     if cell.window.max_s > 10.0 * cell.service.buffer_s {
         findings.push(Finding::note(
             "service.buffer_s",
             format!(
-                "windows of up to {} s are identified beside a buffer of {} s",
+                "while a window of up to {} s is identified, the buffer holds samples of {} s only",
                 cell.window.max_s, cell.service.buffer_s
             ),
-            "nothing, unless the status counts samples missing or batches lost",
+            "enlarge it only if the status counts samples missing or batches lost",
         ));
     }
 }

@@ -57,12 +57,13 @@ fn writable(key: &str, folder: &Path, findings: &mut Vec<Finding>) {
         findings.push(Finding::warning(
             key,
             what,
-            "the systemd unit makes it for the service's user; else make it, or name another one",
+            "the systemd unit makes it for the service's user; otherwise make it, or name another \
+             one",
         ));
     }
 }
 
-/// Whose the service is. Root looks on behalf of the user whose results there are.
+/// The user of the service. Root checks on behalf of the user who owns the results.
 fn service_user(cell: &Cell) -> u32 {
     let user = geteuid();
     let state = std::fs::metadata(&cell.service.state_directory);
@@ -72,7 +73,7 @@ fn service_user(cell: &Cell) -> u32 {
     }
 }
 
-/// A folder that is there has to be of the service's user, and of nobody else.
+/// An existing folder has to belong to the service's user, and only that user may write to it.
 pub(super) fn owned(key: &str, folder: &Path, cell: &Cell, findings: &mut Vec<Finding>) {
     if !folder.is_dir() {
         return;
@@ -95,7 +96,7 @@ fn sockets(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.push(Finding::error(
             RUNTIME,
             format!("a socket's path has at most {SOCKET_PATH} bytes: {}", path.display()),
-            "a shorter folder, as /run/didim",
+            "name a folder with a shorter path, such as /run/didim",
         ));
     }
 }
@@ -133,7 +134,7 @@ fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
                 machine.shared_memory.display(),
                 megabytes(left)
             ),
-            "a shorter buffer, or a larger /dev/shm",
+            "shorten the buffer, or enlarge /dev/shm",
         ));
     }
     let windows = window_bytes(cell);
@@ -147,7 +148,7 @@ fn memory(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
                 megabytes(windows + shared),
                 megabytes(available)
             ),
-            "a smaller `window.max_s` or `service.buffer_s`",
+            "reduce `window.max_s` or `service.buffer_s`",
         ));
     }
 }

@@ -1,4 +1,4 @@
-//! Gains of which nobody says where they come from.
+//! Gains of unknown origin.
 
 use super::finding::Finding;
 use crate::cell::Cell;
@@ -44,8 +44,9 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
                 findings.push(Finding::warning(
                     format!("bus.drives[{axis}].{gain}.provenance"),
                     format!("`{provenance}` does not say where the gain comes from"),
-                    "a gain wrong by a factor gives parameters wrong by that factor, which fit as \
-                     well: name the data sheet, the object of the drive, or the measurement",
+                    "a gain that is wrong by a factor makes parameters wrong by that factor, and \
+                     they fit as well: name the data sheet, the object of the drive, or the \
+                     measurement",
                 ));
             }
         }

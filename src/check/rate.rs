@@ -1,4 +1,4 @@
-//! A rate that nobody can check.
+//! Sample rates that cannot be checked.
 
 use didim_drivers::layout::CyclesBy;
 
@@ -9,10 +9,10 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     if cell.layout.cycles_by() == CyclesBy::Frames {
         findings.push(Finding::note(
             "bus.layout.cycles_by",
-            "the frames count the cycles: neither the rate nor a SYNC lost on the wire is checked"
+            "cycles are counted by frames: neither the rate nor a SYNC lost on the wire is checked"
                 .to_owned(),
-            "compare the rate with the controller's configuration: inertias are wrong by twice what \
-             it is off; leave the key out where the adapter stamps its frames",
+            "compare the rate with the controller's configuration: inertias are wrong by twice its \
+             error; leave the key out if the adapter stamps its frames",
         ));
     }
 }

@@ -17,8 +17,9 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         if let Some(bytes) = getrlimit(Resource::Memlock).maximum {
             findings.push(Finding::warning(
                 "service.real_time.lock_memory",
-                format!("is asked for, and this user may lock at most {bytes} bytes"),
-                "LimitMEMLOCK=infinity in the systemd unit, or memlock in /etc/security/limits.d",
+                format!("is requested, but this user may lock at most {bytes} bytes"),
+                "set LimitMEMLOCK=infinity in the systemd unit, or memlock in \
+                 /etc/security/limits.d",
             ));
         }
     }
@@ -42,8 +43,8 @@ fn priority_above(priority: u8, limit: Option<u64>) -> Option<Finding> {
     let limit = limit.filter(|limit| *limit < u64::from(priority))?;
     Some(Finding::warning(
         "service.real_time.priority",
-        format!("{priority} is asked for, and this user may have at most {limit}"),
-        "LimitRTPRIO= in the systemd unit, or rtprio in /etc/security/limits.d",
+        format!("{priority} is requested, but this user may have at most {limit}"),
+        "set LimitRTPRIO= in the systemd unit, or rtprio in /etc/security/limits.d",
     ))
 }
 

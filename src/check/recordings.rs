@@ -27,13 +27,13 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.push(Finding::warning(
             RING,
             format!(
-                "{} MB hold some {} s of this bus; a window of `window.max_s` with its margins needs {} s \
-                 until it is identified, and is not kept otherwise",
+                "{} MB hold about {} s of this bus; the recording of a window of `window.max_s` is \
+                 kept only if they hold {} s: the window, its margins and the identification",
                 options.ring_mb,
                 significant(ring_s, 2),
                 significant(needed_s, 2)
             ),
-            "a larger ring, or a smaller `window.max_s`",
+            "enlarge the ring, or reduce `window.max_s`",
         ));
     }
 }
@@ -53,12 +53,12 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
         findings.push(Finding::warning(
             RING,
             format!(
-                "the ring and what is kept of it take up to {} MB, and {} has {} MB left",
+                "the ring and the kept recordings take up to {} MB, and {} has {} MB left",
                 megabytes(needed),
                 there.display(),
                 megabytes(left)
             ),
-            "a smaller ring, or `service.recordings.directory` on a larger disk",
+            "reduce the ring, or put `service.recordings.directory` on a larger disk",
         ));
     }
 }

@@ -68,13 +68,13 @@ fn interfaces_have_to_be_there_up_and_of_the_right_kind() {
     fake.interface("vcan0", 280, "0xc1", 16);
     one(&fake.found(|_| ()), &["error bus.source", "frames of 16 bytes"]);
     fake.interface("vcan0", 1, "0xc1", 1500);
-    one(&fake.found(|_| ()), &["error bus.source", "not of a CAN bus"]);
+    one(&fake.found(|_| ()), &["error bus.source", "not a CAN interface"]);
     let missing = |cell: &mut Cell| cell.sources = vec!["can:can7".parse().unwrap()];
     one(&fake.found(missing), &["error bus.source", "can:can7", "no such interface"]);
     let missing = |cell: &mut Cell| cell.sources = vec!["log:/no/such.log".parse().unwrap()];
     one(&fake.found(missing), &["error bus.source", "no such file"]);
     let inside = |cell: &mut Cell| cell.sources = vec!["inproc:".parse().unwrap()];
-    one(&fake.found(inside), &["error bus.source", "has no such bus"]);
+    one(&fake.found(inside), &["error bus.source", "not a bus of"]);
 }
 
 /// 768 bytes a frame, 5000 frames a second: twice 212,992 bytes are 554 frames and 111 ms.

@@ -1,4 +1,4 @@
-//! Folders of a service: of its own user, and of nobody else.
+//! Folders of a service, which only its own user may write to.
 
 use std::fs::{self, DirBuilder};
 use std::io;
@@ -13,8 +13,8 @@ const WRITABLE_BY_OTHERS: u32 = 0o002;
 /// Why a folder cannot be the service's.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// It cannot be made or looked at: check its parent's rights, or name another one.
-    #[error("{}: {cause}; check the rights on the folder above it, or name another one", folder.display())]
+    /// It cannot be made or looked at: check its parent's permissions, or name another one.
+    #[error("{}: {cause}; check the permissions of its parent folder, or name another one", folder.display())]
     Io {
         /// The folder.
         folder: PathBuf,
@@ -27,23 +27,24 @@ pub enum FolderError {
         /// The path.
         folder: PathBuf,
     },
-    /// Whoever owns it may change what is in it.
+    /// Its owner may change the files in it.
     #[error(
-        "{} belongs to user {owner}, and the service is user {user}: who owns it may change what is in it; \
-         give it away with `chown {user} {}`, run as its owner, or name another folder",
+        "{} belongs to user {owner}, and the service runs as user {user}: the owner could change \
+         the files in it; run `chown {user} {}`, run the service as the owner, or name another \
+         folder",
         folder.display(), folder.display()
     )]
     OtherOwner {
         /// The folder.
         folder: PathBuf,
-        /// Whose it is.
+        /// Its owner.
         owner: u32,
-        /// Whose the service is.
+        /// The user of the service.
         user: u32,
     },
     /// Anybody may change what is in it.
     #[error(
-        "{} can be written by everybody; take that away with `chmod o-w {}`, or name another folder",
+        "every user can write to {}; run `chmod o-w {}`, or name another folder",
         folder.display(), folder.display()
     )]
     Writable {

@@ -1,4 +1,4 @@
-//! A file in the place of another, whole or not at all.
+//! Replaces a file by another, completely or not at all.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;

@@ -13,17 +13,17 @@ pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Why a file of configuration cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum TextError {
-    /// The file system refused: check path and rights.
+    /// The file system refused: check path and permissions.
     #[error("{0}")]
     Io(#[from] io::Error),
     /// A folder, a device, a pipe or a socket.
-    #[error("it is no regular file; name a file, or copy what it gives into one")]
+    #[error("it is not a regular file; name a file, or copy its content to one")]
     NotAFile,
     /// No configuration has this size.
-    #[error("it has more than {} MB, which no configuration has; is it the file that is meant?", MAX_TEXT_BYTES >> 20)]
+    #[error("it has more than {} MB, too many for a configuration; is it the right file?", MAX_TEXT_BYTES >> 20)]
     TooLarge,
     /// Not UTF-8.
-    #[error("line {line} is not in UTF-8; save the file in that encoding")]
+    #[error("line {line} is not UTF-8; save the file as UTF-8")]
     NotText {
         /// The first line that cannot be read, counted from 1.
         line: usize,

@@ -1,4 +1,4 @@
-//! From a recording or a window to an identification, as the cell wants it.
+//! From a measurement or a window to an identification, as the cell wants it.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -21,7 +21,7 @@ pub enum IdentifyError {
     #[error(transparent)]
     Rate(#[from] RateError),
     /// The data are no experiment of this robot.
-    #[error("the data do not make an experiment of this robot: {0}")]
+    #[error("the data do not fit this robot: {0}")]
     Experiment(#[from] ExperimentError),
     /// The cell asks for robust weights of a method that has none.
     #[error("`identification.robust`: {0}")]
@@ -46,25 +46,25 @@ impl IdentifyError {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
-    let recording = measurement(&window.samples, &cell.layout)?;
-    identify_recording(cell, cell.method, &recording, window.counted.clone())
+    let measurement = measurement(&window.samples, &cell.layout)?;
+    identify_measurement(cell, cell.method, &measurement, window.counted.clone())
 }
 
-/// Identifies from a recording, of which the samples in `counted` count and the others are margin
+/// Identifies from a measurement, of which the samples in `counted` count and the others are margin
 /// for the edges of the filters. The torque is valid when the cell's layout says so.
 ///
 /// # Errors
 /// See [`IdentifyError`].
-pub fn identify_recording(
+pub fn identify_measurement(
     cell: &Cell,
     method: Method,
-    recording: &Measurement,
+    measurement: &Measurement,
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
-    let experiment = experiment(cell, recording, counted)?;
+    let experiment = experiment(cell, measurement, counted)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     let mut identification = identify(method, &cell.robot, &cell.base, &experiment, &cell.options)?;
-    if recording.rate_unchecked {
+    if measurement.rate_unchecked {
         identification.estimate.verdict.notes.push(Note::RateUnchecked);
     }
     Ok(identification)
@@ -75,42 +75,42 @@ pub fn identify_recording(
 ///
 /// # Errors
 /// See [`IdentifyError`].
-pub fn cross_validate_recording(
+pub fn cross_validate_measurement(
     cell: &Cell,
     method: Method,
-    recording: &Measurement,
+    measurement: &Measurement,
     counted: Range<usize>,
     blocks: usize,
 ) -> Result<CrossValidation, IdentifyError> {
-    let experiment = experiment(cell, recording, counted)?;
+    let experiment = experiment(cell, measurement, counted)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     Ok(cross_validate(method, &cell.robot, &cell.base, &experiment, &cell.options, blocks)?)
 }
 
-/// The experiment that a recording is to this cell.
+/// The experiment that a measurement is to this cell.
 fn experiment(
     cell: &Cell,
-    recording: &Measurement,
+    measurement: &Measurement,
     counted: Range<usize>,
 ) -> Result<Experiment, ExperimentError> {
-    match recording.side {
-        Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission())?,
-        Side::Joint => Experiment::joint_side(&recording.signals)?,
+    match measurement.side {
+        Side::Motor => Experiment::motor_side(&measurement.signals, cell.robot.transmission())?,
+        Side::Joint => Experiment::joint_side(&measurement.signals)?,
     }
     .with_torque_timing(cell.layout.torque_timing())?
     .with_counted(counted)
 }
 
-/// Finds the essential parameters in a recording, with the filters of the cell.
+/// Finds the essential parameters in a measurement, with the filters of the cell.
 ///
 /// # Errors
 /// See [`IdentifyError`].
-pub fn reduce_recording(
+pub fn reduce_measurement(
     cell: &Cell,
-    recording: &Measurement,
+    measurement: &Measurement,
     counted: Range<usize>,
 ) -> Result<Reduction, IdentifyError> {
-    let experiment = experiment(cell, recording, counted)?;
+    let experiment = experiment(cell, measurement, counted)?;
     let (robot, base) = (&cell.robot, &cell.base);
     Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE)?)
 }

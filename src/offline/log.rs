@@ -18,7 +18,7 @@ const BATCH: usize = 4096;
 /// Identifiers that an error lists.
 const LISTED: usize = 16;
 
-/// Why a log is no recording. Every variant names the file.
+/// Why a log is no measurement. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     /// The log cannot be opened or read, or a line is malformed; the inner error names it.
@@ -39,7 +39,7 @@ pub enum LogError {
         /// What was counted.
         losses: Box<Losses>,
     },
-    /// Bus cycles without a complete sample inside the record: cut the log there.
+    /// Bus cycles without a complete sample inside the measurement: cut the log there.
     #[error(
         "{}: {missing} bus cycles are missing after sample {after} ({:.3} s after the first); cut the log there. Not used, by cause: {}",
         file.display(), time_s, causes(losses)
@@ -72,10 +72,10 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole candump log or MCAP recording as one record without gaps, motor side.
+/// Reads a whole candump log or MCAP recording as one measurement without gaps, motor side.
 ///
 /// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
-/// record begins with the second one.
+/// measurement begins with the second one.
 ///
 /// # Errors
 /// See [`LogError`].
@@ -89,8 +89,8 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Measurement, LogError> {
 }
 
 /// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none.
-/// Without this, one sample would cost the whole record its reference. More than one is no matter of
-/// the log's beginning: then nothing is left out, and the record is without a reference.
+/// Without this, one sample would cost the whole measurement its reference. More than one is no
+/// matter of the log's beginning: then nothing is left out, and the measurement has no reference.
 fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
     if let [first, second, ..] = samples.as_slice()
         && !first.has_reference
@@ -103,7 +103,7 @@ fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
     if without > 0 {
         let (file, all) = (path.display(), samples.len());
         tracing::warn!(
-            "{file}: {without} of {all} samples have no reference, so the record has none"
+            "{file}: {without} of {all} samples have no reference, so the reference is not used"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! A whole record at once: a log as a measurement, its identification, every method side by side.
+//! A whole measurement at once: read from a log, identified, every method side by side.
 
 pub mod compare;
 pub mod identify;

@@ -39,10 +39,10 @@ const WITHIN: (f64, f64) = (0.75, 1.15);
 pub enum RateError {
     /// The stamps tell another rate.
     #[error(
-        "by the time stamps {found_hz:.2} ± {uncertainty_hz:.2} samples/s, by the layout \
-         {expected_hz:.2}: accelerations would be wrong by {:.2} %, inertias as much, and fit well; \
-         correct rate_hz (or period_us) in [bus.layout], or set cycles_by = \"frames\" there if it is \
-         the stamps that are wrong",
+        "the time stamps give {found_hz:.2} ± {uncertainty_hz:.2} samples/s, the layout \
+         {expected_hz:.2}: accelerations and inertias would be wrong by {:.2} %, and the fit would \
+         not show it; correct rate_hz (or period_us) in [bus.layout], or set cycles_by = \
+         \"frames\" there if the stamps are wrong",
         100.0 * ((found_hz / expected_hz).powi(2) - 1.0).abs()
     )]
     Wrong {
@@ -55,9 +55,10 @@ pub enum RateError {
     },
     /// The stamps are too uneven to tell the rate.
     #[error(
-        "the time stamps are too uneven to tell the rate: {found_hz:.2} ± {uncertainty_hz:.2} \
-         samples/s, by the layout {expected_hz:.2}; take a longer window (window.min_s) or an adapter \
-         that stamps its frames, or set cycles_by = \"frames\" in [bus.layout] if rate_hz is certain"
+        "the time stamps are too uneven to determine the rate: they give {found_hz:.2} ± \
+         {uncertainty_hz:.2} samples/s, the layout {expected_hz:.2}; use a longer window \
+         (window.min_s) or an adapter that stamps its frames, or set cycles_by = \"frames\" in \
+         [bus.layout] if rate_hz is certain"
     )]
     Unknown {
         /// What the stamps tell \[Hz\].

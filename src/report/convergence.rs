@@ -1,4 +1,4 @@
-//! How an iteration found its end: a table with bars in the terminal, a panel in a figure.
+//! The convergence of an iteration: a table with bars in the terminal, a panel in a figure.
 
 use std::fmt::Write as _;
 

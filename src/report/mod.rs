@@ -1,4 +1,4 @@
-//! What people look at: tables, plots in the terminal, and figures.
+//! Results for people: tables, plots in the terminal, and figures.
 
 pub mod comparison;
 pub mod convergence;

@@ -48,17 +48,17 @@ impl Paths {
         folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))
     }
 
-    /// The socket that tells the status.
+    /// The socket of the status.
     pub fn status_socket(&self) -> PathBuf {
         self.runtime.join(STATUS_SOCKET)
     }
 
-    /// The socket that tells the status of an acquisition in a process of its own.
+    /// The status socket of an acquisition in a process of its own.
     pub fn acquisition_socket(&self) -> PathBuf {
         self.runtime.join(ACQUISITION_SOCKET)
     }
 
-    /// The socket that takes commands.
+    /// The socket for commands.
     pub fn command_socket(&self) -> PathBuf {
         self.runtime.join(COMMAND_SOCKET)
     }

@@ -52,8 +52,8 @@ pub enum PipelineError {
     /// A folder cannot be made, or others may change what is in it.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// A run of its own cannot have its files: check the rights on the folder, and the space left.
-    #[error("{}: {cause}; check the rights on it and the space left", place.display())]
+    /// A run of its own cannot have its files: check the permissions and the space left.
+    #[error("{}: {cause}; check its permissions and the space left", place.display())]
     OneRun {
         /// Where they were to be.
         place: PathBuf,
@@ -239,7 +239,7 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
                 });
             }
             BusAddress::Log(_) => {
-                return Err(PipelineError::Sources("a log goes with no other bus"));
+                return Err(PipelineError::Sources("a log must be the only bus"));
             }
             BusAddress::InProcess => {
                 return Err(PipelineError::Sources(

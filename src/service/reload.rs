@@ -16,9 +16,9 @@ pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) ->
         let cell = Cell::read(&file).map_err(|error| error.to_string())?;
         if let Some(key) = running.needs_restart_for(&cell) {
             return Err(format!(
-                "{}: `{key}` has changed, which takes a restart of the service; only [window], \
-                 [identification], [controller], [service.drift] and the robot are taken over \
-                 without",
+                "{}: `{key}` has changed, which needs a restart of the service; only [window], \
+                 [identification], [controller], [service.drift] and the robot can change without \
+                 one",
                 file.display()
             ));
         }

@@ -17,7 +17,7 @@ pub enum WindowEnd {
     Rest,
     /// The interval was over.
     Interval,
-    /// Somebody said so.
+    /// A command.
     Command,
     /// It reached its greatest length.
     Length,

@@ -1,4 +1,4 @@
-//! What a person notes with a window: what the bus does not tell and a result depends on.
+//! Notes on a window: what a result depends on and the bus does not carry.
 
 use core::ops::RangeInclusive;
 
@@ -22,19 +22,19 @@ pub struct Note {
     /// Temperature of the arm \[°C\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_c: Option<f64>,
-    /// In words.
+    /// As text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
 }
 
-/// A note that cannot be meant. Say it again as the text tells.
+/// An invalid note. Correct it as the text says.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoteError {
     /// There is nothing in it.
     #[error("nothing to note: give a payload [kg], a temperature [°C] or a text")]
     Empty,
-    /// A number that cannot be.
-    #[error("{what} of {value} {unit} cannot be: it lies within {} and {} {unit}", range.start(), range.end())]
+    /// An impossible number.
+    #[error("{what} of {value} {unit} is impossible: it lies between {} and {} {unit}", range.start(), range.end())]
     Implausible {
         /// Which.
         what: &'static str,
@@ -51,7 +51,7 @@ pub enum NoteError {
 }
 
 impl Note {
-    /// The same note, if it can be meant.
+    /// The same note, if it is valid.
     ///
     /// # Errors
     /// [`NoteError`].

@@ -92,7 +92,7 @@ let_frames_flow() {
     root 'didim note --payload-kg 2.5 --temperature-c 31 --text "gripper B"'
     status_has '"state":"open"'
     root 'didim status'
-    expect '^health +ok$' '^bus +ok$' '^window +open, [0-9]+ samples$' '^noted for the next +' \
+    expect '^health +ok$' '^bus +ok$' '^window +open, [0-9]+ samples$' '^next window's note +' \
         '^recording +[0-9]+ of 64 MB'
     result_is_there 0
     say 'When every motor has rested for half a second, the window is closed and identified.'
@@ -179,7 +179,7 @@ change_the_configuration() {
     refused 1 'didim reload'
     expect 'bus.source'
     root 'didim status | head -n 3; systemctl status didim | grep Status:'
-    expect 'reload refused, the configuration before goes on: .*bus.source'
+    expect 'reload refused, the previous configuration stays in effect: .*bus.source'
     root "sed -i 's/can:vcan1/can:vcan0/' /etc/didim/cell.toml; didim reload; didim status | head -n 3"
     expect '^health +ok$'
 }

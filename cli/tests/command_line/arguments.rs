@@ -40,7 +40,7 @@ fn nonsense_is_a_usage_error() {
         (&["identify", "--cell", &cell, "--input", log, "--from", "nan"], &["--from NaN", "0 to"]),
         (
             &["identify", "--cell", &cell, "--input", log, "--from", "5", "--to", "4"],
-            &["--from 5 --to 4", "nothing lies between"],
+            &["--from 5 --to 4", "no sample between"],
         ),
         (&["sim", "--cell", &cell, "--bus", "vcan0"], &["--bus", "`vcan0`", "can:INTERFACE"]),
         (&["sim", "--cell", &cell, "--bus", "inproc:"], &["inproc:", "can:INTERFACE"]),

@@ -97,7 +97,7 @@ fn filters_windows_and_a_missing_reference_are_found() {
     let reference =
         "reference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }";
     let without = Configuration::with(CIA402, reference, "");
-    let says = ["didim simulates", "nearly idim-ls"];
+    let says = ["didim simulates", "nearly that of idim-ls"];
     finds(&without.path(CIA402), 0, "warning bus.layout.reference", &says);
 }
 
@@ -149,7 +149,7 @@ fn a_file_that_cannot_be_read_is_a_finding_too() {
     finds(&cell, 78, "error :", &["line 7", "`sorce`", "did you mean `source`?"]);
     didim(&["check", "--cell", &cell]).refused(78, &[&cell, "line 7", "did you mean `source`?"]);
     let signal = Configuration::with(PACKED, "Sample.Torque_{axis}", "Sample.Torqe_{axis}");
-    finds(&signal.packed_cell(), 78, "error bus.layout", &["Torqe_1", "near it: `Torque_1`"]);
+    finds(&signal.packed_cell(), 78, "error bus.layout", &["Torqe_1", "similar: `Torque_1`"]);
     for (from, to, key) in [
         ("bitrate_bps = 1000000\n", "bitrate_bps = 2000000\n", "bus.bitrate_bps"),
         ("data_bitrate_bps = 8000000", "data_bitrate_bps = 500000", "bus.data_bitrate_bps"),
@@ -173,7 +173,8 @@ fn what_is_missing_here_is_told_apart() {
     let cell = configuration.packed_cell();
     didim(&["check", "--cell", &cell, "--elsewhere"]).done();
     let outcome = didim(&["check", "--cell", &cell]);
-    let says = ["can:nothere0: there is no such interface", "this machine will not do: 1 error"];
+    let says =
+        ["can:nothere0: there is no such interface", "this machine is not suitable: 1 error"];
     assert!(says.iter().all(|part| outcome.stdout.contains(part)), "{}", outcome.stdout);
     outcome.says(78, &["1 error would keep"]);
     assert_eq!(folder.names(), [""; 0], "a check writes nothing");

@@ -265,7 +265,7 @@ const DAMAGES: &[Damage] = &[
         from: "runtime_directory = \"/run/didim\"",
         to: "command_mode = 0o666",
         names_line: false,
-        says: &["`service.command_mode`", "lets everyone command"],
+        says: &["`service.command_mode`", "lets anyone send commands"],
     },
     Damage {
         file: CELL,
@@ -279,14 +279,14 @@ const DAMAGES: &[Damage] = &[
         from: "source = \"can:vcan0\"",
         to: "source = [\"can:vcan0\", \"inproc:\"]",
         names_line: false,
-        says: &["`bus.source`", "`inproc:` goes with no other bus"],
+        says: &["`bus.source`", "`inproc:` must be the only bus"],
     },
     Damage {
         file: CELL,
         from: "source = \"can:vcan0\"",
         to: "source = [\"log:x.log\", \"log:y.log\"]",
         names_line: false,
-        says: &["`bus.source`", "x.log", "goes with no other bus"],
+        says: &["`bus.source`", "x.log", "the only bus"],
     },
     Damage {
         file: CELL,

@@ -37,7 +37,7 @@ fn check_prints_what_it_printed() {
         let cell = entry.unwrap().path();
         let name = cell.file_stem().unwrap().to_str().unwrap().to_owned();
         let text = didim(&["check", "--cell", cell.to_str().unwrap(), "--elsewhere"]).done();
-        assert!(text.contains("\nthe configuration is sound"), "{text}");
+        assert!(text.contains("\nthe configuration is valid"), "{text}");
         golden(&format!("check-{name}.txt"), &text);
         cells += 1;
     }

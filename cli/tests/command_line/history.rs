@@ -65,7 +65,7 @@ fn results_are_listed_compared_and_reported() {
     assert!(std::fs::read_to_string(report).unwrap().contains("Every parameter in its band"));
 
     let cleared = didim(&["baseline", "clear", "--state", &state]).done();
-    assert_eq!(cleared, "there is no baseline any more\n");
+    assert_eq!(cleared, "the baseline is cleared\n");
     let shown = didim(&["baseline", "show", "--state", &state]);
     shown.refused(1, &["no baseline is set", "`didim baseline set`"]);
 }

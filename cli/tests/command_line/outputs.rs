@@ -134,6 +134,7 @@ fn inputs_that_do_not_exist() {
         didim(&["convert", "--cell", &cell, &input, &output]).refused(1, &says);
     }
     // A folder is no recording.
-    didim(&["identify", "--cell", &cell, "--input", &folder.path("")]).refused(1, &["directory"]);
+    didim(&["identify", "--cell", &cell, "--input", &folder.path("")])
+        .refused(1, &["the folder has no recordings"]);
     assert_eq!(folder.names(), [""; 0]);
 }

@@ -32,7 +32,7 @@ fn it_has_its_sections_in_order_and_says_what_the_result_says() {
             "Torque, measured and predicted",
             "Residuals",
             "Torque delays",
-            "Which moves inform which parameter",
+            "Information on each parameter by moves",
             "Model checks",
             "Convergence",
             "Singular values",

@@ -128,7 +128,7 @@ fn an_interrupt_ends_the_study_and_keeps_its_runs() {
     let output = child.wait_with_output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(130), "{stderr}");
-    assert!(stderr.contains("of 12 runs; the same command goes on from there"), "{stderr}");
+    assert!(stderr.contains("of 12 runs; the same command continues from there"), "{stderr}");
     assert!(output.stdout.is_empty());
     assert!(read(&out, "study.md").contains("of 12 runs: 4 cells of the grid"));
     study(&smoke(), &out, "2");

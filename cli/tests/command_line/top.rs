@@ -150,5 +150,5 @@ fn a_signal_ends_it_and_the_terminal_is_as_it_was() {
 
 #[test]
 fn without_a_terminal_it_says_what_to_do() {
-    didim(&["top"]).refused(2, &["there is none", "`didim status`"]);
+    didim(&["top"]).refused(2, &["needs a terminal", "`didim status`"]);
 }

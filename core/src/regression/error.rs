@@ -84,9 +84,9 @@ pub enum RegressionError {
     /// The M-estimate does not stand still: several fits are as good. Remedy: a larger tuning
     /// constant, Huber's loss, or a look at the record.
     #[error(
-        "the robust estimate does not settle ({steps} steps): so many rows are outliers that \
-         several fits are as good; choose a larger tuning constant or kind = \"huber\", and look at \
-         the record"
+        "the robust estimate does not converge ({steps} steps): so many rows are outliers that \
+         several fits are equally good; choose a larger tuning constant or kind = \"huber\", and \
+         check the measurement"
     )]
     NotSettled {
         /// Steps taken.
@@ -94,6 +94,6 @@ pub enum RegressionError {
     },
     /// The singular values were not found within the iterations allowed. Remedy: scale the
     /// columns; not seen with finite data of usual range.
-    #[error("the singular values of the observation matrix were not found")]
+    #[error("the singular values of the observation matrix could not be computed")]
     SingularValues,
 }

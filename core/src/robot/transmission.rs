@@ -44,7 +44,7 @@ pub enum TransmissionError {
         motor: usize,
     },
     /// Motor positions do not determine joint positions.
-    #[error("it is singular; check the couplings, each motor must move the arm in its own way")]
+    #[error("it is singular; check the couplings, the rows must be linearly independent")]
     Singular,
 }
 

@@ -1,8 +1,8 @@
 //! Whether a position can follow the one before.
 //!
-//! A step of half the integer's range is a wrap or nonsense, and nothing may be joined across it. The
-//! first position has none before it: should it be the nonsense, all that are good are refused. So a
-//! position is proven by those that follow it, and one that is not gives way to a run that is.
+//! A step of half the integer's range is a wrap or an error, and positions on both sides of it do not
+//! belong together. The first position has none before it: if it is wrong, all good ones are refused.
+//! So a position is confirmed by those that follow it, and dropped for a run that confirms itself.
 
 use didim_core::MAX_JOINTS;
 

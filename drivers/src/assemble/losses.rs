@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::layout::Unreadable;
 
 /// The one declaration of causes: the cause, its counter, its key. What people read is made of the
-/// key by [`words`].
+/// key by [`label`].
 macro_rules! causes {
     (
         $(#[$of_cause:meta])* $Cause:ident,

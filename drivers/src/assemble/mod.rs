@@ -11,8 +11,8 @@
 //! is the reference of sample k + 1, when the layout says `next-sync`. A cycle is decided when it
 //! ends, not when its last frame is there: only then is it known that nothing contradicts it.
 //!
-//! A frame that comes after its cycle's end looks like one of the next cycle. It is told by the
-//! company it keeps: the message was missing in the cycle before and comes twice in this one. Where a
+//! A frame that comes after its cycle's end looks like one of the next cycle. It is recognised
+//! by this: the message was missing in the cycle before and comes twice in this one. Where a
 //! message comes twice with different content and none was missing before, the cycle is lost. A
 //! frame in the last quarter of a period may be of a next cycle whose SYNC was missed: without that
 //! SYNC its cycle is lost.

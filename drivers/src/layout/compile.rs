@@ -43,7 +43,7 @@ impl CompiledLayout {
             if spec.sync.is_some() {
                 return refuse(
                     "counter",
-                    "counts packed frames; with `sync` there are none".into(),
+                    "is for packed frames; with `sync` there are none".into(),
                 );
             }
             add(&database, &mut messages, "counter", pattern, Quantity::Counter, 0)?;
@@ -82,8 +82,8 @@ pub(super) fn finish(
     } else {
         let names: Vec<_> = messages.iter().map(|m| m.format.name.as_str()).collect();
         let reason = format!(
-            "missing: the signals lie in several messages ({}), so one of the bus has to be the \
-             instant of the sample",
+            "missing: the signals are in several messages ({}), so that a message of the bus has \
+             to mark the instant of the sample",
             names.join(", ")
         );
         return refuse("sync", reason);
@@ -106,7 +106,7 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
     ];
     match keys.into_iter().find(|(_, given)| *given) {
         Some((key, _)) => {
-            refuse(key, "goes with `nodes`; a DBC file has `signal` and units".into())
+            refuse(key, "is for `nodes` only; a DBC file has `signal` and units".into())
         }
         None => Ok(()),
     }

@@ -59,7 +59,7 @@ fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         return refuse("sync", "is object 1005h of the device files; leave it out".into());
     }
     if spec.counter.is_some() {
-        return refuse("counter", "counts packed frames; PDOs go by the SYNC".into());
+        return refuse("counter", "is for packed frames; PDOs go by the SYNC".into());
     }
     let signals = [
         ("position.signal", &spec.position.signal),
@@ -68,7 +68,7 @@ fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     ];
     match signals.into_iter().find(|(_, signal)| signal.is_some()) {
         Some((key, _)) => {
-            refuse(key, "names a signal of a DBC file; with `nodes`, `object`".into())
+            refuse(key, "names a signal of a DBC file; with `nodes` use `object`".into())
         }
         None => Ok(()),
     }
@@ -152,7 +152,7 @@ fn read<'a>(
     files: &[(&'a Path, bool)],
 ) -> Result<Vec<Node<'a>>, LayoutError> {
     if texts.len() != files.len() {
-        return refuse("nodes", format!("{} texts for {} nodes", texts.len(), files.len()));
+        return refuse("nodes", format!("{} device files for {} nodes", texts.len(), files.len()));
     }
     let mut nodes = Vec::new();
     for ((text, node), (file, configured)) in texts.iter().zip(&spec.nodes).zip(files) {
@@ -166,7 +166,7 @@ fn read<'a>(
 
 /// The SYNC, which all nodes have to agree on: 1005h, with a counter where 1019h says so.
 fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
-    let remedy = "the SYNC's COB-ID tells the instant of the samples; 0x80 as a rule";
+    let remedy = "the SYNC's COB-ID marks the instant of the samples; it is usually 0x80";
     let mut agreed: Option<(FrameId, bool)> = None;
     for Node { dictionary, .. } in nodes {
         let cob_id = dictionary.required(0x1005, 0, remedy)?;
@@ -175,7 +175,7 @@ fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
         match agreed {
             Some(other) if other != (id, counter) => {
                 let reason = format!(
-                    "SYNC {id}{} where the nodes before have {}; they have to be told alike \
+                    "SYNC {id}{}, but the nodes before have {}; configure all of them alike \
                      (1005h, 1019h)",
                     if counter { " with a counter" } else { "" },
                     other.0

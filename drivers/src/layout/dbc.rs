@@ -10,7 +10,7 @@ use super::field::{ByteOrder, EXACT_BITS, Encoding, Field};
 use crate::frame::{FrameId, MAX_CLASSIC_PAYLOAD, MAX_PAYLOAD, is_fd_length};
 
 /// How alike two names are to be suggested for one another (1 is equal).
-const NEAR: f64 = 0.6;
+const SIMILAR: f64 = 0.6;
 
 /// A parsed and checked DBC file.
 #[derive(Clone, Debug)]
@@ -144,7 +144,7 @@ impl<'a> Database<'a> {
                 key,
                 message: message.to_owned(),
                 signal: name.to_owned(),
-                near: near(name, found.signals.iter().map(|signal| signal.name.as_str())),
+                similar: alike(name, found.signals.iter().map(|signal| signal.name.as_str())),
             }
         })?;
         let full_name = format!("{message}.{name}");
@@ -225,7 +225,7 @@ impl<'a> Database<'a> {
             LayoutError::NoMessage {
                 key,
                 message: name.to_owned(),
-                near: near(name, self.dbc.messages.iter().map(|message| message.name.as_str())),
+                similar: alike(name, self.dbc.messages.iter().map(|message| message.name.as_str())),
             }
         })
     }
@@ -311,11 +311,11 @@ fn starts(line: &str, keyword: &str, name: &str, at: usize) -> bool {
 }
 
 /// The three names that are most like `name`.
-fn near<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
-    let mut near: Vec<(f64, &str)> = names
+fn alike<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
+    let mut similar: Vec<(f64, &str)> = names
         .map(|other| (strsim::normalized_damerau_levenshtein(name, other), other))
-        .filter(|(likeness, _)| *likeness >= NEAR)
+        .filter(|(likeness, _)| *likeness >= SIMILAR)
         .collect();
-    near.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
-    near.into_iter().take(3).map(|(_, name)| name.to_owned()).collect()
+    similar.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
+    similar.into_iter().take(3).map(|(_, name)| name.to_owned()).collect()
 }

@@ -55,21 +55,21 @@ pub enum LayoutError {
     Pattern {
         /// The key of the layout.
         key: &'static str,
-        /// What it says.
+        /// Its text.
         pattern: String,
     },
     /// The DBC file has no such message.
-    #[error("`{key}`: the DBC file has no message `{message}`{}", Near(.near))]
+    #[error("`{key}`: the DBC file has no message `{message}`{}", Similar(.similar))]
     NoMessage {
         /// The key of the layout.
         key: &'static str,
         /// The name looked for.
         message: String,
         /// Names in the file that are like it.
-        near: Vec<String>,
+        similar: Vec<String>,
     },
     /// The message has no such signal.
-    #[error("`{key}`: message `{message}` has no signal `{signal}`{}", Near(.near))]
+    #[error("`{key}`: message `{message}` has no signal `{signal}`{}", Similar(.similar))]
     NoSignal {
         /// The key of the layout.
         key: &'static str,
@@ -78,7 +78,7 @@ pub enum LayoutError {
         /// The name looked for.
         signal: String,
         /// Names in the message that are like it.
-        near: Vec<String>,
+        similar: Vec<String>,
     },
     /// A signal cannot be read as it stands in the DBC file.
     #[error("signal `{signal}`{}: {reason}", At(*.line))]
@@ -124,12 +124,12 @@ impl fmt::Display for At {
     }
 }
 
-struct Near<'a>(&'a [String]);
+struct Similar<'a>(&'a [String]);
 
-impl fmt::Display for Near<'_> {
+impl fmt::Display for Similar<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, name) in self.0.iter().enumerate() {
-            write!(f, "{}`{name}`", if k == 0 { "; near it: " } else { ", " })?;
+            write!(f, "{}`{name}`", if k == 0 { "; similar: " } else { ", " })?;
         }
         Ok(())
     }

@@ -161,7 +161,7 @@ impl CompiledLayout {
         }
     }
 
-    /// What tells one bus cycle from the next.
+    /// How bus cycles are counted.
     pub fn cycles_by(&self) -> CyclesBy {
         self.cycles_by
     }

@@ -32,7 +32,7 @@ pub struct LayoutSpec {
     /// packed message, and that frame's arrival is the instant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sync: Option<String>,
-    /// What tells one bus cycle from the next.
+    /// How bus cycles are counted.
     #[serde(default)]
     pub cycles_by: CyclesBy,
     /// Measured motor position.
@@ -76,7 +76,7 @@ impl NodeSpec {
     }
 }
 
-/// What tells one bus cycle from the next.
+/// How bus cycles are counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CyclesBy {

@@ -18,7 +18,7 @@ pub enum UnitsError {
         axis: usize,
         /// The key.
         key: &'static str,
-        /// What it says.
+        /// Its value.
         value: f64,
         /// What it may be.
         expected: &'static str,

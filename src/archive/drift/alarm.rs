@@ -40,8 +40,8 @@ impl Alarm {
         if share.is_nan() {
             return None;
         }
-        let turns = if self.raised { share <= BACK_WITHIN } else { share > 1.0 };
-        if !turns {
+        let changes = if self.raised { share <= BACK_WITHIN } else { share > 1.0 };
+        if !changes {
             self.turning = 0;
             if !self.raised {
                 self.left = None;

@@ -26,31 +26,31 @@ pub struct Baseline {
     pub result: HistoryLine,
 }
 
-/// Why a baseline cannot be had or made.
+/// Why a baseline cannot be read or set.
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineError {
-    /// The file system refused. Check the rights on the folder, which is the service's user's.
-    #[error("cannot {action} {}: {cause}; do it as the user of the service", path.display())]
+    /// The file system refused. Check the permissions of the folder, which the service's user owns.
+    #[error("cannot {action} {}: {cause}; run the command as the service's user", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
         /// On which path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
-    /// It cannot be read. Check the rights on it, or set the baseline anew.
+    /// It cannot be read. Check its permissions, or set the baseline anew.
     #[error(
-        "cannot read {}: {cause}; check the rights on it, or set one with `didim baseline set`",
+        "cannot read {}: {cause}; check its permissions, or set one with `didim baseline set`",
         path.display()
     )]
     Read {
         /// The file.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
-    /// The file is none of ours. Set the baseline anew.
+    /// The file was not written by this program. Set the baseline anew.
     #[error("{} is no baseline of this program: {problem}; set one with `didim baseline set`", path.display())]
     Format {
         /// The file.
@@ -66,7 +66,7 @@ impl Baseline {
         Self { schema: BASELINE_SCHEMA, set: Timestamp::now(), result }
     }
 
-    /// That of a folder of results, if there is one.
+    /// The baseline of a folder of results, if there is one.
     ///
     /// # Errors
     /// [`BaselineError`].
@@ -93,7 +93,7 @@ impl Baseline {
         Ok(Some(baseline))
     }
 
-    /// Makes it that of a folder.
+    /// Makes it the baseline of a folder.
     ///
     /// # Errors
     /// [`BaselineError::Io`]; the one of before is untouched.
@@ -106,7 +106,7 @@ impl Baseline {
         replace(&path, |out| out.write_all(&json)).map_err(|cause| at("write", cause))
     }
 
-    /// Removes that of a folder; false when there is none.
+    /// Removes the baseline of a folder; false when there is none.
     ///
     /// # Errors
     /// [`BaselineError::Io`].

@@ -14,16 +14,16 @@ pub enum ChooseError {
     /// The baseline cannot be written.
     #[error(transparent)]
     Baseline(#[from] BaselineError),
-    /// None may be used. Wait for one that may, or look at the verdicts' reasons.
+    /// No result is applicable. Wait for one that is, or look at the reasons of the verdicts.
     #[error("no result in the history is applicable; {known}")]
     NoneApplicable {
         /// What there is.
         known: String,
     },
-    /// That one may not be used. Choose another.
+    /// The result is not applicable. Choose another.
     #[error(
-        "result {result} is not applicable, and what differs from it says nothing; choose another, \
-         `didim history` lists them"
+        "result {result} is not applicable, so that no result can be compared with it; choose \
+         another, `didim history` lists them"
     )]
     NotApplicable {
         /// Its number.
@@ -39,11 +39,11 @@ pub enum ChooseError {
     },
 }
 
-/// Makes a result of the folder's history its baseline: that of this number, or the last one that
-/// may be used.
+/// Makes a result of the folder's history its baseline: the one with this number, or the last one
+/// that is applicable.
 ///
 /// # Errors
-/// [`ChooseError`]; the baseline of before stays.
+/// [`ChooseError`]; the previous baseline stays.
 pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, ChooseError> {
     let baseline = Baseline::of(choose(folder, result)?);
     baseline.write(folder)?;

@@ -10,7 +10,7 @@ const NAMES: usize = 6;
 /// Why a result is not compared with another.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotComparable {
-    /// Its verdict speaks against its use.
+    /// It is not applicable.
     #[error("result {result} is not applicable")]
     NotApplicable {
         /// Its number.
@@ -28,7 +28,7 @@ pub enum NotComparable {
         /// Its robot.
         other_robot: String,
     },
-    /// Methods differ in what they make of errors of the model. Set a new baseline.
+    /// Errors of the model affect each method differently. Set a new baseline.
     #[error("result {result} is by {method}, result {other} by {other_method}")]
     OtherMethod {
         /// Number of the later one.
@@ -42,7 +42,7 @@ pub enum NotComparable {
     },
     /// The names stand for other sums of parameters: the robot file has changed. Set a new baseline.
     #[error(
-        "the base parameters of result {result} are made up in another way than those of result \
+        "the base parameters of result {result} are regrouped in another way than those of result \
          {other}"
     )]
     OtherRegrouping {
@@ -51,14 +51,14 @@ pub enum NotComparable {
         /// Number of the one it would be compared with.
         other: u64,
     },
-    /// Leaving a parameter out moves others. Set a new baseline.
+    /// Leaving a parameter out changes the others. Set a new baseline.
     #[error("result {result} has other parameters than result {other} ({names})")]
     OtherParameters {
         /// Number of the later one.
         result: u64,
         /// Number of the one it would be compared with.
         other: u64,
-        /// Those that only one of both has: `+` the later one, `−` the other.
+        /// Parameters that only one of them has: `+` the later one, `−` the other.
         names: String,
     },
     /// Another mass was noted. Note with the next window what is carried now, or set a baseline with

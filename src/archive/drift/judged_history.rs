@@ -1,4 +1,4 @@
-//! The whole history beside its baseline, for who looks at it.
+//! The whole history, compared with its baseline.
 
 use super::{Baseline, Change, Comparison, DriftOptions, NotComparable, Tracker};
 use crate::archive::store::{HistoryLine, Timestamp};
@@ -8,7 +8,7 @@ use crate::archive::store::{HistoryLine, Timestamp};
 pub struct Entry {
     /// Its line.
     pub line: HistoryLine,
-    /// What it says beside the baseline; nothing without one, for it and for what came before.
+    /// How it compares with the baseline; nothing for it, for results before it, and without one.
     pub compared: Option<Result<Comparison, NotComparable>>,
     /// The parameters whose alarms were raised after it.
     pub alarmed: Vec<String>,
@@ -23,12 +23,12 @@ impl Entry {
     }
 }
 
-/// The history and what the baseline makes of it.
+/// The history, judged by the baseline.
 #[derive(Clone, Debug)]
 pub struct JudgedHistory {
     /// The results, oldest first.
     pub entries: Vec<Entry>,
-    /// Who followed them; nothing without a baseline.
+    /// The tracker that followed them; nothing without a baseline.
     pub tracker: Option<Tracker>,
     /// What counts as drift.
     pub options: DriftOptions,
@@ -93,15 +93,15 @@ impl JudgedHistory {
         self.entries.iter().filter(|entry| !entry.line.time.is_set()).count()
     }
 
-    /// The same in words; nothing when there is none.
-    pub fn undated_words(&self) -> Option<String> {
+    /// The same as a sentence; nothing when there is none.
+    pub fn undated_text(&self) -> Option<String> {
         let (results, are) = match self.undated() {
             0 => return None,
             1 => ("1 result was".to_owned(), "is"),
             count => (format!("{count} results were"), "are"),
         };
         Some(format!(
-            "{results} stored while the clock was not set and {are} no part of plots and trends"
+            "{results} stored while the clock was not set and {are} left out of plots and trends"
         ))
     }
 

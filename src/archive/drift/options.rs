@@ -49,7 +49,7 @@ impl DriftOptions {
     /// Checks every option.
     ///
     /// # Errors
-    /// [`DriftOptionError`] names the first option that cannot be meant.
+    /// [`DriftOptionError`] names the first invalid option.
     pub fn validate(&self) -> Result<(), DriftOptionError> {
         let refuse = |key, problem: String| Err(DriftOptionError { key, problem });
         let Self { standard_deviations, relative, results, trend_results } = *self;

@@ -27,7 +27,7 @@ pub struct DriftStatus {
     pub alarms: Vec<AlarmStatus>,
 }
 
-/// One parameter of the last result beside the baseline. What is no number is null.
+/// One parameter of the last result beside the baseline. Values that are not numbers are null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterDrift {
     /// Its name.
@@ -40,7 +40,7 @@ pub struct ParameterDrift {
     pub band_share: Option<f64>,
 }
 
-/// An alarm that is raised. What is no number is null.
+/// An alarm that is raised. Values that are not numbers are null.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlarmStatus {
     /// The parameter.
@@ -56,7 +56,7 @@ pub struct AlarmStatus {
     pub slope_sd: Option<f64>,
     /// The first of the results that raised it.
     pub since: Timestamp,
-    /// The same for people.
+    /// The same as a sentence.
     pub text: String,
 }
 

@@ -15,12 +15,12 @@ pub struct Tracker {
     alarms: Vec<Alarm>,
     /// The baseline and those that were compared, the last `trend_results` days.
     days: Days,
-    /// The last one that was compared.
+    /// The last result that was compared.
     last_compared: Option<Comparison>,
     last: Option<Result<Comparison, NotComparable>>,
 }
 
-/// A result beside the baseline.
+/// A result compared with the baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// Its number.
@@ -32,7 +32,7 @@ pub struct Comparison {
 }
 
 impl Tracker {
-    /// With nothing compared yet.
+    /// A tracker that has compared nothing yet.
     pub fn new(baseline: Baseline, options: DriftOptions) -> Self {
         let alarms = vec![Alarm::default(); baseline.result.parameters.len()];
         let days = Days::new(&baseline.result, options.trend_results);
@@ -121,7 +121,7 @@ impl Tracker {
         Some(sentence(&change, self.baseline.result.time, self.trend(parameter).as_ref(), since))
     }
 
-    /// What the status tells.
+    /// The drift for the status.
     pub fn status(&self) -> DriftStatus {
         let baseline = &self.baseline.result;
         let changes = match &self.last {

@@ -1,4 +1,4 @@
-//! Drift in words.
+//! Drift as sentences.
 
 use super::{Change, Trend};
 use crate::archive::store::Timestamp;

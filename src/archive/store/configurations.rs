@@ -10,7 +10,7 @@ use crate::text::is_digest;
 const FOLDER: &str = "configurations";
 const WRITING: &str = ".writing.tmp";
 
-/// What a configuration's hash is of: the files as they were read.
+/// The files of a configuration as they were read: its hash is taken over them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ConfigurationTexts {
     /// The cell file.

@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 
 use crate::files::replace;
 
-/// Why a result is not on disk.
+/// Why a result could not be stored.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file system refused. Check the rights on the folder and the space left.
+    /// The file system refused. Check the permissions of the folder and the space left.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
         /// On which path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
     /// Another process writes its results there: end it, or name another folder.
@@ -27,8 +27,8 @@ pub enum StoreError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The record has no JSON form. A mistake of this program.
-    #[error("the result has no JSON form: {0}")]
+    /// The record cannot be written as JSON. A mistake of this program.
+    #[error("the result cannot be written as JSON: {0}")]
     Format(#[from] serde_json::Error),
 }
 

@@ -28,7 +28,7 @@ const LATEST: &str = "latest.json";
 /// date. `configurations` has a folder for each configuration that a result was made with.
 ///
 /// One process writes into it at a time: it is locked as long as this lives. The number in a name
-/// continues over restarts, so that no result is overwritten. Files with other names are let be.
+/// continues over restarts, so that no result is overwritten. Files with other names stay.
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
@@ -85,7 +85,7 @@ impl Store {
                 || Owed::is_name(name)
                 || index(report.as_deref().unwrap_or(name)).is_some()
         };
-        remove_leftovers(folder, is_ours).map_err(at("tidy the folder", folder))?;
+        remove_leftovers(folder, is_ours).map_err(at("clean up the folder", folder))?;
         let indices = store.indices()?;
         store.next = indices.last().map_or(0, |last| last.saturating_add(1));
         store.complete(&indices, &mut recent)?;
@@ -163,7 +163,7 @@ impl Store {
             match line_of(&path, number, recent) {
                 Some(line) => self.owed.add(line),
                 None => {
-                    tracing::warn!("{}: no line of the history can be made of it", path.display())
+                    tracing::warn!("{}: it cannot be added to the history", path.display())
                 }
             }
         }
@@ -179,7 +179,7 @@ impl Store {
             }
         }
         tracing::warn!(
-            "{}: lines of the history that an earlier run had not written: {}",
+            "{}: history lines that an earlier run did not write: {}",
             self.folder.display(),
             self.owed.lines().len()
         );
@@ -189,7 +189,7 @@ impl Store {
         }
         self.owed.write()?;
         if let Err(problem) = self.owed.settle(&mut self.history) {
-            tracing::warn!("they are not written yet: {problem}");
+            tracing::warn!("they are still not written: {problem}");
         }
         Ok(())
     }

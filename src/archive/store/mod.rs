@@ -1,4 +1,4 @@
-//! Results on disk: whole or not at all, a bounded number, with what is needed to make them again.
+//! Results on disk: complete or not at all, a bounded number, with what reproduces them.
 
 mod configurations;
 mod error;

@@ -54,7 +54,7 @@ impl Owed {
     pub(super) fn add(&mut self, line: HistoryLine) {
         self.lines.push_back(line);
         if self.lines.len() > MOST {
-            tracing::warn!("the history could not be written for {MOST} results, and loses a line");
+            tracing::warn!("the history could not be written for {MOST} results: a line is lost");
             self.lines.pop_front();
         }
     }

@@ -1,4 +1,4 @@
-//! One result with everything needed to make it again.
+//! One result with everything needed to reproduce it.
 
 use didim_core::identification::Estimate;
 use serde::Serialize;

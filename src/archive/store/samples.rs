@@ -1,4 +1,4 @@
-//! What tells whether two results were identified from the same samples.
+//! The digest that shows whether two results were identified from the same samples.
 
 use sha2::{Digest, Sha256};
 

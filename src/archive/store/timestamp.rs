@@ -1,4 +1,4 @@
-//! An instant of the wall clock, as people and other programs read it.
+//! An instant of the wall clock in the form of RFC 3339.
 
 use core::fmt;
 use core::time::Duration;
@@ -25,7 +25,7 @@ impl Timestamp {
         )
     }
 
-    /// So many seconds after 1970-01-01T00:00:00Z.
+    /// The instant this number of seconds after 1970-01-01T00:00:00Z.
     pub fn from_unix_s(seconds: u64) -> Self {
         Self(seconds.min(LAST_S))
     }
@@ -35,7 +35,7 @@ impl Timestamp {
         self.0
     }
 
-    /// Whether it may be true: false before 2020, when the clock was not set yet.
+    /// Whether it is plausible: false before 2020, when the clock was not set yet.
     pub fn is_set(self) -> bool {
         self.0 >= SET_S
     }
@@ -46,7 +46,7 @@ impl Timestamp {
         (self.0 as f64 - other.0 as f64) / 86_400.0
     }
 
-    /// This instant and so many days more; nothing beyond the years that have a text.
+    /// This instant plus a number of days; nothing beyond the years that have a text.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,

@@ -1,5 +1,5 @@
-//! What the bus thread counts of what should not be, but for the causes of lost frames and cycles, which
-//! the drivers declare. Each counter is declared once, here.
+//! Counters of faults on the bus thread, but for the causes of lost frames and cycles, which the
+//! drivers declare. Each counter is declared once, here.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,10 +18,10 @@ pub struct Counter {
     pub count: u64,
 }
 
-/// For each: its key in JSON, where it is counted, its words, metric and meaning.
+/// For each: its key in JSON, where it is counted, its label, metric and meaning.
 macro_rules! counters {
     ($($key:ident = $($from:ident).+, $label:literal, $metric:literal, $help:literal;)+) => {
-        /// Counts of what should not be.
+        /// Counters of faults.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(default)]
         pub struct FaultCounters {

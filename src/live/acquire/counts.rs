@@ -5,7 +5,7 @@ use didim_drivers::clock::ClockCounters;
 use didim_drivers::source::SourceCounters;
 use serde::{Deserialize, Serialize};
 
-/// How the bus is.
+/// The state of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BusState {
@@ -26,7 +26,7 @@ impl BusState {
     /// Every state.
     pub const ALL: [Self; 5] = [Self::Waiting, Self::Ok, Self::Silent, Self::Down, Self::Ended];
 
-    /// Its name in JSON and metrics, its words, and a sentence: whatever is said of it.
+    /// Its name in JSON and metrics, its label, and a sentence.
     const fn wording(self) -> [&'static str; 3] {
         match self {
             Self::Waiting => ["waiting", "no frame yet", "no frame has come yet"],
@@ -61,7 +61,7 @@ impl BusState {
 /// What the bus thread counted, as of one instant: plain numbers, copied as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AcquisitionCounts {
-    /// How the bus is.
+    /// The state of the bus.
     pub bus: BusState,
     /// The source's own counts.
     pub source: SourceCounters,
@@ -75,8 +75,8 @@ pub struct AcquisitionCounts {
     pub clock: ClockCounters,
     /// Where the latencies of frames begin.
     pub frame_time: FrameTime,
-    /// Turns of the thread's loop: they go on as long as the thread is well, frames or not.
-    pub turns: u64,
+    /// Iterations of the thread's loop: they continue while the thread is healthy, frames or not.
+    pub iterations: u64,
 }
 
 /// Where the way of a frame begins in [`FrameLatency`].

@@ -26,18 +26,18 @@ pub struct RealTimeOptions {
     pub lock_memory: bool,
 }
 
-/// What became of a wish.
+/// Whether a request was granted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "grant")]
 pub enum Grant {
-    /// It was not asked for.
+    /// It was not requested.
     #[default]
     NotAsked,
-    /// It is so.
+    /// It was granted.
     Granted,
     /// The system refused, and the thread runs without.
     Refused {
-        /// In words, with the remedy where there is one.
+        /// The reason, with the remedy where there is one.
         why: String,
     },
 }
@@ -108,7 +108,7 @@ fn lock() -> Grant {
     if let (Some(current), None) = (limit.current, limit.maximum) {
         // Up to the hard limit anybody may. What is granted is seen by what follows.
         let _ = setrlimit(Resource::Memlock, Rlimit { current: None, maximum: None });
-        tracing::debug!(current, "the limit of locked memory is raised to its maximum, none");
+        tracing::debug!(current, "the limit of locked memory is removed");
     }
     if let Some(bytes) = getrlimit(Resource::Memlock).current {
         return Grant::Refused {

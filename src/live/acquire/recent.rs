@@ -28,7 +28,7 @@ const NAMED: usize = 3;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RecentCounts {
-    /// In so many seconds.
+    /// Length of the time \[s\].
     pub seconds: f64,
     /// Frames received.
     pub frames: u64,
@@ -51,22 +51,22 @@ pub enum Flow {
     Idle,
     /// No sample came of them.
     Stopped {
-        /// What grew, in words.
+        /// The causes that grew, as text.
         causes: String,
     },
     /// Part of the cycles gave no sample.
     Lossy {
         /// Cycles lost.
         lost: u64,
-        /// Of so many.
+        /// Cycles in all.
         of: u64,
-        /// What grew, in words.
+        /// The causes that grew, as text.
         causes: String,
     },
 }
 
 impl RecentCounts {
-    /// What came of the frames.
+    /// The outcome of the frames.
     pub fn flow(&self) -> Flow {
         if self.seconds < SETTLED_S || self.frames == 0 {
             return Flow::Well;

@@ -146,7 +146,7 @@ impl Acquisition {
     /// # Errors
     /// [`AcquireError`].
     pub fn step(&mut self) -> Result<Option<AcquireEnd>, AcquireError> {
-        self.counts.turns += 1;
+        self.counts.iterations += 1;
         if !self.writer.has_room()? {
             std::thread::sleep(ROOM_POLL);
             self.publish_if_due(Instant::now());
@@ -224,7 +224,7 @@ impl Acquisition {
                 break;
             }
             std::thread::sleep(ROOM_POLL);
-            self.counts.turns += 1;
+            self.counts.iterations += 1;
             self.publish_if_due(Instant::now());
         }
         Ok(())

@@ -89,7 +89,7 @@ impl SharedAcquisition {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AcquisitionStatus {
-    /// How the bus is.
+    /// The state of the bus.
     pub bus: BusState,
     /// Frames received, error frames included.
     pub frames: u64,
@@ -101,7 +101,7 @@ pub struct AcquisitionStatus {
     pub samples_per_second: f64,
     /// Batches sent to the workers.
     pub batches: u64,
-    /// Counts of what should not be.
+    /// Counters of faults.
     #[serde(flatten)]
     pub counters: FaultCounters,
     /// How long it took from the frame that completed a sample (where there are SYNCs, the next one)

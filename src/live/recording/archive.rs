@@ -1,4 +1,4 @@
-//! What the archiver's thread does: waits until the ring has it, and keeps it.
+//! The archiver's thread: waits until the ring has the frames, and extracts them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use super::archived::{KeptFolder, Kind};
+use super::archive_folder::{ArchiveFolder, Kind};
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
-use super::request::{CaptureError, QUEUE, Request, SharedKept, lock};
+use super::request::{CaptureError, QUEUE, Request, SharedArchive, lock};
 use super::ring::RingError;
 
 /// How often the ring is looked at while something waits for it.
@@ -23,7 +23,7 @@ const LOST_NS: u64 = 1_000_000_000;
 /// How long it may take at the end, when the recorder closes its file.
 const LAST_DELAY: Duration = Duration::from_millis(300);
 /// The pause between two looks at the end.
-const TURN: Duration = Duration::from_millis(10);
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// What waits for the ring.
 pub(super) struct Waiting {
@@ -48,16 +48,16 @@ pub(super) struct Capture {
 /// The state of the thread.
 pub(super) struct Archive {
     pub(super) ring: PathBuf,
-    pub(super) kept: PathBuf,
+    pub(super) folder: PathBuf,
     pub(super) options: RecordingOptions,
-    pub(super) shared: SharedKept,
+    pub(super) shared: SharedArchive,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
 }
 
 /// Why a recording is not kept.
 #[derive(Debug, thiserror::Error)]
-enum KeepError {
+enum ArchiveError {
     #[error(transparent)]
     Extract(#[from] ExtractError),
     #[error(transparent)]
@@ -82,7 +82,7 @@ impl Archive {
             if ended {
                 self.stop_capture();
                 // With nobody at the other end the wait above does not wait.
-                std::thread::sleep(TURN);
+                std::thread::sleep(PAUSE);
             }
             self.watch_capture();
             let over = ended && since.get_or_insert_with(Instant::now).elapsed() >= LAST_DELAY;
@@ -154,7 +154,7 @@ impl Archive {
         more: BTreeMap<String, String>,
     ) {
         if self.waiting.len() >= QUEUE {
-            return self.shared.fail("one more", &"too many wait for the ring");
+            return self.shared.fail("a further request", &"too many requests wait for the ring");
         }
         let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
         let deadline = Instant::now() + after + RING_DELAY;
@@ -226,9 +226,9 @@ impl Archive {
         };
         let kept = found.and_then(|found| {
             let folder =
-                KeptFolder::open(&self.kept, self.options.keep, self.options.keep_bytes())?;
+                ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
             if !folder.make_room(found.bytes)? {
-                return Err(KeepError::TooLarge { bytes: found.bytes });
+                return Err(ArchiveError::TooLarge { bytes: found.bytes });
             }
             let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
             let path = folder.path(one.kind, number, &one.label);
@@ -238,7 +238,7 @@ impl Archive {
         });
         match kept {
             Ok((path, frames)) => {
-                tracing::info!(frames, "{} kept", path.display());
+                tracing::info!(frames, "recording {} is kept", path.display());
                 lock(&self.shared.0).kept += 1;
             }
             Err(error) => self.shared.fail(&what(one), &error),
@@ -248,7 +248,7 @@ impl Archive {
     }
 
     fn count(&self) {
-        if let Ok((files, bytes)) = count(&self.kept, &self.options) {
+        if let Ok((files, bytes)) = count(&self.folder, &self.options) {
             let mut status = lock(&self.shared.0);
             (status.files, status.bytes) = (files, bytes);
         }
@@ -256,7 +256,7 @@ impl Archive {
 }
 
 fn count(folder: &Path, options: &RecordingOptions) -> Result<(usize, u64), RingError> {
-    KeptFolder::open(folder, options.keep, options.keep_bytes())?.size()
+    ArchiveFolder::open(folder, options.keep, options.keep_bytes())?.size()
 }
 
 fn what(one: &Waiting) -> String {

@@ -8,8 +8,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::archive::Archive;
-use super::options::{RecordingOptions, kept_folder, ring_folder};
-use super::request::{CaptureAnswer, CaptureError, QUEUE, Request, SharedKept, lock};
+use super::options::{RecordingOptions, archive_folder, ring_folder};
+use super::request::{CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, lock};
 use super::window::RecordedWindow;
 
 /// How long the end waits for what is still to be kept.
@@ -30,12 +30,12 @@ pub struct ArchiverOptions {
 #[derive(Clone, Debug)]
 pub struct Archiver {
     requests: SyncSender<Request>,
-    shared: SharedKept,
+    shared: SharedArchive,
     last_fault: Arc<Mutex<Option<Instant>>>,
     fault_every: Duration,
 }
 
-/// The thread of a archiver.
+/// The archiver's thread.
 #[derive(Debug)]
 pub struct ArchiverThread {
     thread: JoinHandle<()>,
@@ -49,10 +49,10 @@ impl Archiver {
     /// The system gives no thread.
     pub fn start(options: &ArchiverOptions) -> std::io::Result<(Self, ArchiverThread)> {
         let (requests, received) = sync_channel(QUEUE);
-        let (shared, ending) = (SharedKept::default(), Arc::new(AtomicBool::new(false)));
+        let (shared, ending) = (SharedArchive::default(), Arc::new(AtomicBool::new(false)));
         let mut archive = Archive {
             ring: ring_folder(&options.folder),
-            kept: kept_folder(&options.folder),
+            folder: archive_folder(&options.folder),
             options: options.recordings.clone(),
             shared: shared.clone(),
             waiting: Vec::new(),
@@ -68,7 +68,7 @@ impl Archiver {
     }
 
     /// The counts.
-    pub fn shared(&self) -> &SharedKept {
+    pub fn shared(&self) -> &SharedArchive {
         &self.shared
     }
 
@@ -119,10 +119,10 @@ impl Archiver {
         match self.requests.try_send(request) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {
-                self.shared.fail("one more", &"too many wait for the ring")
+                self.shared.fail("a further request", &"too many requests wait for the ring")
             }
             Err(TrySendError::Disconnected(_)) => {
-                self.shared.fail("one more", &"the archiver has ended");
+                self.shared.fail("a further request", &"the archiver has ended");
             }
         }
     }
@@ -135,7 +135,7 @@ impl ArchiverThread {
         let since = Instant::now();
         while !self.thread.is_finished() {
             if since.elapsed() > FINISH_TIMEOUT {
-                tracing::warn!("what is to be kept is not within {FINISH_TIMEOUT:?}");
+                tracing::warn!("recordings still waiting after {FINISH_TIMEOUT:?} are abandoned");
                 return;
             }
             std::thread::sleep(Duration::from_millis(2));

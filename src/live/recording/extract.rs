@@ -28,7 +28,7 @@ pub(super) struct Stretch {
 pub(super) enum ExtractError {
     #[error("the ring {}: {cause}", folder.display())]
     Ring { folder: PathBuf, cause: io::Error },
-    #[error("the ring does not hold it: it is over, too small, or nothing was recorded then")]
+    #[error("not in the ring: overwritten, the ring is too small, or nothing was recorded then")]
     NotThere,
     #[error(transparent)]
     Read(#[from] McapError),

@@ -41,8 +41,8 @@ pub fn open_log(path: &Path) -> Result<Box<dyn Source>, SourceError> {
 fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSource, McapError> {
     if let FileEnd::Unfinished { unused_bytes } = McapScan::of(path)?.end {
         tracing::warn!(
-            "{}: the recording has no end: its recorder was killed, or is still writing; frames \
-             that are not in a whole chunk are not used ({unused_bytes} bytes)",
+            "{}: the recording is not finished: its recorder was killed, or is still writing; \
+             frames outside of complete chunks are not used ({unused_bytes} bytes)",
             path.display()
         );
     }
@@ -65,7 +65,7 @@ impl RingSource {
         let mut waiting: VecDeque<PathBuf> =
             segments(folder).map_err(failed)?.into_iter().map(|segment| segment.path).collect();
         let Some(first) = waiting.pop_front() else {
-            let why = "it is a directory without recordings; name a ring's, as recordings/ring";
+            let why = "the folder has no recordings; name that of a ring, such as recordings/ring";
             return Err(failed(std::io::Error::other(why)).into());
         };
         let current = open_recording(&first, &[])?;

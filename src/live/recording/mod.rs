@@ -10,7 +10,7 @@
 //! what is kept, the requests that wait. Nothing of it can cost a frame or a result.
 
 mod archive;
-mod archived;
+mod archive_folder;
 mod archiver;
 mod extract;
 mod input;
@@ -29,7 +29,7 @@ pub use input::{is_mcap, open_log};
 pub use options::{RecorderOptions, RecordingOptions, recording_folders};
 pub use output::{CreateOutput, Output, create_file};
 pub use recorder::Recorder;
-pub use request::{CaptureError, KeptStatus, SharedKept};
+pub use request::{ArchiveStatus, CaptureError, SharedArchive};
 pub use ring::{Ring, RingError, Segment};
 pub use status::{RecordingState, RecordingStatus, SharedRecording};
 pub use tap::{FrameTap, RecordedFrame, frame_queue};

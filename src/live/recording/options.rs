@@ -98,7 +98,7 @@ impl RecordingOptions {
         self.ring_mb.saturating_mul(MB)
     }
 
-    /// The bound of what is kept \[bytes\].
+    /// The bound of the kept recordings \[bytes\].
     pub fn keep_bytes(&self) -> u64 {
         self.keep_mb.saturating_mul(MB)
     }
@@ -122,7 +122,7 @@ pub struct RecorderOptions {
 }
 
 impl RecorderOptions {
-    /// Those of a cell, whose recordings are in `folder`.
+    /// The options of a cell whose recordings are in `folder`.
     pub fn new(options: &RecordingOptions, folder: &Path, cell: &str, configuration: &str) -> Self {
         Self {
             folder: ring_folder(folder),
@@ -143,7 +143,7 @@ impl core::fmt::Debug for RecorderOptions {
 
 /// The folders within the folder of everything recorded.
 pub fn recording_folders(folder: &Path) -> [PathBuf; 2] {
-    [ring_folder(folder), kept_folder(folder)]
+    [ring_folder(folder), archive_folder(folder)]
 }
 
 /// The ring in the folder of everything recorded.
@@ -151,7 +151,7 @@ pub(super) fn ring_folder(folder: &Path) -> PathBuf {
     folder.join("ring")
 }
 
-/// What is kept, likewise.
-pub(super) fn kept_folder(folder: &Path) -> PathBuf {
+/// The kept recordings, likewise.
+pub(super) fn archive_folder(folder: &Path) -> PathBuf {
     folder.join("kept")
 }

@@ -1,4 +1,4 @@
-//! What is asked of the archiver's thread, and what it tells.
+//! Requests to the archiver's thread, and its status.
 
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,10 +10,10 @@ use super::window::RecordedWindow;
 /// Requests that may wait, in the queue and for the ring.
 pub(super) const QUEUE: usize = 16;
 
-/// What the archiver tells about itself.
+/// The archiver's status.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct KeptStatus {
+pub struct ArchiveStatus {
     /// Recordings kept in this run.
     pub kept: u64,
     /// Recordings that could not be kept in this run.
@@ -46,13 +46,13 @@ pub enum CaptureError {
     #[error("nothing is recorded: {0}")]
     NothingRecorded(String),
     /// Too much waits: ask again later.
-    #[error("the recordings are busy; ask again")]
+    #[error("the archiver is busy; try again")]
     Busy,
 }
 
 pub(super) type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
 
-/// What is asked of the thread.
+/// A request to the thread.
 pub(super) enum Request {
     Result { number: u64, window: RecordedWindow },
     Fault { cause: &'static str, stamp_ns: u64 },
@@ -62,15 +62,15 @@ pub(super) enum Request {
 
 /// The archiver's counts.
 #[derive(Clone, Debug, Default)]
-pub struct SharedKept(pub(super) Arc<Mutex<KeptStatus>>);
+pub struct SharedArchive(pub(super) Arc<Mutex<ArchiveStatus>>);
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl SharedKept {
+impl SharedArchive {
     /// A copy of the counts.
-    pub fn snapshot(&self) -> KeptStatus {
+    pub fn snapshot(&self) -> ArchiveStatus {
         lock(&self.0).clone()
     }
 

@@ -24,14 +24,14 @@ pub struct Segment {
 /// Why the ring cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RingError {
-    /// The file system refused. Check the rights on the folder and the space left.
+    /// The file system refused. Check the permissions of the folder and the space left.
     #[error("cannot {action} {}: {cause}", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
         /// On which path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
     /// Another process records there: end it, or name another folder.
@@ -68,7 +68,7 @@ const RESERVED_PART: u64 = 16;
 const RESERVED_BYTES: u64 = 32_000_000;
 
 /// A folder of files, of which the oldest go so that all of them stay below the limit. Locked as long
-/// as this lives. Files with other names are let be.
+/// as this lives. Files with other names are left alone.
 #[derive(Debug)]
 pub struct Ring {
     folder: PathBuf,
@@ -139,7 +139,7 @@ impl Ring {
             Err(RepairError::Foreign { .. } | RepairError::Read(McapError::NotMcap { .. })) => true,
             // The power failed: what is damaged comes before every frame, and will not get better.
             Err(RepairError::Read(error @ McapError::Damaged { .. })) => {
-                tracing::warn!("it is removed: {error}");
+                tracing::warn!("a damaged file is removed: {error}");
                 true
             }
             Err(RepairError::Read(_) | RepairError::Write { .. }) => false,

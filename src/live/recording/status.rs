@@ -1,4 +1,4 @@
-//! What the recorder tells about itself.
+//! The recorder's status.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -46,7 +46,7 @@ pub struct RecordingStatus {
     pub segments_given_way: u64,
     /// The disk has no room for the whole ring, and the ring gives way to results.
     pub gives_way: bool,
-    /// Files that an earlier run had left without an end, and that were closed.
+    /// Files that an earlier run left unfinished, and that were closed.
     pub segments_repaired: u64,
 }
 

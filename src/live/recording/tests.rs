@@ -222,7 +222,7 @@ fn a_full_disk_is_told_and_recording_goes_on_when_there_is_room() {
     tap.take(&(1000..1500).map(frame).collect::<Vec<_>>(), 0);
     eventually("the failure is told", || shared.snapshot().state == RecordingState::Failed);
     let why = shared.snapshot().why.unwrap();
-    assert!(why.contains("segment-00000000") && why.contains("make room"), "{why}");
+    assert!(why.contains("segment-00000000") && why.contains("free disk space"), "{why}");
     assert!(shared.snapshot().write_errors >= 1);
     full.store(false, Ordering::Relaxed);
     let mut n = 1500;

@@ -47,7 +47,7 @@ const END: &str = "window_end";
 const CONFIGURATION: &str = "window_configuration";
 
 impl RecordedWindow {
-    /// That of a window which is identified with this configuration (its hash).
+    /// The record of a window that is identified with this configuration (its hash).
     pub fn of(window: &Window, configuration: &str) -> Self {
         let stamp = |sample: Option<&didim_core::JointSample>| sample.map_or(0, |s| s.stamp_ns);
         Self {

@@ -1,4 +1,4 @@
-//! What the recorder's thread does: frames into files, files into the ring.
+//! The recorder's thread: frames into files, files into the ring.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use super::status::{RecordingState, SharedRecording};
 use super::tap::RecordedFrame;
 
 /// How often the queue is emptied.
-const TURN: Duration = Duration::from_millis(20);
+const PAUSE: Duration = Duration::from_millis(20);
 /// A chunk is handed to the file system at least this often, so that less than a second is lost when
 /// the process is killed.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
@@ -36,12 +36,13 @@ const CHUNK_ROOM: u64 = 4096;
 enum WritingError {
     #[error(transparent)]
     Ring(#[from] RingError),
-    #[error("{}: {source}; make room on the disk, or correct the rights", path.display())]
+    #[error("{}: {source}; free disk space, or correct the permissions", path.display())]
     Write { path: PathBuf, source: McapWriteError },
     #[error("the ring of {limit} bytes has no room for one file: raise service.recordings.ring_mb")]
     TooSmall { limit: u64 },
     #[error(
-        "the disk of {} is nearly full, and the ring has given way to results; make room on it",
+        "the disk of {} is nearly full, and the ring was deleted to leave room for results; free \
+         disk space",
         folder.display()
     )]
     Short { folder: PathBuf },
@@ -112,7 +113,7 @@ impl RingWriter {
             if ended {
                 return;
             }
-            std::thread::sleep(TURN);
+            std::thread::sleep(PAUSE);
         }
     }
 
@@ -192,7 +193,7 @@ impl RingWriter {
             return;
         }
         tracing::warn!(
-            "{}: the disk is nearly full: {files} of the ring's files gave way; make room on it",
+            "{}: the disk is nearly full: {files} of the ring's files were deleted; free disk space",
             self.options.folder.display()
         );
         let mut status = self.shared.update();

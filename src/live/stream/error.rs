@@ -1,4 +1,4 @@
-//! What can go wrong between the bus thread and its readers.
+//! Errors between the bus thread and its readers.
 
 use std::path::PathBuf;
 
@@ -38,7 +38,7 @@ pub enum StreamError {
         folder: &'static str,
         /// What was mapped.
         mapped_bytes: u64,
-        /// The kernel's word.
+        /// The kernel's error.
         cause: std::io::Error,
     },
     /// The memory maps of the process or the free space of a file system cannot be read.
@@ -46,20 +46,20 @@ pub enum StreamError {
     Inspect {
         /// What was read.
         path: PathBuf,
-        /// The kernel's word.
+        /// The kernel's error.
         cause: std::io::Error,
     },
     /// This process cannot join. Check that the user may write to the root; when shared memory was
     /// once full, a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200 must be removed by hand.
     #[error(
-        "cannot join the shared-memory network rooted at {}: {cause}; check the rights on that \
-         folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full /dev/shm",
+        "cannot join the shared-memory network rooted at {}: {cause}; check the permissions of \
+         that folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full /dev/shm",
         root.display()
     )]
     Node {
         /// Root folder of the network.
         root: PathBuf,
-        /// The library's word.
+        /// The library's error.
         cause: String,
     },
     /// A service exists with other options or of another version. Stop the other process, or give
@@ -71,7 +71,7 @@ pub enum StreamError {
     Service {
         /// Name of the service.
         name: String,
-        /// The library's word.
+        /// The library's error.
         cause: String,
     },
     /// A port cannot be made, most often because its one place is taken: a cell has one
@@ -82,7 +82,7 @@ pub enum StreamError {
         port: &'static str,
         /// Name of the service.
         name: String,
-        /// The library's word.
+        /// The library's error.
         cause: String,
     },
     /// Sending, receiving or waiting failed in the library. The process must start anew.
@@ -92,7 +92,7 @@ pub enum StreamError {
         operation: &'static str,
         /// Name of the service.
         name: &'static str,
-        /// The library's word.
+        /// The library's error.
         cause: String,
     },
     /// The acquisition was started with another cell file than the estimation.

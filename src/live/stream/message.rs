@@ -1,4 +1,4 @@
-//! What travels through shared memory: plain data with a versioned name.
+//! The messages in shared memory: plain data with a versioned name.
 //!
 //! The derive of `ZeroCopySend` writes `unsafe impl` after checking every field; a layout that
 //! changes must change the version in its `type_name`.

@@ -1,4 +1,4 @@
-//! The zero-copy buffer between the bus thread and those who think about its samples.
+//! The zero-copy buffer between the bus thread and the readers of its samples.
 //!
 //! Three iceoryx2 services per cell, all of one user: `samples` (batches of joint samples, one
 //! notification each), `estimates` and `status` (JSON documents, the last one kept for late

@@ -1,4 +1,4 @@
-//! Names, places and quality of service of the stream: all of them, here only.
+//! Names, paths and quality of service of the stream: all of them, here only.
 
 use core::time::Duration;
 use std::path::{Path, PathBuf};

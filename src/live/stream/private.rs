@@ -110,7 +110,7 @@ fn remove_dead() {
         let mut folder = String::new();
         let read = (&mut file).take(MAX_PATH).read_to_string(&mut folder);
         let folder = Path::new(if read.is_ok() { folder.as_str() } else { "" });
-        tracing::info!("removing what a run left that was killed: {}", folder.display());
+        tracing::info!("removing what a killed run left: {}", folder.display());
         remove(folder, prefix);
     }
 }

@@ -1,4 +1,4 @@
-//! What may be asked of a running worker.
+//! Commands to a running worker.
 
 use core::time::Duration;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::windower::CommandError;
 use crate::live::recording::Archiver;
 use crate::window::Note;
 
-/// What somebody wants of the windows.
+/// A command concerning the windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Open one.
@@ -22,7 +22,7 @@ pub enum Command {
 }
 
 pub(super) type Answer = Result<(), CommandError>;
-/// What is asked, and where the answer goes.
+/// A command, and where the answer goes.
 pub(super) type Request = (Asked, SyncSender<Answer>);
 
 pub(super) enum Asked {
@@ -44,7 +44,7 @@ pub struct Commands {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SubmitError {
     /// Too many wait, or it has ended: ask again later.
-    #[error("the worker takes no commands now: ask again")]
+    #[error("the worker is busy: try again")]
     Unavailable,
     /// The command does not fit the state.
     #[error(transparent)]

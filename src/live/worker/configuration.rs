@@ -11,7 +11,7 @@ use crate::window::Window;
 /// Why a window could not be identified; its text reaches the status.
 pub type Refusal = Box<dyn core::error::Error + Send + Sync>;
 
-/// What came of a window.
+/// The outcome of a window.
 #[derive(Clone, Debug)]
 pub struct Identified {
     /// The result.
@@ -31,7 +31,7 @@ pub struct Configuration {
     pub identify: Identify,
     /// Hash of the configuration, for the results.
     pub sha256: String,
-    /// What is kept beside the results.
+    /// What is stored beside the results.
     pub results: ResultOptions,
 }
 

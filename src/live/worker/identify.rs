@@ -107,7 +107,7 @@ impl Identification {
             if stop.load(Ordering::Relaxed) {
                 return Ok(false);
             }
-            self.shared.turn();
+            self.shared.count_iteration();
             std::thread::sleep(POLL);
         }
     }
@@ -131,7 +131,7 @@ impl Identification {
                 self.give_up();
                 return Ok(false);
             }
-            self.shared.turn();
+            self.shared.count_iteration();
             std::thread::sleep(POLL);
         }
         self.thread.join().map_err(|_| WorkerError::IdentificationEnded)??;
@@ -280,7 +280,7 @@ impl Job {
         status.results_waiting = self.unstored.len() as u64;
         if why.is_some() && why != status.results_wait_for {
             tracing::warn!(
-                "a result is not stored, and is tried again: {}",
+                "a result could not be stored and is tried again: {}",
                 why.as_deref().unwrap_or_default()
             );
         }

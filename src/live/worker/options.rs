@@ -120,7 +120,7 @@ impl WindowOptions {
     /// Checks every option and counts it in samples.
     ///
     /// # Errors
-    /// [`WindowOptionError`] names the first option that cannot be meant.
+    /// [`WindowOptionError`] names the first invalid option.
     pub fn plan(&self, sample_rate_hz: f64) -> Result<WindowPlan, WindowOptionError> {
         if !(1.0..=20_000.0).contains(&sample_rate_hz) {
             return refuse("sample_rate_hz", format!("{sample_rate_hz} is not in 1..=20000"));
@@ -146,7 +146,7 @@ impl WindowOptions {
             return refuse(
                 "max_s",
                 format!(
-                    "{} s has no room for min_s and two margins, {} s",
+                    "{} s is too short for min_s and two margins, {} s",
                     self.max_s,
                     self.min_s + self.margin_before_s + self.margin_after_s
                 ),

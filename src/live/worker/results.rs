@@ -70,7 +70,7 @@ impl Results {
                 }
             }
             None if had && self.unreadable.is_none() => {
-                tracing::info!("there is no baseline any more");
+                tracing::info!("the baseline is cleared");
             }
             None => {}
         }
@@ -130,7 +130,7 @@ impl Results {
         let stored = self.store.write(record, beside)?;
         if !stored.line.time.is_set() {
             tracing::warn!(
-                "the clock is not set: result {} will be no part of plots and trends",
+                "the clock is not set: result {} is left out of plots and trends",
                 stored.number
             );
         }

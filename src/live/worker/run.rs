@@ -63,7 +63,7 @@ impl Worker {
         let archiver = archiver.map_err(WorkerError::Thread)?;
         let handle = archiver.as_ref().map(|(archiver, _)| archiver.clone());
         if let Some(archiver) = &handle {
-            shared.set_kept(archiver.shared().clone());
+            shared.set_archive(archiver.shared().clone());
         }
         let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
@@ -102,7 +102,7 @@ impl Worker {
                 self.identification.finish(stop)?;
                 return Err(WorkerError::IdentificationEnded);
             }
-            self.shared.turn();
+            self.shared.count_iteration();
             self.reader.wait(NAP)?;
             self.answer(stop)?;
             if self.silence.is_new(Instant::now()) {
@@ -171,7 +171,7 @@ impl Worker {
         }
         let Some(next) = self.next.take() else { return };
         let Configuration { windows, identify, sha256, results } = *next;
-        tracing::info!(configuration = sha256, "another configuration is valid from here on");
+        tracing::info!(configuration = sha256, "the new configuration is in effect from here on");
         let mut status = self.shared.update();
         status.configuration.clone_from(&sha256);
         status.configuration_waits = false;

@@ -27,14 +27,14 @@ pub struct WorkerOptions {
     pub recorded: Option<RecordedWindow>,
     /// Where recordings are kept; nothing keeps none.
     pub archiver: Option<ArchiverOptions>,
-    /// What is kept beside the results.
+    /// What is stored beside the results.
     pub results: ResultOptions,
 }
 
 /// Why the worker ended before its time.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
-    /// The windows cannot be meant.
+    /// The options of the windows are invalid.
     #[error(transparent)]
     Windows(#[from] WindowOptionError),
     /// The stream failed.
@@ -47,11 +47,11 @@ pub enum WorkerError {
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),
     /// The identification's thread panicked; its message is in the log. Report it.
-    #[error("the identification ended by itself: see the log before this")]
+    #[error("the identification ended by itself: see the log above")]
     IdentificationEnded,
 }
 
-/// What is kept beside the results, so that they can be made again and compared.
+/// What is stored beside the results, so that they can be reproduced and compared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ResultOptions {
     /// The files of the configuration as they were read.

@@ -1,4 +1,4 @@
-//! What the worker tells about itself.
+//! The worker's status.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,11 +13,11 @@ use super::window::{RejectedWindow, Rejection};
 use crate::archive::drift::DriftStatus;
 use crate::archive::store::ParameterValue;
 use crate::live::latency::{Latencies, LatencySummary};
-use crate::live::recording::{KeptStatus, SharedKept};
+use crate::live::recording::{ArchiveStatus, SharedArchive};
 use crate::live::stream::Batch;
 use crate::window::{Note, Window};
 
-/// Where the current window is.
+/// State of the current window.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum WindowState {
@@ -31,7 +31,7 @@ pub enum WindowState {
     },
 }
 
-/// The last estimate in a few words.
+/// Summary of the last estimate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateSummary {
     /// [`Window::number`].
@@ -50,7 +50,7 @@ pub struct EstimateSummary {
     pub condition_number: Option<f64>,
     /// Whether it may be used.
     pub applicable: bool,
-    /// Why not.
+    /// The reasons against it.
     pub reasons: Vec<String>,
 }
 
@@ -81,9 +81,9 @@ pub struct EstimationStatus {
     pub samples: u64,
     /// Samples that the sequence numbers show to be missing, for whatever cause.
     pub samples_missing: u64,
-    /// Batches that gave way in the buffer because the worker was too slow.
+    /// Batches overwritten in the buffer because the worker was too slow.
     pub batches_lost: u64,
-    /// Times the acquisition was restarted under a running worker.
+    /// Times the acquisition was restarted while the worker was running.
     pub restarts: u64,
     /// How long samples lay in the buffer until the worker took them, since the start; nothing
     /// before the first; of samples whose frames were read together, from when those had been read. A
@@ -118,7 +118,7 @@ pub struct EstimationStatus {
     /// The last estimate.
     pub last_estimate: Option<EstimateSummary>,
     /// Recordings kept of results, faults and captures; nothing where nothing is recorded.
-    pub kept_recordings: Option<KeptStatus>,
+    pub kept_recordings: Option<ArchiveStatus>,
     /// What is noted with the open window or the next one.
     pub note: Option<Note>,
     /// How the last estimate differs from the baseline; nothing without one.
@@ -139,10 +139,10 @@ struct Shared {
     /// Windows between being closed and being counted.
     pending: Mutex<Vec<Pending>>,
     log_rate: Mutex<LogRate>,
-    turns: AtomicU64,
+    iterations: AtomicU64,
     buffer_to_worker: Latencies,
     batch_to_worker: Latencies,
-    kept: OnceLock<SharedKept>,
+    archive: OnceLock<SharedArchive>,
 }
 
 #[derive(Debug)]
@@ -165,13 +165,13 @@ impl SharedEstimation {
         status.windows_pending = self.pending() as u64;
         status.buffer_to_worker = self.0.buffer_to_worker.summary();
         status.batch_to_worker = self.0.batch_to_worker.summary();
-        status.kept_recordings = self.0.kept.get().map(SharedKept::snapshot);
+        status.kept_recordings = self.0.archive.get().map(SharedArchive::snapshot);
         status
     }
 
-    /// Turns of the worker's loop: they go on as long as it is well, samples or not.
-    pub fn turns(&self) -> u64 {
-        self.0.turns.load(Ordering::Relaxed)
+    /// Iterations of the worker's loop: they continue as long as it is healthy, samples or not.
+    pub fn iterations(&self) -> u64 {
+        self.0.iterations.load(Ordering::Relaxed)
     }
 
     /// [`EstimationStatus::samples`], without a copy of the rest.
@@ -179,12 +179,12 @@ impl SharedEstimation {
         self.update().samples
     }
 
-    pub(super) fn set_kept(&self, kept: SharedKept) {
-        let _ = self.0.kept.set(kept);
+    pub(super) fn set_archive(&self, archive: SharedArchive) {
+        let _ = self.0.archive.set(archive);
     }
 
-    pub(super) fn turn(&self) {
-        self.0.turns.fetch_add(1, Ordering::Relaxed);
+    pub(super) fn count_iteration(&self) {
+        self.0.iterations.fetch_add(1, Ordering::Relaxed);
     }
 
     /// A batch is taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].
@@ -259,7 +259,8 @@ impl SharedEstimation {
                     window,
                     first,
                     last,
-                    "window rejected: {why}; so were {unlogged} more since the last such line"
+                    "window rejected: {why}; {unlogged} more were rejected since the last such \
+                     message"
                 ),
             }
         }

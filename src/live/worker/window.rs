@@ -1,4 +1,4 @@
-//! What comes of a stretch of samples: a window, or the reason why there is none.
+//! A window of samples, or the reason why there is none.
 
 use core::fmt;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::window::Window;
 
-/// Something between two samples was lost.
+/// A loss between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "loss", rename_all = "kebab-case")]
 pub enum Loss {
@@ -29,7 +29,7 @@ pub enum Loss {
         /// How many.
         frames: u64,
     },
-    /// Batches that gave way in the buffer because this worker was too slow.
+    /// Batches overwritten in the buffer because this worker was too slow.
     StreamOverflow {
         /// How many.
         batches: u64,
@@ -68,12 +68,12 @@ pub enum Rejection {
     Stopped,
     /// The identification refused it.
     Refused {
-        /// In words.
+        /// As text.
         why: String,
     },
     /// The result could not be stored.
     NotStored {
-        /// In words.
+        /// As text.
         why: String,
     },
 }
@@ -148,7 +148,7 @@ impl RejectedWindow {
     }
 }
 
-/// What came of a sample.
+/// The outcome of a sample.
 #[derive(Clone, Debug, PartialEq)]
 pub enum WindowEvent {
     /// A window to identify from.

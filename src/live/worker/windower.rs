@@ -54,7 +54,7 @@ pub enum CommandError {
 }
 
 impl Windower {
-    /// With nothing seen yet.
+    /// A windower that has seen no sample yet.
     pub fn new(plan: WindowPlan) -> Self {
         let recent_limit = recent_limit(&plan);
         Self {

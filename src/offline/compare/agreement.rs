@@ -1,4 +1,4 @@
-//! Whether two results say the same.
+//! Whether two results agree.
 
 use didim_core::identification::{Estimate, ParameterEstimate};
 use serde::Serialize;
@@ -12,9 +12,9 @@ pub const SIGMAS: f64 = 3.0;
 /// How many estimates of one result lie in the confidence intervals of another.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Agreement {
-    /// Whose estimates.
+    /// The method of the estimates.
     pub estimates: Trial,
-    /// Whose intervals: its estimates, 3 σ to either side.
+    /// The method of the intervals: its estimates ± 3 σ.
     pub intervals: Trial,
     /// Estimates that both results have.
     pub compared: usize,
@@ -25,7 +25,7 @@ pub struct Agreement {
 }
 
 impl Agreement {
-    /// Of every ordered pair of results.
+    /// The agreement of every ordered pair of results.
     pub(super) fn of_pairs(results: &[MethodResult]) -> Vec<Self> {
         let found: Vec<(Trial, &Estimate)> = results
             .iter()
@@ -56,7 +56,7 @@ impl Agreement {
     }
 }
 
-/// Whether a value lies within 3 σ of an estimate; what is no number does not.
+/// Whether a value lies within 3 σ of an estimate; false for a value that is not a number.
 pub(crate) fn lies_in(value: f64, interval: &ParameterEstimate) -> bool {
     (value - interval.value).abs() <= SIGMAS * interval.standard_deviation
 }

@@ -1,4 +1,4 @@
-//! What came of every method.
+//! The results of all methods.
 
 use didim_core::identification::Estimate;
 use serde::Serialize;
@@ -11,7 +11,7 @@ use super::trial::{Framework, Trial};
 /// Version of the layout of [`Comparison`] in JSON.
 pub const SCHEMA: u32 = 1;
 
-/// What came of every method.
+/// The results of all methods.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
     /// Version of this record's layout.
@@ -22,9 +22,9 @@ pub struct Comparison {
     pub methods: Vec<MethodResult>,
     /// Of each pair of results, how many estimates of one lie within 3 σ of the other.
     pub agreement: Vec<Agreement>,
-    /// How well each method predicts what it has not seen.
+    /// How well each method predicts held-out samples.
     pub held_out: Vec<HeldOut>,
-    /// What the parameters really are, where the arm is a simulated one.
+    /// The true parameters, where the arm is a simulated one.
     pub truth: Option<Vec<TrueParameter>>,
 }
 
@@ -43,12 +43,12 @@ impl Comparison {
         self.methods.iter().find(|result| result.trial == trial)?.estimate.as_ref()
     }
 
-    /// The result that the others are measured by: that of IDIM-LS.
+    /// The reference for the others: the result of IDIM-LS.
     pub fn reference(&self) -> Option<&Estimate> {
         self.estimate(Trial::REFERENCE)
     }
 
-    /// What a parameter really is, where that is known.
+    /// The true value of a parameter, where it is known.
     pub fn truth_of(&self, name: &str) -> Option<f64> {
         let truth = self.truth.as_ref()?.iter().find(|parameter| parameter.name == name)?;
         Some(truth.value)

@@ -1,22 +1,22 @@
-//! How well each method predicts samples that it has not seen.
+//! How well each method predicts held-out samples.
 
 use didim_core::identification::{Method, PredictionError};
 use serde::Serialize;
 
 use super::input::ComparisonInput;
 use super::trial::Framework;
-use crate::offline::identify::cross_validate_recording;
+use crate::offline::identify::cross_validate_measurement;
 
 /// The errors of one method's predictions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
     /// The method, behind the decimation filter.
     pub method: Method,
-    /// Consecutive blocks, each predicted with what was found without it.
+    /// Consecutive blocks, each predicted with the estimate from the others.
     pub blocks: usize,
     /// The errors of these predictions.
     pub held_out: Option<TorqueErrors>,
-    /// The errors of predictions of the same samples, with what was found with them.
+    /// The errors of predictions of the same samples, with the estimate from all of them.
     pub in_sample: Option<TorqueErrors>,
     /// Why there are none.
     pub failure: Option<String>,
@@ -41,8 +41,8 @@ impl From<PredictionError> for TorqueErrors {
 impl HeldOut {
     pub(super) fn of(input: ComparisonInput<'_>, method: Method, blocks: usize) -> Self {
         let cell = input.cell_in(Framework::Decimated);
-        let (recording, counted) = (input.recording, input.counted.clone());
-        match cross_validate_recording(&cell, method, recording, counted, blocks) {
+        let (measurement, counted) = (input.measurement, input.counted.clone());
+        match cross_validate_measurement(&cell, method, measurement, counted, blocks) {
             Ok(found) => Self {
                 method,
                 blocks,

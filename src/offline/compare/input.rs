@@ -12,11 +12,11 @@ use crate::cell::Cell;
 pub struct ComparisonInput<'a> {
     /// The cell.
     pub cell: &'a Cell,
-    /// The recording.
-    pub recording: &'a Measurement,
+    /// What was measured.
+    pub measurement: &'a Measurement,
     /// The samples that count; the others are margin for the edges of the filters.
     pub counted: &'a Range<usize>,
-    /// What the parameters really are, of a simulated arm.
+    /// The true parameters of a simulated arm.
     pub truth: Option<&'a [(String, f64)]>,
 }
 

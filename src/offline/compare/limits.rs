@@ -1,4 +1,4 @@
-//! What must come out of a comparison, as data.
+//! Limits on the figures of a comparison, as data.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ use super::trial::{Framework, Trial};
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Each on its own.
+    /// The limits.
     pub limits: Vec<Limit>,
 }
 
@@ -29,7 +29,7 @@ pub struct Limit {
     /// In which framework; decimated unless stated.
     #[serde(default = "decimated")]
     pub framework: Framework,
-    /// The method that it is held against; the figure is then a ratio. Estimates are held against
+    /// The method that it is compared with; the figure is then a ratio. Estimates are compared with
     /// IDIM-LS unless stated.
     pub against: Option<Method>,
     /// Which parameters, for figures of estimates; all unless stated.
@@ -72,12 +72,12 @@ fn decimated() -> Framework {
     Framework::Decimated
 }
 
-/// What a limit says of a comparison.
+/// The outcome of a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome<'a> {
     /// The limit.
     pub limit: &'a Limit,
-    /// The figure; none where a method has no result that tells it.
+    /// The figure; none where a method has no result with it.
     pub found: Option<f64>,
 }
 
@@ -107,7 +107,7 @@ impl Limits {
         Ok(limits)
     }
 
-    /// What every limit says.
+    /// The outcome of every limit.
     pub fn check<'a>(&'a self, comparison: &Comparison) -> Vec<Outcome<'a>> {
         let outcome = |limit: &'a Limit| Outcome { limit, found: limit.figure_of(comparison) };
         self.limits.iter().map(outcome).collect()

@@ -1,4 +1,4 @@
-//! Published figures, to stand beside those that come out.
+//! Published figures, for comparison.
 
 use std::collections::BTreeMap;
 

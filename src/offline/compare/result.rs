@@ -1,11 +1,11 @@
-//! What came of one method.
+//! The result of one method.
 
 use didim_core::identification::{Estimate, Failure, Fit};
 use serde::Serialize;
 
 use super::trial::Trial;
 
-/// What came of one method.
+/// The result of one method.
 #[derive(Clone, Debug, Serialize)]
 pub struct MethodResult {
     /// The method and its framework.

@@ -14,7 +14,7 @@ use super::held_out::HeldOut;
 use super::input::ComparisonInput;
 use super::result::MethodResult;
 use super::trial::{Framework, Trial, title};
-use crate::offline::identify::identify_recording;
+use crate::offline::identify::identify_measurement;
 
 /// Entries of an observation matrix without decimation, at most: 128 MB, of which a method holds
 /// several at once. The paper's experiment has a third of it.
@@ -130,7 +130,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
         || {
             let cell = input.cell_in(trial.framework);
             let counted = input.counted.clone();
-            identify_recording(&cell, trial.method, input.recording, counted)
+            identify_measurement(&cell, trial.method, input.measurement, counted)
                 .map_err(|error| (error.to_string(), error.failure()))
         },
         |refused| Err((refused, None)),
@@ -144,7 +144,7 @@ fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
     MethodResult { trial, estimate, failure, failure_kind, elapsed_ms, fit }
 }
 
-/// Why there is not enough memory for sure, if there is not.
+/// Why the memory is certain not to suffice, if it is.
 fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
     let cell = input.cell;
     let parameters = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
@@ -152,8 +152,8 @@ fn too_large(input: ComparisonInput<'_>, trial: Trial) -> Option<String> {
     let most = MAX_ENTRIES / (cell.robot.joints() * parameters).max(1);
     (trial.framework == Framework::Strict && samples > most).then(|| {
         format!(
-            "without decimation every one of {samples} samples is a row of every joint, and at most \
-             {most} are taken; count fewer with --from and --to"
+            "without decimation each of {samples} samples is a row for each joint, and at most \
+             {most} are possible; choose fewer with --from and --to"
         )
     })
 }

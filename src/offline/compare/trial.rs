@@ -30,7 +30,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// What the others are measured by.
+    /// The reference for the others.
     pub const REFERENCE: Self = Self { method: Method::IdimLs, framework: Framework::Decimated };
 }
 

@@ -1,4 +1,4 @@
-//! Which methods say the same.
+//! Which methods agree.
 
 use super::table::{Cell, Table};
 use super::view::View;
@@ -30,8 +30,8 @@ pub(super) fn matrix(view: &View<'_>) -> Option<Table> {
     Some(Table {
         title: "Agreement".to_owned(),
         note:
-            "How many estimates of the method of a row lie within 3 σ of that of a column, by the \
-               σ of the column."
+            "Number of estimates of the method in the row that lie within 3 σ of the method in the \
+             column, with the σ of the latter."
                 .to_owned(),
         header,
         rows,

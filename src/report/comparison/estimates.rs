@@ -27,13 +27,13 @@ pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
     };
     let rows = view.comparison.parameters().iter().map(row).collect();
     let published = if columns.iter().any(|column| column.published.is_some()) {
-        " Published σ take the residuals for white."
+        " Published σ assume white residuals."
     } else {
         ""
     };
     let note = format!(
-        "Value and relative σ, which allows for the colour of the residuals. Marked are estimates \
-         outside of 3 σ of IDIM-LS.{published}"
+        "Value and relative σ, corrected for coloured residuals. Estimates outside of 3 σ of \
+         IDIM-LS are marked.{published}"
     );
     let title = format!("Estimates, {}", framework_name(framework));
     Table { title, note, header, rows }

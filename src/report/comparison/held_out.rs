@@ -1,4 +1,4 @@
-//! How well each method predicts what it has not seen.
+//! How well each method predicts held-out samples.
 
 use super::table::{Cell, Table, percent};
 use super::view::View;
@@ -18,9 +18,9 @@ pub(super) fn table(view: &View<'_>) -> Option<Table> {
     Some(Table {
         title: "Held-out errors".to_owned(),
         note: format!(
-            "‖τ − Xθ‖ / ‖τ‖ of all joints together, along the measured motion, over {blocks} consecutive blocks, each \
-             predicted with what was found without it; in sample, with what was found with all.\
-             {failures}"
+            "‖τ − Xθ‖ / ‖τ‖ of all joints together, along the measured motion, over {blocks} \
+             consecutive blocks, each predicted with the estimate from the other blocks; in \
+             sample, with the estimate from all.{failures}"
         ),
         rows: found.iter().map(|of| row(of, header.len())).collect(),
         header,

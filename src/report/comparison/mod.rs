@@ -65,7 +65,7 @@ impl View<'_> {
         };
         (!self.outcomes.is_empty()).then(|| Table {
             title: "Limits".to_owned(),
-            note: "What must come out; what does not is marked.".to_owned(),
+            note: "Required figures; those that violate their limits are marked.".to_owned(),
             header: ["", "found", "at least", "at most"].map(str::to_owned).to_vec(),
             rows: self.outcomes.iter().map(row).collect(),
         })

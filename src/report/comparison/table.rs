@@ -18,9 +18,9 @@ pub struct Table {
 /// A cell of a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cell {
-    /// What it says.
+    /// Its text.
     pub text: String,
-    /// Whether it is to be noticed.
+    /// Whether it is marked.
     pub marked: bool,
 }
 
@@ -37,7 +37,7 @@ impl From<&str> for Cell {
 }
 
 impl Cell {
-    /// What is not there.
+    /// A missing value.
     pub(super) fn none() -> Self {
         Self::from("–")
     }

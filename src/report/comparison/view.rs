@@ -11,15 +11,15 @@ use crate::offline::compare::{
 pub struct View<'a> {
     /// The comparison.
     pub comparison: &'a Comparison,
-    /// Figures of others to stand beside.
+    /// Published figures for comparison.
     pub published: Option<&'a Published>,
-    /// What was asked of it.
+    /// The outcomes of the limits.
     pub outcomes: &'a [Outcome<'a>],
     /// Whether run times are shown, which differ from run to run.
     pub times: bool,
 }
 
-/// What a method says of its result.
+/// The verdict of a method on its result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Judgement {
     /// The method.
@@ -72,7 +72,7 @@ impl Column<'_> {
     }
 }
 
-/// A framework in words.
+/// The name of a framework in tables.
 pub(super) fn framework_name(framework: Framework) -> &'static str {
     match framework {
         Framework::Strict => "strict output error framework",

@@ -22,13 +22,13 @@ pub enum DifferenceError {
 pub struct Difference {
     /// Their numbers.
     pub results: [u64; 2],
-    /// What speaks against comparing them and does not forbid it.
+    /// Caveats that do not forbid comparing them.
     pub caveats: Vec<String>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterDifference>,
 }
 
-/// What changed of one parameter. What is no number is null in JSON.
+/// What changed of one parameter. Values that are not numbers are null in JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterDifference {
     /// Its name.

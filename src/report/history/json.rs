@@ -27,7 +27,7 @@ pub struct HistoryDocument<'a> {
     pub difference: Option<Difference>,
 }
 
-/// A result and what it says beside the baseline.
+/// A result and how it compares with the baseline.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResultDocument<'a> {
     /// Its line in the history.

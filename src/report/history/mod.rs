@@ -12,7 +12,7 @@ use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::aligned;
 
 /// What the last column says of a result.
-pub fn drift_words(history: &JudgedHistory, entry: &Entry) -> String {
+pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     if history.is_baseline(&entry.line) {
         return "baseline".to_owned();
     }
@@ -48,7 +48,7 @@ pub fn table(history: &JudgedHistory) -> String {
                 line.method.clone(),
                 if line.applicable { "yes" } else { "NO" }.to_owned(),
                 error.unwrap_or_else(|| "–".to_owned()),
-                drift_words(history, entry),
+                drift_text(history, entry),
             ]
         })
         .collect();
@@ -66,7 +66,7 @@ pub fn table(history: &JudgedHistory) -> String {
 
 /// The baseline, and a sentence per parameter whose alarm is raised.
 pub fn summary(history: &JudgedHistory) -> String {
-    let undated = history.undated_words().map_or(String::new(), |words| words + "\n");
+    let undated = history.undated_text().map_or(String::new(), |text| text + "\n");
     let Some(tracker) = &history.tracker else {
         return format!("no baseline is set: `didim baseline set` sets one\n{undated}");
     };

@@ -220,7 +220,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     };
     assert_eq!(chart(&mixed), chart(&ordered));
     let words =
-        "2 results were stored while the clock was not set and are no part of plots and trends";
+        "2 results were stored while the clock was not set and are left out of plots and trends";
     assert!(summary(&mixed).contains(words) && !summary(&ordered).contains("clock"));
     let html = HistoryReport { history: &mixed, parameters: &["fc3"] }.to_html();
     assert!(html.contains(words) && html.contains("7 results from 2026-11-22 07:17 to 2026-11-26"));

@@ -1,4 +1,4 @@
-//! What alternative models would change.
+//! Effects of alternative models.
 
 use didim_core::identification::ModelCheck;
 use maud::{Markup, html};
@@ -16,9 +16,9 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let content = html! {
         div.scroll { table {
             thead { tr {
-                th scope="col" { "If the model were free in" }
-                th scope="col" { "furthest would move" }
-                th.number scope="col" { "by [σ]" }
+                th scope="col" { "Assumption that is relaxed" }
+                th scope="col" { "Parameter that changes most" }
+                th.number scope="col" { "Change [σ]" }
                 th.number scope="col" { "Probability" }
                 th scope="col" { "Matters" }
             } }
@@ -32,9 +32,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         } }
     };
     let explanation = format!(
-        "What the model takes for known gets parameters of its own, in turn. It matters where the \
-         data want them, with a probability of a right model below {}, and a parameter would move \
-         by more than {} standard deviations ({} for what concerns the positions).",
+        "Each assumption of the model in turn is relaxed by parameters of its own. It matters \
+         where the data support them, with a probability of a right model below {}, and a \
+         parameter would change by more than {} standard deviations ({} for assumptions about the \
+         positions).",
         number(limits.model_probability, 1),
         limits.model_shift_deviations,
         limits.position_filter_deviations

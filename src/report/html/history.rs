@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::super::history::drift_words;
+use super::super::history::drift_text;
 use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::chart::panel;
 use super::summary::sentence;
@@ -79,7 +79,7 @@ impl HistoryReport<'_> {
             return html! { section.alarms {
                 h2 { "No baseline" }
                 p { "Without one nothing is compared: " code { "didim baseline set" } " sets it." }
-                @if let Some(words) = self.history.undated_words() { p { (sentence(&words)) } }
+                @if let Some(text) = self.history.undated_text() { p { (sentence(&text)) } }
             } };
         };
         let status = tracker.status();
@@ -95,7 +95,7 @@ impl HistoryReport<'_> {
                 h2 { (heading) }
                 p { "The baseline is result " (status.baseline) " of " (status.time.minute()) " (UTC)." }
                 @if let Some(why) = &status.why_not { p { (sentence(why)) } }
-                @if let Some(words) = self.history.undated_words() { p { (sentence(&words)) } }
+                @if let Some(text) = self.history.undated_text() { p { (sentence(&text)) } }
                 @if status.reconfigured { p { "The configuration has changed since the baseline." } }
                 @if raised { ul { @for alarm in &status.alarms { li { (alarm.text) "." } } } }
             }
@@ -120,11 +120,11 @@ impl HistoryReport<'_> {
                 }
             } }
         };
-        let explanation = "Each result with two standard deviations to either side; one that may \
-                           not be used is left out. The band is that of the baseline, dashed, as \
-                           the last result is judged by it; a point outside it is hollow. The line \
-                           is the trend of the results that were compared, day by day. A dotted line marks \
-                           when a parameter left its band for good.";
+        let explanation = "Each result with two standard deviations to either side; results that \
+                           are not applicable are left out. The band is that of the baseline, \
+                           dashed, as the last result is judged by it; a point outside it is \
+                           hollow. The line is the trend of the results that were compared, day by \
+                           day. A dotted line marks when a parameter left its band for good.";
         section("Parameters over time", explanation, &content)
     }
 
@@ -271,7 +271,7 @@ impl HistoryReport<'_> {
                         td { (line.method) }
                         td.refused[!line.applicable] { (if line.applicable { "yes" } else { "no" }) }
                         td.number { (line.relative_error.map_or("–".into(), |error| super::percent(error, 3))) }
-                        td.drift { (drift_words(self.history, entry).replace('-', "−")) }
+                        td.drift { (drift_text(self.history, entry).replace('-', "−")) }
                         td.note { (line.note.as_ref().map(|note| note.line()).unwrap_or_default()) }
                     }
                 } }

@@ -1,4 +1,4 @@
-//! Which moves inform which parameter.
+//! Information on each parameter by moves.
 
 use didim_core::identification::Information;
 use maud::{Markup, html};
@@ -30,14 +30,14 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         } }
     };
     let explanation = format!(
-        "Of what is known of each parameter, how much comes from each {}, in per cent: the squares of \
-         the part of its column of the weighted {} that no other column has. A parameter that hangs on \
-         one {} is lost without it.",
+        "Share of the information on each parameter that comes from each {}, in per cent: the \
+         squares of the part of its column of the weighted {} that is orthogonal to the other \
+         columns. A parameter that depends on a single {} cannot be identified without it.",
         if *between_rests { "move between two rests" } else { "of ten equal slices of the motion" },
         report.matrix(),
         if *between_rests { "move" } else { "slice" },
     );
-    framed("Which moves inform which parameter", &explanation, &content)
+    framed("Information on each parameter by moves", &explanation, &content)
 }
 
 /// The number of per cent on a shade of it.

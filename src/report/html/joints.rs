@@ -1,4 +1,4 @@
-//! What the model leaves unexplained, joint by joint.
+//! The residuals, joint by joint.
 
 use didim_core::identification::Estimate;
 use didim_core::regression::{RobustLoss, autocorrelation};
@@ -55,8 +55,9 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
         } }
     };
     let explanation = "Both sides of the equation as they were fitted, over the samples that \
-                       count. The uncertainty of the prediction is what the standard \
-                       deviations of the parameters make of this motion's torque, relative to it.";
+                       count. The uncertainty of the prediction is the standard deviation of this \
+                       motion's torque that follows from those of the parameters, relative to the \
+                       torque.";
     section("Torque, measured and predicted", explanation, &content)
 }
 
@@ -115,13 +116,13 @@ pub(super) fn residuals(report: &Report<'_>) -> Markup {
     let mut explanation = format!(
         "Autocorrelation over the lag in rows. The band holds 95 % of the values that white noise \
          behind the decimation filter has; its Durbin–Watson statistic is {}. Coloured residuals \
-         are usual and spoil nothing: they are worth fewer rows, and σ allows for it.",
+         are usual and do no harm: they are equivalent to fewer rows, and σ is corrected for it.",
         number(estimate.durbin_watson_expected, 3)
     );
     if let Some(loss) = loss {
         explanation += &format!(
-            " The weights are robust ({}): less than a half of the residual of the rows weighted down \
-             counts, and the figures here are without these rows.",
+            " The weights are robust ({}): rows whose residual is reduced to less than a half are \
+             weighted down, and the figures here are without these rows.",
             robust(loss)
         );
     }
@@ -156,13 +157,13 @@ pub(super) fn delays(estimate: &Estimate) -> Markup {
                 } @else {
                     td.number { "–" }
                     td.number { "–" }
-                    td { "the motion does not tell" }
+                    td { "not known from this motion" }
                 }
             } } }
         } }
     };
-    let explanation = "How much later than the cell file states each torque acts, with two \
-                       standard deviations to either side; earlier where negative.";
+    let explanation = "Delay of each torque beyond that of the cell file, with two standard \
+                       deviations to either side; negative means earlier.";
     section("Torque delays", explanation, &content)
 }
 

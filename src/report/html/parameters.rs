@@ -44,10 +44,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     };
     let content = html! { (table) (regrouping(report)) };
     let explanation = format!(
-        "σ is the standard deviation, corrected for the colour of the residuals; “classical” is \
-         the relative one that takes them for white, the mark in the bar. The bars are on a \
+        "σ is the standard deviation, corrected for coloured residuals; “classical” is the \
+         relative one that assumes white residuals, the mark in the bar. The bars are on a \
          logarithmic scale. A name that ends in r stands for several parameters that no motion \
-         tells apart.{}",
+         distinguishes.{}",
         if has_nominal { " Nominal values are those of the robot file." } else { "" }
     );
     super::section("Parameters", &explanation, &content)

@@ -1,4 +1,4 @@
-//! What is needed to make the result again.
+//! What is needed to reproduce the result.
 
 use std::ops::Range;
 use std::path::Path;
@@ -27,8 +27,8 @@ pub struct Origin {
 /// Which samples a result comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SampleRange {
-    /// Those of a record that count, and its sample rate \[Hz\].
-    Record(Range<usize>, f64),
+    /// Those of a measurement that count, and its sample rate \[Hz\].
+    Measurement(Range<usize>, f64),
     /// A window of the stream.
     Window(WindowProvenance),
 }
@@ -50,7 +50,8 @@ impl InputFile {
     pub fn read(path: &Path) -> std::io::Result<Self> {
         let mut file = std::fs::File::open(path)?;
         if !file.metadata()?.is_file() {
-            let why = "is no regular file, whose SHA-256 the report would tell; copy it to one";
+            let why = "is not a regular file, so that the report cannot state its SHA-256; copy it \
+                       to one";
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
         }
         let mut digest = Sha256::default();
@@ -105,7 +106,7 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
 
 fn samples(samples: &SampleRange) -> Markup {
     match samples {
-        SampleRange::Record(counted, rate_hz) => html! {
+        SampleRange::Measurement(counted, rate_hz) => html! {
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
             div { dt { "Samples that count" } dd {
                 (counted.start) " to " (counted.end.saturating_sub(1)) ", "

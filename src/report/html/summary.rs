@@ -38,7 +38,7 @@ pub(super) fn verdict(verdict: &Verdict) -> Markup {
                 ul { @for reason in &verdict.reasons { li { (sentence(&reason.to_string())) } } }
             }
             @if !verdict.notes.is_empty() {
-                p { "To be known with the result:" }
+                p { "Notes on the result:" }
                 ul { @for note in &verdict.notes { li { (sentence(&note.to_string())) } } }
             }
         }
@@ -79,7 +79,7 @@ pub(super) fn key_figures(report: &Report<'_>) -> Markup {
             estimate.rows.to_string(),
             "of the observation matrix, all joints together".into(),
         ),
-        ("Samples", estimate.samples.to_string(), "of the record, margins included".into()),
+        ("Samples", estimate.samples.to_string(), "of the measurement, margins included".into()),
         ("Simulations", estimate.simulations.to_string(), format!("of the closed loop; {steps}")),
     ];
     html! {
@@ -153,7 +153,7 @@ pub(super) fn singular_values(report: &Report<'_>) -> Markup {
             }
         } }
     };
-    let explanation = "How well the motion tells the parameters apart. The weights divide the rows \
-                       of each joint by its noise level.";
+    let explanation = "How well the motion distinguishes the parameters. The weights divide the \
+                       rows of each joint by its noise level.";
     section("Singular values", explanation, &content)
 }

@@ -114,7 +114,7 @@ pub(super) fn cell() -> Cell {
 
 pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
-    Origin { input: Some(input), samples: SampleRange::Record(100..900, 1000.0), note: None }
+    Origin { input: Some(input), samples: SampleRange::Measurement(100..900, 1000.0), note: None }
 }
 
 fn html() -> String {

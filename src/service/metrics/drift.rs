@@ -7,7 +7,7 @@ use Kind::Gauge;
 
 pub(super) fn drift(text: &mut Text, status: &DriftStatus) {
     let help =
-        "Whether the last result was compared with the baseline; `didim status` tells why not.";
+        "Whether the last result was compared with the baseline; `didim status` says why not.";
     text.family("didim_drift_compared", Gauge, help).value(truth(status.compared));
     // No number is NaN, as Prometheus has it.
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);

@@ -17,7 +17,7 @@ pub fn exposition(snapshot: Option<&Snapshot>) -> String {
     let up = truth(snapshot.is_some());
     text.family("didim_up", Gauge, "Whether the service answers at its status socket.").value(up);
     let version = env!("CARGO_PKG_VERSION");
-    text.family("didim_build_info", Gauge, "The program that tells the metrics; always 1.")
+    text.family("didim_build_info", Gauge, "The program that serves the metrics; always 1.")
         .labelled(&[("version", version)], 1.0);
     if let Some(snapshot) = snapshot {
         service(&mut text, snapshot);
@@ -32,11 +32,11 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
         .labelled(&[("version", &snapshot.version), ("cell", &snapshot.cell)], 1.0);
     let gauges = [
         ("didim_uptime_seconds", "Time since the service began.", snapshot.uptime_s),
-        ("didim_healthy", "Whether all is well: 1, or 0 for a reason.", truth(snapshot.health.ok)),
+        ("didim_healthy", "Health: 1, or 0 for a reason.", truth(snapshot.health.ok)),
         ("didim_idle", "Whether no drive is enabled.", truth(snapshot.health.idle)),
         (
             "didim_health_reasons",
-            "Reasons why not all is well; `didim status` tells them.",
+            "Number of reasons why the service is not healthy; `didim status` lists them.",
             count(snapshot.health.reasons.len() as u64),
         ),
         (
@@ -51,7 +51,7 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
         ),
         (
             "didim_shared_memory_bytes",
-            "Shared memory that the cell takes.",
+            "Shared memory that the cell uses.",
             count(snapshot.stream.shared_memory_bytes),
         ),
     ];
@@ -59,7 +59,7 @@ fn service(text: &mut Text, snapshot: &Snapshot) {
 }
 
 fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
-    let mut state = text.family("didim_bus_state", Gauge, "How the bus is: 1 at its state.");
+    let mut state = text.family("didim_bus_state", Gauge, "State of the bus: 1 if current.");
     for is in BusState::ALL {
         state.labelled(&[("state", is.key())], truth(status.bus == is));
     }
@@ -84,7 +84,7 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
         ),
         (
             "didim_receive_buffer_asked_bytes",
-            "Receive buffer that the cell asks for.",
+            "Receive buffer that the cell requests.",
             status.receive_buffer_asked_bytes,
         ),
     ];
@@ -99,7 +99,7 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
         let asked = wishes.into_iter().filter(|(_, grant)| **grant != Grant::NotAsked);
         let asked: Vec<_> = asked.collect();
         if !asked.is_empty() {
-            let help = "What the acquisition asked for: 1 where it was granted.";
+            let help = "What the acquisition requested: 1 where it was granted.";
             let mut family = text.family("didim_real_time_granted", Gauge, help);
             for (wish, grant) in asked {
                 family.labelled(&[("wish", wish)], truth(*grant == Grant::Granted));
@@ -125,12 +125,12 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
         ),
         (
             "didim_worker_batches_lost_total",
-            "Batches that gave way because the worker was too slow.",
+            "Batches overwritten because the worker was too slow.",
             status.batches_lost,
         ),
         (
             "didim_acquisition_restarts_total",
-            "Times the acquisition was restarted under a running worker.",
+            "Times the acquisition was restarted while the worker was running.",
             status.restarts,
         ),
         ("didim_windows_opened_total", "Windows opened.", status.windows_opened),
@@ -168,7 +168,7 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
         status.batch_to_worker,
     );
     status.last_estimate.iter().for_each(|last| estimate(text, last));
-    status.kept_recordings.iter().for_each(|kept| recording::kept(text, kept));
+    status.kept_recordings.iter().for_each(|archive| recording::archive(text, archive));
     status.drift.iter().for_each(|status| drift::drift(text, status));
 }
 

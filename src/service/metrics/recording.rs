@@ -1,7 +1,7 @@
 //! What is recorded and kept, as families of metrics.
 
 use super::exposition::{Kind, Text, count, truth, write};
-use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 
 use Kind::{Counter, Gauge};
 
@@ -15,7 +15,7 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
         ("didim_recording_ring_bytes", "Size of the ring on disk.", count(status.ring_bytes)),
         (
             "didim_recording_ring_limit_bytes",
-            "The most that the ring may take.",
+            "The largest size of the ring.",
             count(status.ring_limit_bytes),
         ),
     ];
@@ -36,7 +36,7 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
     write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
 }
 
-pub(super) fn kept(text: &mut Text, status: &KeptStatus) {
+pub(super) fn archive(text: &mut Text, status: &ArchiveStatus) {
     let gauges = [
         ("didim_kept_recordings", "Recordings that are kept.", count(status.files as u64)),
         (

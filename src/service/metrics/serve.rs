@@ -48,7 +48,7 @@ pub enum ServeError {
     Listen {
         /// The address.
         address: SocketAddr,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
 }

@@ -25,7 +25,7 @@ pub enum ClientError {
     NoService {
         /// The path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
     /// This user may not ask. Add the user to the socket's group, if that may.
@@ -33,7 +33,7 @@ pub enum ClientError {
     NotAllowed {
         /// The path.
         path: PathBuf,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// The connection broke, or took too long.
@@ -41,11 +41,11 @@ pub enum ClientError {
     Io {
         /// The path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
     /// The service is busy with other clients: ask again.
-    #[error("the service at {} is busy with other clients: ask again", path.display())]
+    #[error("the service at {} is busy with other clients: try again", path.display())]
     Busy {
         /// The path.
         path: PathBuf,
@@ -67,7 +67,7 @@ pub enum ClientError {
     /// The service did not take the command.
     #[error("the service refused: {why}")]
     Refused {
-        /// Its words.
+        /// Its reason.
         why: String,
     },
 }
@@ -98,7 +98,7 @@ pub fn send_request(path: &Path, request: &Request) -> Result<String, ClientErro
     let answer = read(stream, path)?;
     let answer = answer.trim_end();
     match answer.strip_prefix("ok: ") {
-        Some(words) => Ok(words.to_owned()),
+        Some(done) => Ok(done.to_owned()),
         None if answer == "ok" => Ok(String::new()),
         None => {
             let why = answer.strip_prefix("error: ").unwrap_or(answer).to_owned();

@@ -20,7 +20,7 @@ pub struct Collector {
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
     receive_buffer: Option<ReceiveBuffer>,
-    /// What is of the process.
+    /// The status of the process itself.
     pub process: ProcessStatus,
     /// Samples of a worker without a bus in this process, and when they were last more than before.
     last_sample: (u64, Instant),

@@ -48,7 +48,7 @@ async fn converse(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> 
     let answer = match parse_request(&line) {
         Err(error) => refusal(&error.to_string()),
         Ok(request) => match dispatcher.dispatch(request).await {
-            Ok(words) => format!("ok: {}\n", one_line(&words, MAX_ANSWER)),
+            Ok(done) => format!("ok: {}\n", one_line(&done, MAX_ANSWER)),
             Err(error) => refusal(&error.to_string()),
         },
     };

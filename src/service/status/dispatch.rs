@@ -43,12 +43,12 @@ pub enum DispatchError {
     #[error("{0}")]
     Reload(String),
     /// Whoever does it is busy, or the service ends: ask again later.
-    #[error("the service is busy: ask again")]
+    #[error("the service is busy: try again")]
     Busy,
 }
 
 impl Dispatcher {
-    /// Has a request done, in a bounded time, and says in words what is done.
+    /// Has a request done, in a bounded time, and says what is done.
     ///
     /// # Errors
     /// [`DispatchError`].
@@ -57,12 +57,12 @@ impl Dispatcher {
             Request::Window(command) => {
                 let submit = move |worker: &Commands| worker.submit(command, WORKER_TIMEOUT);
                 self.on_worker("has no windows", submit).await??;
-                let words = match command {
+                let done = match command {
                     Command::Begin => "a window opens with the next sample",
                     Command::End => "the window is closed once it has its margin, and identified",
                     Command::Identify => "the window is closed and will be identified",
                 };
-                Ok(words.to_owned())
+                Ok(done.to_owned())
             }
             Request::Capture(request) => {
                 let submit = move |worker: &Commands| request.submit(worker);
@@ -79,7 +79,7 @@ impl Dispatcher {
             }
             Request::Reload => {
                 let reload = self.reload.as_ref();
-                reload.ok_or(DispatchError::NotHere("has no file to read again"))?.reload().await?;
+                reload.ok_or(DispatchError::NotHere("has no file to reload"))?.reload().await?;
                 Ok("the new configuration holds from the next window on".to_owned())
             }
         }

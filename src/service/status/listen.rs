@@ -50,7 +50,7 @@ pub enum ListenError {
     Io {
         /// The path.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
 }

@@ -8,7 +8,7 @@ use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
 use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
-use crate::live::recording::{KeptStatus, RecordingState, RecordingStatus};
+use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, WindowState};
 
 /// Whether the terminal is sent colour codes.
@@ -38,9 +38,9 @@ pub enum Kind {
 /// A line of the status.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// What it is about.
+    /// Its name.
     pub name: &'static str,
-    /// What is the case, in words.
+    /// Its value as text.
     pub value: String,
     /// How it is shown.
     pub kind: Kind,
@@ -137,11 +137,11 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         ),
     );
     rows.counted("results not stored yet", status.results_waiting);
-    if let Some(kept) = &status.kept_recordings {
-        kept_rows(rows, kept);
+    if let Some(archive) = &status.kept_recordings {
+        archive_rows(rows, archive);
     }
     if let Some(note) = &status.note {
-        rows.plain("noted for the next", note.line());
+        rows.plain("next window's note", note.line());
     }
     rows.causes("windows rejected", &status.windows_rejected);
     if let Some(rejected) = &status.last_rejection {
@@ -191,10 +191,10 @@ fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
     }
     rows.counted("frames unrecorded", status.frames_unrecorded);
     rows.counted("recording failures", status.write_errors);
-    rows.counted("recordings given way", status.segments_given_way);
+    rows.counted("ring files removed early", status.segments_given_way);
 }
 
-fn kept_rows(rows: &mut Rows, status: &KeptStatus) {
+fn archive_rows(rows: &mut Rows, status: &ArchiveStatus) {
     let (files, size) = (status.files, megabytes(status.bytes));
     rows.plain("recordings kept", format!("{files}, {size:.1} MB"));
     if let Some(name) = &status.capture {

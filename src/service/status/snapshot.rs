@@ -9,7 +9,7 @@ use crate::live::worker::EstimationStatus;
 /// Version of the object's layout: it changes when a key changes its meaning or goes away.
 pub const SCHEMA: u32 = 2;
 
-/// Everything the service tells about itself. Fields of a later version are passed over, so that
+/// The status of the service. Fields of a later version are passed over, so that
 /// an old client can read a new service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
@@ -23,7 +23,7 @@ pub struct Snapshot {
     pub uptime_s: f64,
     /// Whether all is well.
     pub health: Health,
-    /// The process that tells this; where there are two, the one that estimates.
+    /// The process that answers; where there are two, the one that estimates.
     #[serde(default)]
     pub process: ProcessStatus,
     /// The stream between the two.
@@ -46,10 +46,10 @@ pub struct Health {
     pub idle: bool,
 }
 
-/// What is said of a service that is idle.
+/// The health of a service that is idle.
 pub const IDLE: &str = "idle, no drive is enabled";
 
-/// What is of a process and not of its threads.
+/// The status of the process itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProcessStatus {
@@ -63,7 +63,7 @@ impl ProcessStatus {
     pub fn reasons(&self) -> Vec<String> {
         let refused = self.reload_refused.iter();
         refused
-            .map(|why| format!("reload refused, the configuration before goes on: {why}"))
+            .map(|why| format!("reload refused, the previous configuration stays in effect: {why}"))
             .collect()
     }
 }
@@ -117,8 +117,8 @@ impl Health {
             if let Some(recording) = &acquisition.recording
                 && recording.gives_way
             {
-                let why = "the disk is nearly full: the ring of recordings gives way to results; \
-                           make room on the disk, or have a smaller ring";
+                let why = "the disk is nearly full: recordings of the ring are deleted to leave \
+                           room for results; free disk space, or reduce the ring";
                 reasons.push(why.to_owned());
             }
             let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
@@ -155,8 +155,8 @@ impl Health {
             }
             if let Some(why) = &estimation.baseline_unreadable {
                 reasons.push(format!(
-                    "no parameter is watched for drift: {why}, or have none with `didim baseline \
-                     clear`"
+                    "no result is compared with the baseline: {why}, or remove it with `didim \
+                     baseline clear`"
                 ));
             }
             if let Some(drift) = &estimation.drift {
@@ -166,7 +166,7 @@ impl Health {
         Self { ok: reasons.is_empty(), reasons, idle }
     }
 
-    /// How it is when all is well.
+    /// The health of a service without a reason against it.
     pub fn label(&self) -> &'static str {
         if self.idle { IDLE } else { "ok" }
     }

@@ -1,4 +1,4 @@
-//! What the service manager is told (sd_notify(3)). Without one, nobody is told.
+//! Notifications of the service manager (sd_notify(3)); none are sent without one.
 
 use core::time::Duration;
 
@@ -91,6 +91,6 @@ fn bounded(line: &str) -> String {
 
 fn tell(states: &[NotifyState<'_>]) {
     if let Err(cause) = sd_notify::notify(states) {
-        tracing::debug!("the service manager cannot be told: {cause}");
+        tracing::debug!("cannot notify the service manager: {cause}");
     }
 }

@@ -133,11 +133,11 @@ pub enum ServiceError {
     System {
         /// What was tried.
         action: &'static str,
-        /// The system's word.
+        /// The system's error.
         cause: std::io::Error,
     },
     /// A thread panicked; its message is in the log. Report it.
-    #[error("the {thread} thread panicked: see the log before this")]
+    #[error("the {thread} thread panicked: see the log above")]
     Panicked {
         /// Which.
         thread: &'static str,

@@ -1,4 +1,4 @@
-//! When the service is ready, and whether its threads turn.
+//! When the service is ready, and whether its threads make progress.
 
 use core::time::Duration;
 
@@ -20,8 +20,8 @@ pub(super) struct Progress {
     estimation: Option<SharedEstimation>,
     /// A bus without a frame for this long is silent.
     silence_after: Duration,
-    /// Turns of the threads when they were last looked at.
-    turns: (u64, u64),
+    /// Iterations of the threads when they were last looked at.
+    iterations: (u64, u64),
 }
 
 impl Progress {
@@ -34,7 +34,7 @@ impl Progress {
             Parts::Both(part, _) | Parts::Acquisition(part) => part.options.silence_after,
             Parts::Estimation(_) => WITHOUT_SAMPLES,
         };
-        Self { acquisition, estimation, silence_after, turns: (0, 0) }
+        Self { acquisition, estimation, silence_after, iterations: (0, 0) }
     }
 
     /// Whether samples flow, no drive is enabled, or the bus is known to be silent, `waited` after the threads began.
@@ -54,23 +54,23 @@ impl Progress {
         samples > 0 || waited >= self.silence_after
     }
 
-    /// Whether every thread has turned since this was last true: bus and worker turn on a silent bus
+    /// Whether every thread has made progress since this was last true: both do on a silent bus
     /// and during an identification too. That alone feeds the watchdog: a thread that hangs is helped
     /// by a restart, a loss on the bus is not, and is told by health.
-    pub(super) fn has_turned(&mut self) -> bool {
-        let turns = (
-            self.acquisition.as_ref().map_or(0, |shared| shared.counts().turns),
-            self.estimation.as_ref().map_or(0, SharedEstimation::turns),
+    pub(super) fn has_progressed(&mut self) -> bool {
+        let iterations = (
+            self.acquisition.as_ref().map_or(0, |shared| shared.counts().iterations),
+            self.estimation.as_ref().map_or(0, SharedEstimation::iterations),
         );
-        let acquired = self.acquisition.is_none() || turns.0 != self.turns.0;
-        let estimated = self.estimation.is_none() || turns.1 != self.turns.1;
+        let acquired = self.acquisition.is_none() || iterations.0 != self.iterations.0;
+        let estimated = self.estimation.is_none() || iterations.1 != self.iterations.1;
         if acquired && estimated {
-            self.turns = turns;
+            self.iterations = iterations;
         }
         acquired && estimated
     }
 
-    /// The bus thread has ended well, and turns no more.
+    /// The bus thread has ended well, and makes no more progress.
     pub(super) fn acquisition_ended(&mut self) {
         self.acquisition = None;
     }

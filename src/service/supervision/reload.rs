@@ -13,7 +13,7 @@ use crate::service::status::ReloadAnswer;
 const WORKER_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Reads the configuration again, and checks that it can be taken over without a restart. Gives what
-/// the worker is to use from its next window on, where there is one, or says in words why not.
+/// the worker is to use from its next window on, where there is one, or says why not.
 pub type Reload = Box<dyn FnMut() -> Result<Option<Configuration>, String> + Send>;
 
 type Outcome = Result<(), String>;
@@ -58,7 +58,7 @@ impl Reloader {
                         self.reload = Some(reload);
                         outcome
                     }
-                    Err(_) => Err("reading it panicked: see the log before this".to_owned()),
+                    Err(_) => Err("reading it panicked: see the log above".to_owned()),
                 })
             }
             None => match self.asked.recv().await {
@@ -75,7 +75,7 @@ impl Reloader {
             return false;
         }
         let Some(mut reload) = self.reload.take() else {
-            tell(answer, &Err("there is no file to read again".to_owned()));
+            tell(answer, &Err("there is no file to reload".to_owned()));
             return false;
         };
         self.answer = answer;

@@ -175,16 +175,16 @@ impl Running {
         self.progress.is_ready(self.began.elapsed())
     }
 
-    /// Whether all threads have turned since this was last true.
-    pub(super) fn has_turned(&mut self) -> bool {
-        self.progress.has_turned()
+    /// Whether all threads have made progress since this was last true.
+    pub(super) fn has_progressed(&mut self) -> bool {
+        self.progress.has_progressed()
     }
 
     /// Remembers what came of a reload until the next one.
     pub(super) fn reloaded(&mut self, outcome: &Result<(), String>) {
         match outcome {
             Ok(()) => tracing::info!("the configuration was read again"),
-            Err(why) => tracing::error!("the configuration before goes on: {why}"),
+            Err(why) => tracing::error!("the reload was refused: {why}"),
         }
         self.collector.process.reload_refused =
             outcome.as_ref().err().map(|why| one_line(why, MAX_REASON));

@@ -158,7 +158,7 @@ async fn attend(
                 latest.send_replace(running.tick().1);
                 manager.status(&running.line());
             }
-            () = due(&mut feeding) => if running.has_turned() {
+            () = due(&mut feeding) => if running.has_progressed() {
                 manager.feed();
             },
         }

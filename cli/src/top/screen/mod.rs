@@ -105,7 +105,7 @@ fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
     if let Some((why, seconds)) = &view.away {
         reasons.push(match view.snapshot {
             Some(_) => format!(
-                "no answer for {seconds} s, asking again every second; below is what was last told"
+                "no answer for {seconds} s, asking again every second; the last answer is below"
             ),
             None => "no answer yet, asking again every second".to_owned(),
         });

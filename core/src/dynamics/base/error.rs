@@ -8,7 +8,7 @@ pub enum BaseParametersError {
     /// A parameter's effect is nearly, but not quite, that of others.
     #[error(
         "a parameter differs from a combination of others by {length:.1e} of its effect only, so \
-         whether they can be told apart is a matter of rounding; give the nominal geometry, with \
+         that rounding decides whether they can be distinguished; give the nominal geometry, with \
          angles and lengths that are meant to be equal exactly equal"
     )]
     AmbiguousRank {

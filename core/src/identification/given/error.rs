@@ -14,7 +14,7 @@ use crate::signal::SignalError;
 use crate::simulation::SetupError;
 use crate::trajectory::TrajectoryError;
 
-/// What speaks against an identification; each message ends with what to do.
+/// Why an identification is refused or fails; each message ends with the remedy.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IdentificationError {
     /// Experiment and robot are not the same arm. Remedy: check the robot named in the cell file.
@@ -125,7 +125,7 @@ pub enum IdentificationError {
     /// Only combinations of some parameters can be identified from this motion. Remedy: a richer
     /// trajectory, or leave some of them out.
     #[error(
-        "the motion does not tell {} apart; move along a richer trajectory or leave some out",
+        "the motion does not distinguish {}; move along a richer trajectory or leave some out",
         parameters.join(", ")
     )]
     RankDeficient {
@@ -160,7 +160,7 @@ pub enum IdentificationError {
         /// The simulations allowed.
         max_simulations: u32,
     },
-    /// The samples of the simulated controller do not meet those of the record. Remedy: state the
+    /// Samples of the simulated controller do not fall on those of the record. Remedy: state the
     /// real controller's period; the record's must be a whole multiple of it.
     #[error(
         "a controller period of {:.3} µs does not divide the record's sample period of {:.3} µs \
@@ -213,7 +213,7 @@ pub enum IdentificationError {
     /// The iteration with simulated loops failed. Remedy: as the cause says.
     #[error(transparent)]
     Iteration(#[from] IterationError),
-    /// Nothing says what controls the arm. Remedy: describe the controller, or choose IDIM-LS.
+    /// The arm's controller is not described. Remedy: describe it, or choose IDIM-LS.
     #[error(
         "{method} simulates the closed loop, and the cell does not say what controls the arm; \
          describe its [controller], or choose idim-ls"
@@ -235,11 +235,11 @@ pub enum IdentificationError {
         /// The level given.
         level: f64,
     },
-    /// The counted samples cannot be split so. Remedy: two blocks or more, each longer than what the
+    /// Too few counted samples for the blocks. Remedy: two blocks or more, each longer than what the
     /// filters mix at its ends.
     #[error(
-        "{samples} counted samples do not make {blocks} blocks to hold out: at least 2, each of more \
-         than {guard} samples"
+        "{samples} counted samples are too few for {blocks} held-out blocks; at least 2 are \
+         needed, each of more than {guard} samples"
     )]
     Blocks {
         /// Blocks wanted.

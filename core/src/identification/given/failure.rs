@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// How an identification fails, for those who count.
+/// The kinds of failure of an identification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Failure {
@@ -10,7 +10,7 @@ pub enum Failure {
     Diverged,
     /// Converged where the error is far above the noise.
     LocalMinimum,
-    /// What is compared does not depend on the parameters, or hardly.
+    /// The criterion does not depend on the parameters, or hardly.
     Insensitive,
     /// The estimates still change, or no step lowers the error.
     NotConverged,

@@ -5,7 +5,7 @@ use thiserror::Error;
 use super::failure::Failure;
 use crate::simulation::SimulationError;
 
-/// What ends an iteration; each message ends with what to do.
+/// Why an iteration ends; each message ends with the remedy.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum IterationError {
     /// The closed loop cannot be simulated with the parameters to start from. Remedy: another
@@ -68,7 +68,7 @@ pub enum IterationError {
     /// The simulated signal does not depend on some parameters, or only on combinations of them.
     /// Remedy: leave some of them out, move along a richer trajectory, or compare the torques.
     #[error(
-        "the simulated {signal} does not tell {} apart; leave some out, move along a richer \
+        "the simulated {signal} does not distinguish {}; leave some out, move along a richer \
          trajectory, or identify from the torques (clie)",
         parameters.join(", ")
     )]

@@ -28,8 +28,8 @@ pub struct VerdictLimits {
     /// A friction coefficient or drive inertia below zero by more than this many standard
     /// deviations is impossible. 3.
     pub negative_deviations: f64,
-    /// Furthest that a parameter may move, in its standard deviations, if the model is free where
-    /// the data want it to be ([`ModelCheck`](crate::identification::ModelCheck)). 4: the standard deviation is then no longer the
+    /// Furthest that a parameter may move, in its standard deviations, if the model is extended
+    /// where the data support it ([`ModelCheck`](crate::identification::ModelCheck)). 4: the standard deviation is then no longer the
     /// uncertainty.
     pub model_shift_deviations: f64,
     /// A model check counts when a right model gives it by chance with less than this probability.
@@ -61,7 +61,7 @@ impl Default for VerdictLimits {
     }
 }
 
-/// A limit that no result can be held against.
+/// An invalid limit.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("limit {name} = {value} must be finite and greater than 0, and a share at most 1")]
 pub struct LimitError {

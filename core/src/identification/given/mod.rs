@@ -1,4 +1,4 @@
-//! What is given: an experiment, and what a person decides about its identification.
+//! What is given: an experiment, and the options of its identification.
 
 mod context;
 mod error;

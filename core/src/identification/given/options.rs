@@ -1,4 +1,4 @@
-//! What a person decides about an identification.
+//! The options of an identification.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::control::SimulatedController;
 use crate::regression::RobustLoss;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
 
-/// What a person decides about an identification, by whatever method, as a cell file states it.
+/// The options of an identification, by whatever method, as a cell file states them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Options {

@@ -75,7 +75,7 @@ pub struct Verdict {
     pub applicable: bool,
     /// The reasons against.
     pub reasons: Vec<Reason>,
-    /// What must be known with the result and does not speak against its use.
+    /// Notes on the result that do not speak against its use.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
     /// How the method failed although it has a result, where it did; the first of the reasons that
@@ -85,13 +85,13 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// With these reasons against and these notes.
+    /// A verdict with these reasons against the result and these notes.
     pub fn new(reasons: Vec<Reason>, notes: Vec<Note>) -> Self {
         let failure = reasons.iter().find_map(Reason::failure);
         Self { applicable: reasons.is_empty(), reasons, notes, failure }
     }
 
-    /// The same with what else speaks against.
+    /// The same verdict with further reasons.
     #[must_use]
     pub(crate) fn with_reasons(self, more: impl IntoIterator<Item = Reason>) -> Self {
         Self::new(self.reasons.into_iter().chain(more).collect(), self.notes)
@@ -102,9 +102,9 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReferenceSource {
-    /// What the controller was told was recorded.
+    /// The reference was recorded.
     Recorded,
-    /// It was not: the filtered measured position stood in for it.
+    /// It was not: the filtered measured position was used instead.
     MeasuredPosition,
 }
 
@@ -158,28 +158,28 @@ pub struct Estimate {
     pub relative_prediction_deviation_per_joint: Vec<f64>,
     /// Durbin–Watson statistic of the residual per joint.
     pub durbin_watson_per_joint: Vec<f64>,
-    /// What white noise behind the decimation filter has.
+    /// The statistic of white noise behind the decimation filter.
     pub durbin_watson_expected: f64,
     /// The probability that white noise behind the decimation filter has residuals as correlated
     /// as those of each joint.
     pub whiteness_per_joint: Vec<f64>,
     /// The test that says so.
     pub ljung_box_per_joint: Vec<LjungBox>,
-    /// How many independent rows those of each joint are worth where a mean is formed.
+    /// Number of independent rows to which the rows of each joint are equivalent in a mean.
     pub effective_rows_per_joint: Vec<f64>,
-    /// How much later than stated each joint's torque acts; null where the motion does not tell.
+    /// Delay of each joint's torque beyond the stated one; null where it is not identifiable.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// What alternative models would change.
+    /// Effects of alternative models.
     pub model_checks: Vec<ModelCheck>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
     /// Closed-loop simulations of the iteration, those that failed included; the check for position
     /// noise takes two more.
     pub simulations: u32,
-    /// The way there, for methods that iterate.
+    /// The steps of the iteration, for methods that iterate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub convergence: Vec<ConvergenceStep>,
-    /// What the simulated loops followed, for methods that simulate.
+    /// The reference of the simulated loops, for methods that simulate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSource>,
     /// Rows of each joint of whose residual less than a half counts, with robust weights.
@@ -215,7 +215,7 @@ pub struct Fit {
     pub time_s: Vec<f64>,
     /// Filtered measured torque.
     pub measured: Vec<Vec<f64>>,
-    /// What the identified model gives for the same rows, X θ.
+    /// Torque predicted by the identified model for the same rows, X θ.
     pub predicted: Vec<Vec<f64>>,
     /// What is left of the equation that was solved: `measured − predicted`, but with CLOE that of
     /// the positions \[rad or m\].
@@ -226,11 +226,11 @@ pub struct Fit {
     /// Rows of each joint of whose residual less than a half counts, in rising order; nothing without
     /// robust weights.
     pub downweighted: Vec<Vec<usize>>,
-    /// Which moves inform which parameter, in the order of the estimate's parameters.
+    /// Information on each parameter by moves, in the order of the estimate's parameters.
     pub information: Information,
 }
 
-/// An estimate with what is needed to look at it.
+/// An estimate with the data to examine it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identification {
     /// The result.

@@ -16,9 +16,9 @@ use crate::identification::given::Failure;
     reason = "each fact has its figure, and the limit that it exceeds if it has one"
 )]
 pub enum Reason {
-    /// The described controller does not make the recorded command.
+    /// The described controller does not reproduce the recorded command.
     Controller { joint: usize, error: f64 },
-    /// The motion does not tell the parameters apart.
+    /// The motion does not distinguish the parameters.
     ConditionNumber { value: f64, limit: f64 },
     /// The parameters leave the torque of a joint uncertain.
     PredictionDeviation { joint: usize, deviation: f64, limit: f64 },
@@ -34,13 +34,13 @@ pub enum Reason {
     Negative { quantity: &'static str, name: String, value: f64, standard_deviation: f64 },
     /// The mass matrix is not positive definite at a posture \[rad or m\].
     Indefinite { posture: Vec<f64> },
-    /// Alternative models of one kind that the data want.
+    /// Alternative models of one kind that the data support.
     Model { checks: Vec<ModelCheck> },
-    /// Torques along the simulated motion want other parameters than the positions do.
+    /// Torques along the simulated motion give other parameters than the positions do.
     OtherParameters { name: String, deviations: f64 },
-    /// The instruments say too little of the measured motion.
+    /// The instruments are hardly correlated with the measured motion.
     WeakInstruments { correlation: f64 },
-    /// The simulated torques are off by this many times the noise of IDIM-LS.
+    /// The simulated torques differ by this many times the noise of IDIM-LS.
     AboveNoise { ratio: f64 },
     /// The criterion hardly depends on the parameters.
     Insensitive { output: Output, deviation: f64, loss: f64, singular_value: f64 },
@@ -50,15 +50,15 @@ pub enum Reason {
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "each fact has its figures")]
 pub enum Note {
-    /// The filtered measured position stood in for a reference.
+    /// The filtered measured position was used as the reference.
     NoReference,
     /// These parameters may be zero.
     Insignificant { names: Vec<String> },
     /// The residuals of these joints, numbered from 1, are not white.
     ColouredResiduals { joints: Vec<usize>, decimated: bool },
-    /// The position filter is too near to half the sample rate to be checked.
+    /// The position filter is too close to half the sample rate to be checked.
     PositionFilterUnchecked { cutoff_hz: f64 },
-    /// The method does not check what the noise of the positions does.
+    /// The method does not check the effect of the noise of the positions.
     PositionNoiseIgnored,
     /// The loop could not be simulated with the noise of the positions.
     PositionNoiseNotSimulated,
@@ -66,7 +66,7 @@ pub enum Note {
     DelayUnchecked,
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
-    /// Rows were weighted down all over the motion: joints, numbered from 1, with how many of the rows
+    /// Rows were weighted down throughout the motion: joints, from 1, with how many of the rows
     /// of each.
     DownweightedThroughout { joints: Vec<(usize, usize)>, of: usize },
     /// The bus's layout lets the frames count, whatever their stamps.
@@ -92,7 +92,7 @@ impl Display for Output {
 }
 
 impl Reason {
-    /// How the method failed, where this says that it did.
+    /// The failure of the method, where the reason is one.
     pub fn failure(&self) -> Option<Failure> {
         match self {
             Self::AboveNoise { .. } => Some(Failure::LocalMinimum),
@@ -107,15 +107,15 @@ impl Display for Reason {
         match self {
             Self::Controller { joint, error } => write!(
                 f,
-                "the described controller of joint {joint} makes a command that is {:.2} % off \
-                 the recorded one: check its gains and timing, the reference and the torque gain \
-                 of the drive first, what else is named may follow from it",
+                "the command of the described controller of joint {joint} differs from the \
+                 recorded one by {:.2} %: check its gains and timing, the reference and the \
+                 drive's torque gain first; the other reasons may follow from it",
                 100.0 * error
             ),
             Self::ConditionNumber { value, limit } => write!(
                 f,
-                "condition number {value:.0} is above {limit}: the motion does not tell these \
-                 parameters apart; move along a richer trajectory or identify fewer"
+                "condition number {value:.0} is above {limit}: the motion does not distinguish \
+                 these parameters; move along a richer trajectory or identify fewer"
             ),
             Self::PredictionDeviation { joint, deviation, limit } => write!(
                 f,
@@ -144,8 +144,8 @@ impl Display for Reason {
                  few to say how uncertain they are; move longer or identify fewer parameters"
             ),
             Self::NotDecimated => f.write_str(
-                "identified without the decimation filter, which is for comparison only: what the \
-                 loop makes of the reference's counts stays in the regressor; decimate",
+                "identified without the decimation filter, which is for comparison only: the \
+                 loop's response to the quantised reference stays in the regressor; decimate",
             ),
             Self::Negative { quantity, name, value, standard_deviation } => write!(
                 f,
@@ -161,9 +161,9 @@ impl Display for Reason {
             Self::Model { checks } => model(f, checks),
             Self::OtherParameters { name, deviations } => write!(
                 f,
-                "the torques along the simulated motion want other parameters than the positions: \
-                 {name} is {deviations:.1} standard deviations off; check the described controller \
-                 and the model, or identify from the torques (clie, didim)"
+                "the torques along the simulated motion give other parameters than the positions: \
+                 {name} differs by {deviations:.1} standard deviations; check the described \
+                 controller and the model, or identify from the torques (clie, didim)"
             ),
             Self::WeakInstruments { correlation } => write!(
                 f,
@@ -172,14 +172,14 @@ impl Display for Reason {
             ),
             Self::AboveNoise { ratio } => write!(
                 f,
-                "the simulated torques are off by {ratio:.1} times the noise of IDIM-LS: a local \
-                 minimum, or a loop that is not the arm's; choose another start, and check \
-                 reference and controller"
+                "the simulated torques differ by {ratio:.1} times the noise of IDIM-LS: a local \
+                 minimum, or a described loop that is not the arm's; choose another start, and \
+                 check reference and controller"
             ),
             Self::Insensitive { output, deviation, loss, singular_value } => write!(
                 f,
                 "the simulated {output}s hardly depend on the parameters, half of which stay \
-                 uncertain by more than {:.0} %, and by {loss:.0} times what IDIM-LS leaves \
+                 uncertain by more than {:.0} %, and {loss:.0} times as uncertain as with IDIM-LS \
                  (smallest singular value {singular_value:.1e}): {}",
                 100.0 * deviation,
                 match output {
@@ -191,7 +191,7 @@ impl Display for Reason {
     }
 }
 
-/// Alternatives of one kind: all of them by their places, and what the worst would move.
+/// Alternatives of one kind: where they all are, and which parameter the worst would change.
 fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
     let by_shift = |a: &&ModelCheck, b: &&ModelCheck| {
         a.shift_deviations.abs().total_cmp(&b.shift_deviations.abs())
@@ -199,20 +199,20 @@ fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
     let Some(worst) = checks.iter().max_by(by_shift) else { return Ok(()) };
     let (problem, remedy) = match worst.alternative {
         Alternative::JointFriction(_) | Alternative::MotorFriction(_) => {
-            ("is not the model's", "choose another sign model, one that fits no worse")
+            ("is not that of the model", "choose another sign model, one that fits no worse")
         }
         Alternative::TorqueDelay => {
             ("is not as stated", "check the torque's hold and delay, with didim the controller too")
         }
         Alternative::TorqueGain(_) => {
-            ("does not fit the others'", "check drive gain and gear ratio")
+            ("does not fit those of the others", "check drive gain and gear ratio")
         }
         Alternative::LeftOutParameters => {
             ("are not zero", "identify more parameters, and check for a payload")
         }
         Alternative::PositionFilter => ("distorts the motion", "raise its cut-off"),
         Alternative::PositionNoise => (
-            "bends the friction law",
+            "distorts the friction law",
             "measure positions with less noise; with idim-ls, lower the cut-off of the position \
              filter",
         ),
@@ -222,7 +222,7 @@ fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
     let others = checks.iter().skip(1).filter_map(|check| check.alternative.place());
     write!(
         f,
-        "the {} {problem}: allowing for it, {} would move by {:.1} standard deviations; {remedy}",
+        "the {} {problem}: allowing for it, {} would change by {:.1} standard deviations; {remedy}",
         listed(first.chain(others)),
         worst.parameter,
         worst.shift_deviations.abs()
@@ -233,7 +233,7 @@ impl Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoReference => f.write_str(
-                "no reference was recorded: the filtered measured position stood in for it, which \
+                "no reference was recorded: the filtered measured position is used instead, which \
                  the simulated loop follows with a lag of its own; at best this result is nearly \
                  that of IDIM-LS",
             ),
@@ -251,26 +251,26 @@ impl Display for Note {
             ),
             Self::PositionFilterUnchecked { cutoff_hz } => write!(
                 f,
-                "what the position filter does at {cutoff_hz} Hz could not be checked, so near to \
-                 half the sample rate"
+                "the effect of the position filter at {cutoff_hz} Hz could not be checked, because \
+                 the cut-off is too close to half the sample rate"
             ),
             Self::PositionNoiseIgnored => {
-                f.write_str("this method does not check what the noise of the positions does")
+                f.write_str("this method does not check the effect of the noise of the positions")
             }
             Self::PositionNoiseNotSimulated => f.write_str(
-                "what the noise of the positions does to the loop could not be simulated",
+                "the effect of the noise of the positions on the loop could not be simulated",
             ),
             Self::DelayUnchecked => f.write_str(
-                "the delay of the torques could not be checked, nor all else: too few rows are \
-                 left over, or nothing moves",
+                "the delay of the torques and some other assumptions could not be checked: too few \
+                 rows are left over, or nothing moves",
             ),
             Self::Outliers { rows, of, times_s, more } => {
                 let times = times_s.iter().map(|t| format!("{:.2} to {:.2} s", t.start, t.end));
                 write!(f, "{rows} of {of} rows were weighted down, at {}", listed(times))?;
                 if *more > 0 {
-                    write!(f, " and {more} times more")?;
+                    write!(f, " and at {more} more times")?;
                 }
-                f.write_str(": look there, an encoder, a connector or a contact may be at fault")
+                f.write_str(": check there, an encoder, a connector or a contact may be at fault")
             }
             Self::RateUnchecked => f.write_str(
                 "with cycles_by = \"frames\" the sample rate is taken as stated: neither it nor a \
@@ -283,8 +283,8 @@ impl Display for Note {
                 };
                 write!(
                     f,
-                    "{} were weighted down all over the motion, which is more than outliers: look \
-                     at the residuals, the model may not describe this motion",
+                    "{} were weighted down throughout the motion, which is too much for outliers: \
+                     look at the residuals, the model may not describe this motion",
                     listed(joints.iter().map(share))
                 )
             }

@@ -8,10 +8,10 @@ use super::reasons::{Note, Reason};
 use crate::identification::given::{Context, VerdictLimits};
 use crate::robot::ParameterKind;
 
-/// A shift counts when it is so many times its own uncertainty.
+/// A shift counts when it is this many times its own uncertainty.
 pub(super) const CERTAIN: f64 = 3.0;
 
-/// A parameter within so many standard deviations of zero could be zero.
+/// A parameter within this many standard deviations of zero could be zero.
 const INSIGNIFICANT: f64 = 2.0;
 
 impl VerdictLimits {
@@ -89,7 +89,7 @@ impl VerdictLimits {
         }
     }
 
-    /// What the model does not have and the data want, one reason for all of a kind.
+    /// Effects that the model lacks and the data support, one reason for all of a kind.
     fn model_errors(&self, checks: &[ModelCheck], reasons: &mut Vec<Reason>) {
         let mut kinds: Vec<Vec<ModelCheck>> = Vec::new();
         for check in checks.iter().filter(|check| self.fails(check)) {
@@ -118,7 +118,7 @@ impl VerdictLimits {
             .then(|| Reason::OtherParameters { name: name.clone(), deviations })
     }
 
-    /// Whether an alternative matters: the data want it, and it moves a parameter too far.
+    /// Whether an alternative matters: the data support it, and it changes a parameter too much.
     pub fn fails(&self, check: &ModelCheck) -> bool {
         let limit = match check.alternative {
             Alternative::PositionFilter | Alternative::PositionNoise => {

@@ -39,7 +39,7 @@ pub enum EdsError {
         section: String,
         /// What it lacks.
         key: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// No PDO carries an object of the layout.

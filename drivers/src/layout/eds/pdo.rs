@@ -112,7 +112,7 @@ impl Pdo {
         let Some(count) = dictionary.value(index, 0)? else { return Ok(pdo) };
         let Ok(count @ 1..=64) = u8::try_from(count.number) else { return Ok(pdo) };
         for sub in 1..=count {
-            let remedy = "the file says that so many objects are mapped; give them all";
+            let remedy = "the file states this number of mapped objects; give them all";
             let entry = dictionary.required(index, sub, remedy)?;
             let word = u32::try_from(entry.number).map_err(|_| {
                 dictionary.refuse(&entry, "has more than 32 bits; write index, sub, bits".into())
@@ -156,8 +156,8 @@ impl Pdo {
     /// The PDO does not exist, or goes by events.
     pub(in crate::layout) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
         let index = self.direction.first().0 + self.number;
-        let remedy = "the identifier and the transmission type decide what the layout can say; \
-                      take a DCF that has them";
+        let remedy = "the layout needs the identifier and the transmission type; take a DCF that \
+                      has them";
         let cob_id = dictionary.required(index, 1, remedy)?;
         let refuse = |sub, reason: String| EdsError::Pdo {
             file: dictionary.file.to_owned(),

@@ -17,7 +17,7 @@ pub enum CandumpError {
         source: std::io::Error,
     },
     /// Reading failed; the source ends there.
-    #[error("{path}:{line}: cannot read on: {source}", path = path.display())]
+    #[error("{path}:{line}: cannot read further: {source}", path = path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -39,8 +39,8 @@ pub enum CandumpError {
     /// The last line has no end: the recording was cut off in the middle of writing, and even a
     /// line that looks complete may lack bytes. Delete it, or add the newline if it is whole.
     #[error(
-        "{path}:{line}: the last line has no newline: the recording was cut off there; delete \
-         that line, or end it with a newline if it is known to be whole",
+        "{path}:{line}: the last line has no newline: the log was cut off there; delete that line, \
+         or end it with a newline if it is known to be whole",
         path = path.display()
     )]
     Truncated {
@@ -85,7 +85,7 @@ pub enum LineFault {
     )]
     Interface,
     /// More interfaces than a source can have.
-    #[error("more than {MAX_INTERFACES} interfaces in one log: name those that matter")]
+    #[error("more than {MAX_INTERFACES} interfaces in one log: name those to read")]
     TooManyInterfaces,
     /// No `#` where the frame should be.
     #[error("no frame after the interface: expected an identifier, `#` and data, as in `123#1122`")]

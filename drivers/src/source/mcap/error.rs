@@ -17,7 +17,7 @@ pub enum McapError {
         source: std::io::Error,
     },
     /// Reading or repairing failed.
-    #[error("{path}, byte {offset}: cannot read on: {source}", path = path.display())]
+    #[error("{path}, byte {offset}: cannot read further: {source}", path = path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -27,7 +27,7 @@ pub enum McapError {
         source: std::io::Error,
     },
     /// The file begins otherwise. Name a recording of this program.
-    #[error("{path} is no MCAP file: its first bytes are others", path = path.display())]
+    #[error("{path} is not an MCAP file: it does not begin like one", path = path.display())]
     NotMcap {
         /// The file.
         path: PathBuf,

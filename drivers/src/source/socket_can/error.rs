@@ -93,7 +93,7 @@ pub enum SocketCanError {
         interface: InterfaceName,
     },
     /// The interface vanished, as an adapter that is unplugged. It is opened again when it is back.
-    #[error("interface {interface} is gone: is the adapter plugged in?")]
+    #[error("interface {interface} has disappeared: is the adapter plugged in?")]
     Gone {
         /// Which.
         interface: InterfaceName,

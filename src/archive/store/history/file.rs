@@ -28,12 +28,12 @@ pub enum HistoryError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The file system refused. Check the rights on the file.
-    #[error("cannot read {}: {cause}; check the rights on it", path.display())]
+    /// The file system refused. Check the permissions of the file.
+    #[error("cannot read {}: {cause}; check its permissions", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's word.
+        /// The system's error.
         cause: io::Error,
     },
 }
@@ -144,7 +144,7 @@ impl HistoryFile {
         recent: usize,
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         let path = folder.join(NAME);
-        remove_leftovers(folder, |name| name == NAME).map_err(at("tidy the folder", folder))?;
+        remove_leftovers(folder, |name| name == NAME).map_err(at("clean up the folder", folder))?;
         let mut last = VecDeque::new();
         let scan = match File::open(&path) {
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Scan::default(),
@@ -162,7 +162,7 @@ impl HistoryFile {
         };
         if scan.passed_over > 0 {
             tracing::warn!(
-                "{}: lines passed over as torn, unknown or of a later version: {}",
+                "{}: lines skipped as incomplete, unknown or of a later version: {}",
                 path.display(),
                 scan.passed_over
             );
@@ -212,7 +212,7 @@ impl HistoryFile {
         let many = self.lines > self.keep + self.keep / 10;
         let tidied = if many { self.remove_oldest() } else { Ok(()) };
         for problem in [synced.err(), tidied.err()].into_iter().flatten() {
-            tracing::warn!("the history has its line, but: {problem}");
+            tracing::warn!("the history has the new line, but: {problem}");
         }
         Ok(())
     }
@@ -236,7 +236,7 @@ impl HistoryFile {
     fn cut_off(&self) -> Result<(), StoreError> {
         let file = OpenOptions::new().write(true).open(&self.path);
         let cut = file.and_then(|file| file.set_len(self.length).and_then(|()| file.sync_all()));
-        cut.map_err(at("cut a torn line off", &self.path))
+        cut.map_err(at("remove an incomplete line from", &self.path))
     }
 
     /// Writes the lines to keep in the place of the file, as they are.

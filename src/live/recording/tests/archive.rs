@@ -39,7 +39,7 @@ impl Recorded {
         Self { folder, options }
     }
 
-    fn keep(&self, requests: impl FnOnce(&Archiver)) -> KeptStatus {
+    fn keep(&self, requests: impl FnOnce(&Archiver)) -> ArchiveStatus {
         let folder = self.folder.path().to_owned();
         let options = ArchiverOptions { folder, recordings: self.options.clone() };
         let (archiver, thread) = Archiver::start(&options).unwrap();
@@ -110,23 +110,23 @@ fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
 #[test]
 fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
     let recorded = Recorded::of(0..100);
-    let mut keeping = Archive {
+    let mut archive = Archive {
         ring: recorded.folder.path().join("ring"),
-        kept: recorded.folder.path().join("kept"),
+        folder: recorded.folder.path().join("kept"),
         options: recorded.options.clone(),
-        shared: SharedKept::default(),
+        shared: SharedArchive::default(),
         waiting: Vec::new(),
         capture: None,
     };
     let (answer, answered) = std::sync::mpsc::sync_channel(1);
-    keeping.take(Request::Start { name: "one".into(), answer: answer.clone() });
+    archive.take(Request::Start { name: "one".into(), answer: answer.clone() });
     assert_eq!(answered.recv().unwrap(), Ok(()));
-    assert_eq!(keeping.shared.snapshot().capture.as_deref(), Some("one"));
-    keeping.take(Request::Stop { answer: answer.clone() });
+    assert_eq!(archive.shared.snapshot().capture.as_deref(), Some("one"));
+    archive.take(Request::Stop { answer: answer.clone() });
     drop(answered);
-    keeping.take(Request::Start { name: "two".into(), answer });
-    assert!(keeping.capture.is_none());
-    assert_eq!(keeping.shared.snapshot().capture, None);
+    archive.take(Request::Start { name: "two".into(), answer });
+    assert!(archive.capture.is_none());
+    assert_eq!(archive.shared.snapshot().capture, None);
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
     let status = recorded.keep(|archiver| archiver.keep_result(3, &window(900_000_000)));
     assert_eq!((status.kept, status.failed, status.files), (0, 1, 0));
     let why = status.last_failure.unwrap();
-    assert!(why.starts_with("result 3: the ring does not hold it"), "{why}");
+    assert!(why.starts_with("result 3: not in the ring"), "{why}");
     assert_eq!(recorded.names(), [""; 0]);
     // A ring that is not there at all.
     fs::remove_dir_all(recorded.folder.path().join("ring")).unwrap();
@@ -205,15 +205,15 @@ fn number_and_size_of_what_is_kept_are_bounded() {
     );
 
     // By size: the oldest of whatever kind go, and what is larger than all may be is refused.
-    let kept = crate::live::recording::archived::KeptFolder::open(
+    let archive = crate::live::recording::archive_folder::ArchiveFolder::open(
         &recorded.folder.path().join("kept"),
         3,
         size(&recorded.folder.path().join("kept")),
     )
     .unwrap();
-    assert!(!kept.make_room(u64::MAX).unwrap());
+    assert!(!archive.make_room(u64::MAX).unwrap());
     assert_eq!(recorded.names().len(), 4);
-    assert!(kept.make_room(1).unwrap());
+    assert!(archive.make_room(1).unwrap());
     assert_eq!(recorded.names(), results, "the oldest went");
 }
 

@@ -89,7 +89,7 @@ fn child_on_a_small_disk() {
         shared.snapshot().state == RecordingState::Failed
     });
     let why = shared.snapshot().why.unwrap();
-    assert!(why.contains("make room"), "{why}");
+    assert!(why.contains("free disk space"), "{why}");
     while filling.write_all(&[1; 4096]).is_ok() {}
     assert!(store_result(&mut store).is_err(), "there is no room at all");
     filling.set_len(filling.metadata().unwrap().len() - 2 * DISK / 16).unwrap();

@@ -196,8 +196,7 @@ fn a_baseline_that_cannot_be_read_is_a_reason_until_it_can_be_or_is_cleared() {
         for _ in 0..3 {
             assert!(!results.look(), "nothing new is told");
             let [reason] = &health(&results)[..] else { panic!("{:?}", health(&results)) };
-            for word in
-                ["no parameter is watched", "baseline.json", "`didim baseline set`", "clear"]
+            for word in ["no result is compared", "baseline.json", "`didim baseline set`", "clear"]
             {
                 assert!(reason.contains(word), "{reason}");
             }

@@ -76,7 +76,7 @@ impl ComparisonReport<'_> {
             @if let Some(scenario) = self.scenario {
                 ", simulated arm of the scenario " strong { (scenario.name) }
             } @else if let Some(input) = &self.origin.input {
-                ", recording " strong { (input.name) }
+                ", measurement " strong { (input.name) }
             }
         }
     }

@@ -19,9 +19,9 @@ pub(super) fn section(view: &View<'_>) -> Markup {
             }
         }
     };
-    let explanation = "Autocorrelation of what each method leaves of its own equation, over the lag \
-                       in rows. The band holds 95 % of the values that white noise behind the \
-                       decimation filter has, or white noise itself where nothing was decimated.";
+    let explanation = "Autocorrelation of the residuals of each method, over the lag in rows. The \
+                       band holds 95 % of the values that white noise behind the decimation filter \
+                       has, or white noise itself where nothing was decimated.";
     in_section("Residuals", explanation, &content)
 }
 

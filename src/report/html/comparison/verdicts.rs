@@ -1,4 +1,4 @@
-//! What every method says of its own result.
+//! The verdict of every method on its own result.
 
 use maud::{Markup, html};
 

@@ -54,13 +54,13 @@ fn snapshot() -> Snapshot {
             p999_ns: 14_000_000,
             max_ns: 3_021_000_000,
         }),
-        kept_recordings: Some(KeptStatus {
+        kept_recordings: Some(ArchiveStatus {
             files: 12,
             bytes: 340_120_000,
             capture: Some("bus".into()),
             failed: 1,
-            last_failure: Some("result 7: the ring does not hold it".into()),
-            ..KeptStatus::default()
+            last_failure: Some("result 7: not in the ring".into()),
+            ..ArchiveStatus::default()
         }),
         windows_opened: 5,
         windows_identified: 3,
@@ -134,7 +134,7 @@ windows                    5 opened, 3 identified, 0 pending
 recordings kept            12, 340.1 MB
 capture                    bus
 recordings not kept        1
-last not kept              result 7: the ring does not hold it
+last not kept              result 7: not in the ring
 windows rejected           2 sample-gap
 last rejection             window 4: 2 samples are missing after sample 900
 last estimate              window 3, idim-ls, 1 parameters, relative error 5.64 %

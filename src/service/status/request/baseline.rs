@@ -8,7 +8,7 @@ use crate::archive::drift::{Baseline, ChooseError, set_baseline};
 use crate::archive::store::HistoryLine;
 use crate::live::worker::Commands;
 
-/// What may be asked of the baseline.
+/// Commands concerning the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BaselineRequest {
     /// `baseline set`, `baseline set N`: the last applicable result, or that of this number.
@@ -17,13 +17,13 @@ pub enum BaselineRequest {
     Clear,
 }
 
-/// Why it was not done.
+/// Why it failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineCommandError {
     /// The service stores no results.
     #[error("this service stores no results")]
     NoResults,
-    /// The baseline cannot be had or made.
+    /// The baseline cannot be read or set.
     #[error(transparent)]
     Choose(#[from] ChooseError),
     /// There is none.
@@ -58,7 +58,7 @@ impl fmt::Display for BaselineRequest {
 }
 
 impl BaselineRequest {
-    /// Has it done in the folder of the worker's results. The worker notices, as it does when the
+    /// Executes it in the folder of the worker's results. The worker notices, as it does when the
     /// service is not asked.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl BaselineRequest {
                 Ok(format!("result {result} of {time} is the baseline"))
             }
             Self::Clear => match Baseline::remove(folder).map_err(ChooseError::from)? {
-                true => Ok("there is no baseline any more".to_owned()),
+                true => Ok("the baseline is cleared".to_owned()),
                 false => Err(BaselineCommandError::None),
             },
         }

@@ -10,7 +10,7 @@ use crate::live::worker::Commands;
 /// The name of a capture that nobody named.
 const DEFAULT_NAME: &str = "bus";
 
-/// What may be asked of captures.
+/// Commands concerning captures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CaptureRequest {
     /// `capture start NAME`
@@ -42,7 +42,7 @@ impl fmt::Display for CaptureRequest {
 }
 
 impl CaptureRequest {
-    /// Has it done, and waits for the answer, for a second at most.
+    /// Executes it, and waits for the answer, for a second at most.
     ///
     /// # Errors
     /// [`CaptureError`].
@@ -57,7 +57,7 @@ impl CaptureRequest {
             }
             Self::Stop => {
                 archiver.stop_capture()?;
-                Ok("the capture has ended; it is kept in a few seconds".to_owned())
+                Ok("the capture has ended; its recording is stored in a few seconds".to_owned())
             }
         }
     }

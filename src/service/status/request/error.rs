@@ -11,13 +11,13 @@ const KNOWN: &str = "window begin|end|identify, capture start [NAME]|stop, note 
 /// A line that is no request: write one of those that it names.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RequestError {
-    /// Its words are not known.
-    #[error("not a command; there are: {KNOWN}")]
+    /// The command is not known.
+    #[error("unknown command; known: {KNOWN}")]
     Unknown,
     /// It is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
     NoLine,
-    /// What is to be noted cannot be meant.
+    /// The note is invalid.
     #[error(transparent)]
     Note(#[from] NoteError),
     /// It is not text.

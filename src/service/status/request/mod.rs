@@ -14,7 +14,7 @@ pub use error::{MAX_REQUEST, RequestError};
 use crate::live::worker::Command;
 use crate::window::Note;
 
-/// What may be asked of a running service.
+/// Commands to a running service.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
     /// `window begin`, `window end`, `window identify`.

@@ -1,4 +1,4 @@
-//! The folder of what is kept: names, number, size.
+//! The folder of the kept recordings: names, number, size.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use super::ring::{RingError, at};
 use crate::files::remove_leftovers;
 
-/// What a recording is kept for; its name begins so.
+/// What a recording is kept for; its file name begins with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Result,
@@ -29,7 +29,7 @@ const KINDS: [Kind; 3] = [Kind::Result, Kind::Fault, Kind::Capture];
 const END: &str = ".mcap";
 
 #[derive(Clone, Debug)]
-struct KeptFile {
+struct ArchiveFile {
     kind: Kind,
     number: u64,
     path: PathBuf,
@@ -37,9 +37,9 @@ struct KeptFile {
     modified: SystemTime,
 }
 
-/// A folder of recordings, of which the oldest go. Files with other names are let be.
+/// A folder of recordings, of which the oldest go. Files with other names are left alone.
 #[derive(Debug)]
-pub(super) struct KeptFolder {
+pub(super) struct ArchiveFolder {
     folder: PathBuf,
     /// Recordings of each kind.
     keep: usize,
@@ -47,14 +47,14 @@ pub(super) struct KeptFolder {
     keep_bytes: u64,
 }
 
-impl KeptFolder {
+impl ArchiveFolder {
     pub(super) fn open(folder: &Path, keep: usize, keep_bytes: u64) -> Result<Self, RingError> {
         fs::create_dir_all(folder).map_err(at("make the folder", folder))?;
-        let kept = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
+        let archive = Self { folder: folder.to_owned(), keep: keep.max(1), keep_bytes };
         // What a process was writing when it died.
         remove_leftovers(folder, |name| parse(name).is_some())
-            .map_err(at("tidy the folder", folder))?;
-        Ok(kept)
+            .map_err(at("clean up the folder", folder))?;
+        Ok(archive)
     }
 
     /// Removes the oldest until `bytes` more fit; false when they never do.
@@ -106,7 +106,7 @@ impl KeptFolder {
         Ok((files.len(), files.iter().map(|file| file.bytes).sum()))
     }
 
-    fn files(&self) -> Result<Vec<KeptFile>, RingError> {
+    fn files(&self) -> Result<Vec<ArchiveFile>, RingError> {
         let entries = fs::read_dir(&self.folder).map_err(at("read the folder", &self.folder))?;
         let mut files = Vec::new();
         for entry in entries {
@@ -115,7 +115,7 @@ impl KeptFolder {
             let Ok(metadata) = entry.metadata() else { continue };
             let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             let (path, bytes) = (entry.path(), metadata.len());
-            files.push(KeptFile { kind, number, path, bytes, modified });
+            files.push(ArchiveFile { kind, number, path, bytes, modified });
         }
         Ok(files)
     }
