@@ -232,7 +232,7 @@ fn what_is_no_command_is_refused_in_words() {
     let exactly = [vec![b'x'; MAX_REQUEST - 1], b"\n".to_vec()].concat();
     let longer = [vec![b'x'; MAX_REQUEST], b"\n".to_vec()].concat();
     for (bytes, words) in [
-        (exactly.as_slice(), "there are: window"),
+        (exactly.as_slice(), "known: window"),
         (longer.as_slice(), "one line of at most 512 bytes"),
         (&[b'x'; 1 << 20], "one line of at most 512 bytes"),
         (b"", "one line of at most"),

@@ -57,6 +57,6 @@ mod tests {
         assert_eq!(priority_above(30, None), None);
         assert_eq!(priority_above(30, Some(30)), None);
         let found = priority_above(30, Some(29)).unwrap();
-        assert!(found.what.contains("30 is asked for") && found.what.contains("at most 29"));
+        assert!(found.what.contains("30 is requested") && found.what.contains("at most 29"));
     }
 }

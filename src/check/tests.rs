@@ -82,7 +82,7 @@ fn interfaces_have_to_be_there_up_and_of_the_right_kind() {
 fn receive_buffers_hold_so_many_seconds() {
     let fake = Fake::new();
     fake.write("proc/sys/net/core/rmem_max", "212992\n");
-    let says = ["warning bus.receive_buffer_bytes", "allows 425984", "0.11 s of bus"];
+    let says = ["warning bus.receive_buffer_bytes", "allows 425984", "0.11 s of frames"];
     one(&fake.found(|_| ()), &says);
     let small = |cell: &mut Cell| cell.receive_buffer_bytes = 100_000;
     one(&fake.found(small), &["warning bus.receive_buffer_bytes", "hold 0.026 s"]);

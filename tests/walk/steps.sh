@@ -92,7 +92,7 @@ let_frames_flow() {
     root 'didim note --payload-kg 2.5 --temperature-c 31 --text "gripper B"'
     status_has '"state":"open"'
     root 'didim status'
-    expect '^health +ok$' '^bus +ok$' '^window +open, [0-9]+ samples$' '^next window's note +' \
+    expect '^health +ok$' '^bus +ok$' '^window +open, [0-9]+ samples$' '^next window.s note +' \
         '^recording +[0-9]+ of 64 MB'
     result_is_there 0
     say 'When every motor has rested for half a second, the window is closed and identified.'

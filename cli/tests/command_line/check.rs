@@ -44,7 +44,7 @@ fn six_drives_fit_one_megabit_at_500_hz_and_not_at_1_khz() {
     let fast = Configuration::with(CIA402, "rate_hz = 500.0", "rate_hz = 1000.0");
     let cell = fast.path(CIA402);
     finds(&cell, 78, "error bus.bitrate_bps", &["1000 Hz take 167 % of 1 Mbit/s"]);
-    didim(&["check", "--cell", &cell, "--elsewhere"]).says(78, &["1 error would keep"]);
+    didim(&["check", "--cell", &cell, "--elsewhere"]).says(78, &["1 error; the cell will not work"]);
     // Two buses share the frames.
     fast.edit(CIA402, "\"can:vcan0\"", "[\"can:vcan0\", \"can:vcan1\"]");
     finds(&cell, 0, "warning bus.bitrate_bps", &["take 83.7 %", "over 2 buses"]);
@@ -91,7 +91,7 @@ fn filters_windows_and_a_missing_reference_are_found() {
     cell.edit(PACKED, "cutoff_hz = 20.0", "cutoff_hz = 2000.0");
     finds(&cell.packed_cell(), 0, key, &["2000 Hz", "noise"]);
     cell.edit(PACKED, "min_s = 3.0", "min_s = 0.1");
-    let says = ["24 rows for 28 parameters", "0.69 independent", "asks for 8"];
+    let says = ["24 rows for 28 parameters", "0.69 independent", "requires 8"];
     finds(&cell.packed_cell(), 0, "warning window.min_s", &says);
 
     let reference =
@@ -176,7 +176,7 @@ fn what_is_missing_here_is_told_apart() {
     let says =
         ["can:nothere0: there is no such interface", "this machine is not suitable: 1 error"];
     assert!(says.iter().all(|part| outcome.stdout.contains(part)), "{}", outcome.stdout);
-    outcome.says(78, &["1 error would keep"]);
+    outcome.says(78, &["1 error; the cell will not work"]);
     assert_eq!(folder.names(), [""; 0], "a check writes nothing");
 }
 

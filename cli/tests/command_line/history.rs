@@ -134,9 +134,9 @@ fn what_is_not_there_is_said_with_what_is() {
 #[test]
 fn a_note_that_cannot_be_is_refused_before_it_is_sent() {
     didim(&["note"]).refused(2, &["nothing to note"]);
-    didim(&["note", "--payload-kg", "-1"]).refused(2, &["a payload of -1 kg cannot be"]);
+    didim(&["note", "--payload-kg", "-1"]).refused(2, &["a payload of -1 kg is impossible"]);
     didim(&["note", "--temperature-c", "400"])
-        .refused(2, &["a temperature of 400 °C cannot be", "within -60 and 200 °C"]);
+        .refused(2, &["a temperature of 400 °C is impossible", "between -60 and 200 °C"]);
     let folder = Folder::new();
     let note = didim(&["note", "--text", "warm", "--runtime", &folder.path("")]);
     note.refused(1, &["no service at"]);

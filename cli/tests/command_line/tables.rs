@@ -159,7 +159,7 @@ fn parameters_that_the_motion_does_not_tell_apart() {
     let folder = Folder::new();
     let input = folder.file("rest.csv", &text(&table));
     didim(&["identify", "--cell", &cell, "--input", &input, "--json"])
-        .refused(1, &["rest.csv", "does not tell mx2r, my2, off2 apart", "leave some out"]);
+        .refused(1, &["rest.csv", "does not distinguish mx2r, my2, off2", "leave some out"]);
 }
 
 #[test]

@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn what_cannot_be_noted_is_refused_in_words() {
         let error = parse_request(b"note {\"payload_kg\":-1}\n").unwrap_err();
-        assert!(error.to_string().contains("a payload of -1 kg cannot be"), "{error}");
+        assert!(error.to_string().contains("a payload of -1 kg is impossible"), "{error}");
         assert_eq!(
             parse_request(b"note {}\n"),
             Err(RequestError::Note(crate::window::NoteError::Empty))
