@@ -111,11 +111,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`]; what was there before is untouched.
-    pub fn write(
-        &mut self,
-        record: &ResultRecord<'_>,
-        beside: &Beside,
-    ) -> Result<Stored, StoreError> {
+    pub fn write(&mut self, record: &ResultRecord, beside: &Beside) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
         let number = self.next;
@@ -133,7 +129,7 @@ impl Store {
             write(&self.folder.join(report_name(number)), report.as_bytes())
         });
         let copied = write(&self.folder.join(LATEST), &json);
-        let pruned = self.prune(record.configuration);
+        let pruned = self.prune(&record.configuration);
         for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }

@@ -11,7 +11,7 @@ use super::setup::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Beside, StoreError, WindowProvenance, input_sha256};
+use crate::archive::store::{Beside, ResultRecord, StoreError};
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -231,17 +231,14 @@ impl Job {
         );
         let options = identifier.results().clone();
         let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
+        let cell = &self.options.stream.cell;
         let dropped = self.unstored.add(Finished {
-            cell: self.options.stream.cell.clone(),
-            configuration: identifier.sha256().to_owned(),
-            input_sha256: input_sha256(window),
-            provenance: WindowProvenance::of(window),
             summary: EstimateSummary::new(window, &estimate),
+            record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejected: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::of(window, identifier.sha256()),
             beside: Beside { report, note, regrouping },
             options,
-            estimate,
         });
         if let Some(oldest) = dropped {
             self.give_up(oldest, "too many results waited for the disk");
@@ -254,11 +251,12 @@ impl Job {
     fn store_waiting(&mut self) {
         let mut why = None;
         while let Some(finished) = self.unstored.first(Instant::now()) {
-            let record = finished.record();
             let stored = match &mut self.results {
-                Some(results) => results.take(&record, &finished.beside, &finished.options),
+                Some(results) => {
+                    results.take(&finished.record, &finished.beside, &finished.options)
+                }
                 None => {
-                    let json = serde_json::to_vec(&record).map_err(StoreError::from);
+                    let json = serde_json::to_vec(&finished.record).map_err(StoreError::from);
                     self.publish(json);
                     continue;
                 }

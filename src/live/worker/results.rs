@@ -121,12 +121,12 @@ impl Results {
     /// could not be kept is logged, for the result is there.
     pub(super) fn take(
         &mut self,
-        record: &ResultRecord<'_>,
+        record: &ResultRecord,
         beside: &Beside,
         options: &ResultOptions,
     ) -> Result<Stored, StoreError> {
         // Before the result that refers to it.
-        let configured = self.store.keep_configuration(record.configuration, &options.texts);
+        let configured = self.store.keep_configuration(&record.configuration, &options.texts);
         let stored = self.store.write(record, beside)?;
         if !stored.line.time.is_set() {
             tracing::warn!(

@@ -6,9 +6,8 @@ use std::time::{Duration, Instant};
 use super::setup::ResultOptions;
 use super::state::EstimateSummary;
 use super::window::RejectedWindow;
-use crate::archive::store::{Beside, ResultRecord, WindowProvenance};
+use crate::archive::store::{Beside, ResultRecord};
 use crate::live::recording::RecordedWindow;
-use didim_core::identification::Estimate;
 
 /// Results that wait for a disk which refuses them; some 200 kB each, mostly their report.
 const MOST: usize = 32;
@@ -18,31 +17,13 @@ const RETRY_EVERY: Duration = Duration::from_secs(2);
 /// A result with all that is to be stored and told of it.
 #[derive(Clone, Debug)]
 pub(super) struct Finished {
-    pub(super) cell: String,
-    pub(super) configuration: String,
-    pub(super) input_sha256: String,
-    pub(super) provenance: WindowProvenance,
-    pub(super) estimate: Estimate,
+    pub(super) record: ResultRecord,
     pub(super) beside: Beside,
     pub(super) options: ResultOptions,
     pub(super) recorded: RecordedWindow,
     pub(super) summary: EstimateSummary,
     /// What is counted when it is not stored at all.
     pub(super) rejected: RejectedWindow,
-}
-
-impl Finished {
-    pub(super) fn record(&self) -> ResultRecord<'_> {
-        ResultRecord {
-            schema: ResultRecord::SCHEMA,
-            version: env!("CARGO_PKG_VERSION"),
-            cell: &self.cell,
-            configuration: &self.configuration,
-            input_sha256: self.input_sha256.clone(),
-            window: self.provenance.clone(),
-            estimate: &self.estimate,
-        }
-    }
 }
 
 /// The results that wait, oldest first.

@@ -41,7 +41,7 @@ fn store_result(store: &mut Store) -> Result<(), String> {
         note: None,
     };
     let estimate = Estimate::default();
-    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     let beside = Beside { report: Some("x".repeat(200_000)), ..Beside::default() };
     store.write(&record, &beside).map(drop).map_err(|error| error.to_string())
 }

@@ -57,7 +57,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         end: WindowEnd::Rest,
         note: None,
     };
-    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     let options = ResultOptions { drift, ..ResultOptions::default() };
     results.take(&record, &Beside::default(), &options).unwrap();
 }
