@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::setup::ResultOptions;
-use super::state::EstimateSummary;
-use super::window::RejectedWindow;
+use super::state::{EstimateSummary, SharedEstimation};
+use super::window::{RejectedWindow, Rejection};
 use crate::archive::store::{Beside, ResultRecord};
 use crate::live::recording::RecordedWindow;
 
@@ -24,6 +24,17 @@ pub(super) struct Finished {
     pub(super) summary: EstimateSummary,
     /// What is counted when it is not stored at all.
     pub(super) rejected: RejectedWindow,
+}
+
+impl Finished {
+    /// It is lost: that is counted, and what was noted with its window goes to the next one.
+    pub(super) fn give_up(self, shared: &SharedEstimation, why: &str) {
+        let number = self.rejected.number;
+        let rejection = Rejection::NotStored { why: why.to_owned() };
+        shared.reject(RejectedWindow { rejection, ..self.rejected });
+        shared.return_note(self.beside.note);
+        shared.settle(number);
+    }
 }
 
 /// The results that wait, oldest first.
@@ -59,5 +70,45 @@ impl Unstored {
 
     pub(super) fn len(&self) -> usize {
         self.waiting.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use didim_core::identification::Estimate;
+
+    use super::*;
+    use crate::window::{Note, Window, WindowEnd};
+
+    #[test]
+    fn the_note_of_a_lost_result_goes_to_the_next_window() {
+        let note = Note { text: Some("cold".into()), ..Note::default() };
+        let window = Window {
+            number: 7,
+            sample_rate_hz: 500.0,
+            samples: vec![didim_core::JointSample::zero(0, 0)],
+            counted: 0..1,
+            end: WindowEnd::Rest,
+            note: Some(note.clone()),
+        };
+        let estimate = Estimate::default();
+        let finished = Finished {
+            summary: EstimateSummary::new(&window, &estimate),
+            record: ResultRecord::new("cell", "c0ffee", &window, estimate),
+            rejected: RejectedWindow::new(&window, Rejection::Stopped),
+            recorded: RecordedWindow::of(&window, "c0ffee"),
+            beside: Beside { note: window.note.clone(), ..Beside::default() },
+            options: ResultOptions::default(),
+        };
+        let shared = SharedEstimation::default();
+        shared.pend(&window);
+        assert!(shared.claim(7));
+        shared.put_aside(7);
+        assert!(!shared.is_settled());
+        finished.give_up(&shared, "no room");
+        assert!(shared.is_settled());
+        let status = shared.snapshot();
+        assert_eq!(status.note, Some(note));
+        assert_eq!(status.windows_rejected["not-stored"], 1);
     }
 }
