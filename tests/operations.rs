@@ -149,6 +149,7 @@ fn optional(key: &str) -> Value {
         }),
         "baseline_unreadable"
         | "results_wait_for"
+        | "history_waits_for"
         | "reload_refused"
         | "why"
         | "last_failure"
@@ -186,7 +187,7 @@ fn everything() -> Snapshot {
     };
     let mut value = serde_json::to_value(snapshot).unwrap();
     // Left out by JSON while they are not there.
-    for key in ["baseline_unreadable", "results_wait_for"] {
+    for key in ["baseline_unreadable", "results_wait_for", "history_waits_for"] {
         value["estimation"][key] = Value::Null;
     }
     fill(&mut value, "");

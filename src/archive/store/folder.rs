@@ -39,6 +39,8 @@ pub struct Store {
     history: HistoryFile,
     /// Lines of stored results that are not in the history yet.
     owed: Owed,
+    /// Why they are not.
+    refused: Option<String>,
     configurations: Configurations,
 }
 
@@ -75,6 +77,7 @@ impl Store {
             next: 0,
             history,
             owed: Owed::of(folder),
+            refused: None,
             configurations: Configurations::beside_results(folder),
         };
         store.configurations.clear_unfinished()?;
@@ -124,7 +127,7 @@ impl Store {
             return Err(error);
         }
         self.next = self.next.saturating_add(1);
-        let remembered = self.owed.settle(&mut self.history);
+        let remembered = self.settle();
         let report = beside.report.as_ref().map_or(Ok(()), |report| {
             write(&self.folder.join(report_name(number)), report.as_bytes())
         });
@@ -184,7 +187,7 @@ impl Store {
             recent.pop_front();
         }
         self.owed.write()?;
-        if let Err(problem) = self.owed.settle(&mut self.history) {
+        if let Err(problem) = self.settle() {
             tracing::warn!("they are not written yet: {problem}");
         }
         Ok(())
@@ -195,7 +198,14 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`]; they are tried again.
     pub fn settle(&mut self) -> Result<(), StoreError> {
-        self.owed.settle(&mut self.history)
+        let settled = self.owed.settle(&mut self.history);
+        self.refused = settled.as_ref().err().map(ToString::to_string);
+        settled
+    }
+
+    /// How many lines the history lacks, and why it does.
+    pub fn owed(&self) -> (usize, Option<&str>) {
+        (self.owed.lines().len(), self.refused.as_deref())
     }
 
     /// Removes every result beyond the number to keep that can be removed, each with its report, and

@@ -178,8 +178,8 @@ impl Job {
                 Err(RecvTimeoutError::Timeout) => {
                     self.look();
                     if let Some(results) = &mut self.results {
-                        // Why it was refused is logged; it is tried again.
-                        let _ = results.settle();
+                        results.settle();
+                        results.tell_owed(&mut self.shared.update());
                     }
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();

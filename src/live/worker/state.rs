@@ -109,6 +109,11 @@ pub struct EstimationStatus {
     /// Why they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub results_wait_for: Option<String>,
+    /// Lines of stored results that the history lacks, and that are tried again.
+    pub history_lines_waiting: u64,
+    /// Why it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_waits_for: Option<String>,
     /// Windows waiting for the identification or in it.
     pub windows_pending: u64,
     /// The first rejection.

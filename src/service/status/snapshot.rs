@@ -153,6 +153,10 @@ impl Health {
                 let waiting = estimation.results_waiting;
                 reasons.push(format!("{waiting} results wait to be stored: {why}"));
             }
+            if let Some(why) = &estimation.history_waits_for {
+                let waiting = estimation.history_lines_waiting;
+                reasons.push(format!("{waiting} lines of the history wait to be written: {why}"));
+            }
             if let Some(why) = &estimation.baseline_unreadable {
                 reasons.push(format!(
                     "no parameter is watched for drift: {why}, or have none with `didim baseline \
