@@ -128,7 +128,7 @@ fn optional(key: &str) -> Value {
             serde_json::to_value(status).unwrap()
         }
         "kept_recordings" => serde_json::to_value(KeptStatus::default()).unwrap(),
-        "oldest_s" => 1.into(),
+        "oldest_s" | "without_samples_s" => 1.into(),
         "first_rejection" | "last_rejection" => json!({
             "number": 2, "first_sequence": 1, "last_sequence": 2, "rejection": { "reason": "busy" }
         }),
@@ -187,7 +187,8 @@ fn everything() -> Snapshot {
     };
     let mut value = serde_json::to_value(snapshot).unwrap();
     // Left out by JSON while they are not there.
-    for key in ["baseline_unreadable", "results_wait_for", "history_waits_for"] {
+    for key in ["baseline_unreadable", "results_wait_for", "history_waits_for", "without_samples_s"]
+    {
         value["estimation"][key] = Value::Null;
     }
     fill(&mut value, "");
@@ -340,6 +341,7 @@ fn reasons() -> BTreeSet<String> {
         estimation.drift.as_mut().unwrap().alarms = serde_json::from_value(all.into()).unwrap();
         reasons.extend(Health::of(None, Some(estimation)).reasons);
     }
+    reasons.extend(everything().health.reasons);
     reasons.extend(everything().process.reasons());
     reasons.extend(reasons_of_halves());
     reasons

@@ -85,6 +85,10 @@ pub struct EstimationStatus {
     pub batches_lost: u64,
     /// Times the acquisition was restarted under a running worker.
     pub restarts: u64,
+    /// No sample has come for so long \[s\]; told where the acquisition is another process, and is not
+    /// known to rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_samples_s: Option<u64>,
     /// How long samples lay in the buffer until the worker took them, since the start; nothing
     /// before the first; of samples whose frames were read together, from when those had been read. A
     /// sample waits for its batch, of 64 samples or 50 ms.
