@@ -206,6 +206,7 @@ fn recent() -> Vec<RecentCounts> {
         cycles_idle,
         frames_unused: frame.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
         cycles_lost: cycle.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
+        ..RecentCounts::default()
     };
     let all = vec![
         of(2_500, 0, None, None),
