@@ -77,6 +77,8 @@ pub struct Ring {
     whole: VecDeque<Segment>,
     next: u64,
     repaired: u64,
+    /// The file whose first frame was last looked for.
+    scanned: Option<u64>,
 }
 
 impl Ring {
@@ -105,6 +107,7 @@ impl Ring {
             whole: whole.into(),
             next,
             repaired: 0,
+            scanned: None,
         };
         let mut parts: VecDeque<Segment> = parts.into();
         while let Some(part) = parts.pop_front() {
@@ -228,10 +231,11 @@ impl Ring {
         self.whole.iter()
     }
 
-    /// The `log_time` of the oldest frame \[ns\].
+    /// The `log_time` of the oldest frame \[ns\]. A file that cannot be read is not read again.
     pub fn oldest_log_time(&mut self) -> Option<u64> {
         let oldest = self.whole.front_mut()?;
-        if oldest.first_log_time.is_none() {
+        if oldest.first_log_time.is_none() && self.scanned != Some(oldest.number) {
+            self.scanned = Some(oldest.number);
             oldest.first_log_time = first_log_time(&oldest.path);
         }
         oldest.first_log_time

@@ -313,12 +313,14 @@ impl RingWriter {
             StampClock::Realtime => Some(clock_pair().realtime_ns),
             StampClock::Own => None,
         };
+        // It may read a file: not while others wait for the status.
+        let oldest = self.ring.as_mut().and_then(Ring::oldest_log_time);
         let mut status = self.shared.update();
-        if let Some(ring) = &mut self.ring {
+        if let Some(ring) = &self.ring {
             let current = self.current.as_ref();
             status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());
             status.segments = ring.whole().len() + usize::from(current.is_some());
-            let oldest = ring.oldest_log_time().or(current.map(|current| current.first_log_time));
+            let oldest = oldest.or(current.map(|current| current.first_log_time));
             status.oldest_s = newest
                 .zip(oldest)
                 .map(|(newest, oldest)| 1e-9 * newest.saturating_sub(oldest) as f64);
