@@ -119,7 +119,14 @@ impl Ring {
                 match ring.close(&part) {
                     Ok(()) => break,
                     // Older files give way to it, and at last it gives way itself.
-                    Err(error) if error.is_full() => fits = ring.remove_oldest()?,
+                    Err(error) if error.is_full() => {
+                        let before = room(folder)?.left;
+                        fits = ring.remove_oldest()?;
+                        // What one left may be free only later: not all of them for nothing.
+                        if fits && room(folder)?.left <= before {
+                            return Err(error);
+                        }
+                    }
                     Err(error) => return Err(error),
                 }
             }
@@ -186,17 +193,6 @@ impl Ring {
             }
         }
         Ok(true)
-    }
-
-    /// Room on its file system beside what is left to results \[bytes\].
-    ///
-    /// # Errors
-    /// [`RingError::Io`].
-    pub fn spare(&self) -> Result<u64, RingError> {
-        let space = statvfs(&self.folder)
-            .map_err(|cause| at("look at the disk of", &self.folder)(cause.into()))?;
-        let (all, left) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
-        Ok(left.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES)))
     }
 
     /// The path of the next file.
@@ -270,6 +266,23 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
     // While one is renamed or repaired it may be there twice: whole, and then what it was before.
     found.dedup_by_key(|segment| segment.number);
     Ok(found)
+}
+
+/// Room on a file system \[bytes\].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// All that is free.
+    pub(super) left: u64,
+    /// What is free beside what is left to results.
+    pub(super) spare: u64,
+}
+
+/// The room on the file system of a folder.
+pub(super) fn room(folder: &Path) -> Result<Room, RingError> {
+    let space = statvfs(folder).map_err(|cause| at("look at the disk of", folder)(cause.into()))?;
+    let (all, left) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
+    let spare = left.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES));
+    Ok(Room { left, spare })
 }
 
 fn segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {
