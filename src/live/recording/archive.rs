@@ -10,7 +10,7 @@ use super::archived::{KeptFolder, Kind};
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE, Request, SharedKept, lock};
-use super::ring::RingError;
+use super::ring::{RingError, Room};
 
 /// How often the ring is looked at while something waits for it.
 const POLL: Duration = Duration::from_millis(100);
@@ -53,6 +53,8 @@ pub(super) struct Archive {
     pub(super) shared: SharedKept,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
+    /// Looks at the disk of a folder.
+    pub(super) room: fn(&Path) -> Result<Room, RingError>,
 }
 
 /// Why a recording is not kept.
@@ -64,6 +66,10 @@ enum KeepError {
     Folder(#[from] RingError),
     #[error("it would take {bytes} bytes, more than service.recordings.keep_mb allows")]
     TooLarge { bytes: u64 },
+    #[error(
+        "it would take {bytes} bytes, and what the disk has left is for results; make room on it"
+    )]
+    NoRoom { bytes: u64 },
 }
 
 impl Archive {
@@ -227,6 +233,9 @@ impl Archive {
         let kept = found.and_then(|found| {
             let folder =
                 KeptFolder::open(&self.kept, self.options.keep, self.options.keep_bytes())?;
+            if (self.room)(&self.kept)?.spare < found.bytes {
+                return Err(KeepError::NoRoom { bytes: found.bytes });
+            }
             if !folder.make_room(found.bytes)? {
                 return Err(KeepError::TooLarge { bytes: found.bytes });
             }

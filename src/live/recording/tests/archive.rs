@@ -3,6 +3,7 @@
 use super::*;
 use crate::live::recording::archive::Archive;
 use crate::live::recording::request::Request;
+use crate::live::recording::ring::{Room, room};
 use crate::window::WindowEnd;
 
 /// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
@@ -37,6 +38,18 @@ impl Recorded {
         let options =
             RecordingOptions { before_s: 0.1, after_s: 0.05, ..RecordingOptions::default() };
         Self { folder, options }
+    }
+
+    fn archive(&self) -> Archive {
+        Archive {
+            ring: self.folder.path().join("ring"),
+            kept: self.folder.path().join("kept"),
+            options: self.options.clone(),
+            shared: SharedKept::default(),
+            waiting: Vec::new(),
+            capture: None,
+            room,
+        }
     }
 
     fn keep(&self, requests: impl FnOnce(&Archiver)) -> KeptStatus {
@@ -88,6 +101,24 @@ fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
 }
 
 #[test]
+fn what_the_disk_has_left_for_results_is_not_taken() {
+    let recorded = Recorded::of(0..20_000);
+    let rooms: [fn(&Path) -> _; 2] = [
+        |_| Ok(Room { left: 2_000_000, spare: 10_000 }),
+        |_| Ok(Room { left: 2_000_000, spare: 2_000_000 }),
+    ];
+    for (kept, room) in (0..).zip(rooms) {
+        let mut keeping = Archive { room, ..recorded.archive() };
+        keeping.take(Request::Result { number: 12, window: window(2_000_000_000) });
+        let nobody = std::sync::mpsc::channel().1;
+        keeping.run(&nobody, &AtomicBool::new(true));
+        let status = keeping.shared.snapshot();
+        assert_eq!((status.kept, status.failed), (kept, 1 - kept), "{status:?}");
+        assert!(status.last_failure.is_none_or(|why| why.contains("make room")));
+    }
+}
+
+#[test]
 fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
     let recorded = Recorded::of(0..20_000);
     let configuration = Some("cafe".to_owned());
@@ -110,14 +141,7 @@ fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
 #[test]
 fn a_capture_that_nobody_waits_for_any_more_does_not_begin() {
     let recorded = Recorded::of(0..100);
-    let mut keeping = Archive {
-        ring: recorded.folder.path().join("ring"),
-        kept: recorded.folder.path().join("kept"),
-        options: recorded.options.clone(),
-        shared: SharedKept::default(),
-        waiting: Vec::new(),
-        capture: None,
-    };
+    let mut keeping = recorded.archive();
     let (answer, answered) = std::sync::mpsc::sync_channel(1);
     keeping.take(Request::Start { name: "one".into(), answer: answer.clone() });
     assert_eq!(answered.recv().unwrap(), Ok(()));
