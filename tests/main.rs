@@ -1,4 +1,11 @@
 //! The service, its documents and its rooms.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and says what it found"
+)]
 
 mod common;
 

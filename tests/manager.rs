@@ -1,5 +1,4 @@
 //! What the service manager hears of the service, from real processes, with faults on purpose.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;

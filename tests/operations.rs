@@ -3,7 +3,6 @@
 //!
 //! The program itself is asked: a status in which everything is told is rendered, judged and exposed, and
 //! what comes out is looked up. Where a type lists what there is, the compiler asks here for what is new.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -128,7 +127,7 @@ fn optional(key: &str) -> Value {
             serde_json::to_value(status).unwrap()
         }
         "kept_recordings" => serde_json::to_value(ArchiveStatus::default()).unwrap(),
-        "oldest_s" => 1.into(),
+        "oldest_s" | "without_samples_s" => 1.into(),
         "first_rejection" | "last_rejection" => json!({
             "number": 2, "first_sequence": 1, "last_sequence": 2, "rejection": { "reason": "busy" }
         }),
@@ -149,6 +148,7 @@ fn optional(key: &str) -> Value {
         }),
         "baseline_unreadable"
         | "results_wait_for"
+        | "history_waits_for"
         | "reload_refused"
         | "why"
         | "last_failure"
@@ -186,7 +186,8 @@ fn everything() -> Snapshot {
     };
     let mut value = serde_json::to_value(snapshot).unwrap();
     // Left out by JSON while they are not there.
-    for key in ["baseline_unreadable", "results_wait_for"] {
+    for key in ["baseline_unreadable", "results_wait_for", "history_waits_for", "without_samples_s"]
+    {
         value["estimation"][key] = Value::Null;
     }
     fill(&mut value, "");
@@ -204,6 +205,7 @@ fn recent() -> Vec<RecentCounts> {
         cycles_idle,
         frames_unused: frame.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
         cycles_lost: cycle.map(|cause| (cause.to_owned(), 100)).into_iter().collect(),
+        ..RecentCounts::default()
     };
     let all = vec![
         of(2_500, 0, None, None),
@@ -339,6 +341,7 @@ fn reasons() -> BTreeSet<String> {
         estimation.drift.as_mut().unwrap().alarms = serde_json::from_value(all.into()).unwrap();
         reasons.extend(Health::of(None, Some(estimation)).reasons);
     }
+    reasons.extend(everything().health.reasons);
     reasons.extend(everything().process.reasons());
     reasons.extend(reasons_of_halves());
     reasons

@@ -1,5 +1,4 @@
 //! Every path of the repository that its documents and its comments name is there.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,4 @@
 //! The parts put together: a bus goes in, results come out, in one process and in two.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::os::unix::net::UnixDatagram;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,4 @@
 //! The two sockets: who may ask, who answers, and that no client can hold the service up.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::{Read, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};

@@ -1,5 +1,4 @@
 //! The sample stream between threads and processes: what arrives, what is lost, who dies.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::time::{Duration, Instant};
 

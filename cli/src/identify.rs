@@ -17,7 +17,7 @@ use didim::offline::identify::{IdentifyError, identify_measurement, reduce_measu
 use didim::offline::read_log;
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
-use didim_formats::{Measurement, read_csv};
+use didim_formats::{Measurement, RATE_TOLERANCE, read_csv};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -152,7 +152,7 @@ pub(super) fn check_rate(
     file: &Path,
 ) -> Result<(), CliError> {
     let (found, rate) = (measurement.signals.sample_rate_hz, cell.sample_rate_hz());
-    if (found / rate - 1.0).abs() <= 1e-3 {
+    if (found / rate - 1.0).abs() <= RATE_TOLERANCE {
         return Ok(());
     }
     Err(CliError::in_file(

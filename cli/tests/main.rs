@@ -1,4 +1,11 @@
 //! The program, as it is called.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and says what it found"
+)]
 
 #[path = "../../tests/common/mod.rs"]
 mod common;

@@ -1,13 +1,6 @@
 //! `didim metrics`: what a scrape gets, from a service that answers and from none, and what clients
 //! may not take.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "a test fails by panicking, and prints what it saw"
-)]
-
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};

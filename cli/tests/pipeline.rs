@@ -1,5 +1,4 @@
 //! The whole program without a bus: the simulated arm, logs, the daemon's pipeline, offline.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

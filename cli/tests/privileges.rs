@@ -1,5 +1,4 @@
 //! What the service needs of the system: a user of its own, and no capability.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};

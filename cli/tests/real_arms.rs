@@ -2,7 +2,6 @@
 //! implementation of the same recipe, in Python on another model of the arms' dynamics, makes of them.
 //!
 //! Figures only: the verdicts are no part of the reference.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use core::ops::Range;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! The real recording of a TX40 through the program: from CSV, and from frames.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

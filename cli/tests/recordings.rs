@@ -1,6 +1,5 @@
 //! Recordings of a bus: what was live is replayed to the same bytes, from a kept recording and from
 //! the ring.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

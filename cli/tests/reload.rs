@@ -1,6 +1,5 @@
 //! A cell's service in real processes: its file read again while it runs, and halves that are killed.
 //! The bus is in the process, and the simulated arm on it moves all the time.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

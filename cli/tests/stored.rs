@@ -1,6 +1,5 @@
 //! What the program of November 2026 stored (tests/data/stored) is read by this one: a folder of results with
 //! its history and baseline, a recording, and the cells with what they name.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

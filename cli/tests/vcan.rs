@@ -9,12 +9,6 @@
 //! against the service:
 //! the test tries again. What does not depend on time is judged every time, and a machine that is
 //! late every time fails, and is told so.
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "a test fails by panicking"
-)]
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,7 +1,5 @@
 //! Standard deviations against many repetitions of the same experiment with known parameters.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails loudly, and prints")]
-
 use core::f64::consts::TAU;
 
 use didim_core::regression::{LjungBox, Observations, ResidualAnalysis, RowFilter};

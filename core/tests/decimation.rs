@@ -1,5 +1,4 @@
 //! Decimation of many signals at once against the plain recursion of one.
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly")]
 
 use core::ops::Range;
 

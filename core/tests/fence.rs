@@ -5,7 +5,6 @@
 //! `std` that is not listed here, call none of the macros of `std`'s prelude, and the package may
 //! depend on nothing that is not listed here. (A list of what is forbidden would have holes: clippy's
 //! `disallowed-types` takes no other.)
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,4 @@
 //! Joints that are not rigid, against solutions known from elsewhere.
-#![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,5 @@
 //! Least squares against NumPy (`golden/least_squares.py`), and what must not change its result.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly")]
-
 use didim_core::regression::{Observations, RegressionError, Solution};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;

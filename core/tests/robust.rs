@@ -1,7 +1,5 @@
 //! M-estimates against statsmodels (`golden/robust.py`), and what they must do to noise.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that cannot go on has failed")]
-
 use didim_core::regression::{
     Observations, RegressionError, ResidualAnalysis, RobustLoss, RobustSolution, RowFilter,
 };

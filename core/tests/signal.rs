@@ -1,8 +1,6 @@
 //! Filters and differences against SciPy and NumPy (`golden/filters.py`), their refusals, and what
 //! holds for any linear zero-phase filter.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly")]
-
 use didim_core::signal::{
     OddPadding, ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass,
     central_difference, chebyshev1_low_pass, delay_linear,

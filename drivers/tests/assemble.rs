@@ -1,6 +1,5 @@
 //! Faults put on the bus on purpose: each is counted under its cause, and nothing is lost in
 //! silence.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
 use crate::common::bus::{

@@ -1,5 +1,4 @@
 //! A layout that states another period than the bus has: no samples, under a cause of its own.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

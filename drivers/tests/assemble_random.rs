@@ -1,6 +1,5 @@
 //! Random faults: whatever happens on the bus, every frame and every cycle is counted once, and a
 //! sample is never made of two cycles.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
 use crate::common::bus::{EPOCH_NS, assembler, check, check_sums, cycle, feed, values, with_id};

@@ -1,6 +1,5 @@
 //! Layouts from device files: against the DBC file of the same drives, and with faults put in.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, clippy::print_stdout, reason = "what is compared is exact, and shown")]
 
 use crate::common::cia402;

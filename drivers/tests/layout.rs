@@ -1,6 +1,5 @@
 //! The layout against an independent reader of DBC files, and against its own encoder.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, clippy::cast_possible_truncation, reason = "what is compared is exact")]
 
 use crate::common::{cia402, cia402_dbc, packed, packed_dbc};

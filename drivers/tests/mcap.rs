@@ -1,8 +1,6 @@
 //! Recordings: what is written is read back to the bit, whatever happens to the file in between is
 //! told, and nothing in a file makes the reader panic.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::io::Cursor;
 use std::path::Path;
 use std::time::Duration;

@@ -1,5 +1,4 @@
 //! From a source to samples: everything that was read is assembled, whoever asks when.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::cast_possible_truncation, reason = "stamps of minutes fit")]
 
 use core::time::Duration;

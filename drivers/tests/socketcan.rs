@@ -4,13 +4,6 @@
 //! of CAN FD, and root for the tests that take an interface away. Run with one test thread: they
 //! share the bus.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a test fails by panicking"
-)]
-
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;

@@ -1,7 +1,5 @@
 //! The sources that need no kernel: the in-process bus, the candump log and the recording.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;

@@ -1,5 +1,4 @@
 //! Gains: the numbers, the units they are checked against, and what is refused.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::{SQRT_2, TAU};
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use didim_core::identification::Signals;
 
-use crate::measurement::{MAX_SAMPLES, Measurement, Side};
+use crate::measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 
 /// The largest part of a sample period by which a time stamp may leave the uniform grid.
 const GRID_TOLERANCE: f64 = 0.25;
@@ -89,7 +89,8 @@ pub enum CsvError {
         /// The grid's frequency \[Hz\].
         sample_rate_hz: f64,
     },
-    /// The rate that was given and the file's own differ by more than 0.1 %: drop one of them.
+    /// The rate that was given and the file's own differ by more than [`RATE_TOLERANCE`], as far as its
+    /// times tell: drop one of them.
     #[error("{}: time_s says {found_hz:.6} Hz but --sample-rate says {given_hz} Hz; correct one or leave the option out", file.display())]
     RateMismatch {
         /// The file.
@@ -199,9 +200,10 @@ fn parse_csv(
         (false, None) => return Err(CsvError::NoTime { file: file() }),
         (false, Some(given)) => given,
         (true, given) => {
-            let found_hz = uniform_rate(&time, path)?;
+            let (found_hz, uncertainty) = uniform_rate(&time, path)?;
+            let tolerance = RATE_TOLERANCE + uncertainty;
             match given {
-                Some(given_hz) if (found_hz / given_hz - 1.0).abs() > 1e-3 => {
+                Some(given_hz) if (found_hz / given_hz - 1.0).abs() > tolerance => {
                     return Err(CsvError::RateMismatch { file: file(), found_hz, given_hz });
                 }
                 Some(given_hz) => given_hz,
@@ -221,25 +223,28 @@ fn parse_csv(
     })
 }
 
-/// The frequency of a uniform time column \[Hz\]; an error at the first row that leaves the grid.
+/// The frequency of a uniform time column \[Hz\], and by what share of it rounded times let it be off; an
+/// error at the first row that leaves the grid.
 ///
 /// The grid runs from the first to the last time, so that the decimals a writer dropped do not
 /// accumulate. Where that does not fit, a gap has stretched it: the median step, which a gap does
 /// not move, then tells where.
 #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-fn uniform_rate(time_s: &[f64], path: &Path) -> Result<f64, CsvError> {
+fn uniform_rate(time_s: &[f64], path: &Path) -> Result<(f64, f64), CsvError> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
         return Err(CsvError::TooShort { file: path.to_path_buf() });
     };
+    let distances = |period: f64| {
+        let rows = time_s.iter().enumerate();
+        rows.map(move |(row, time)| (time - (first + row as f64 * period)).abs())
+    };
     let leaves_grid = |period: f64| {
-        time_s.iter().enumerate().position(|(row, time)| {
-            let distance = (time - (first + row as f64 * period)).abs();
-            period <= 0.0 || distance > GRID_TOLERANCE * period
-        })
+        distances(period).position(|is| period <= 0.0 || is > GRID_TOLERANCE * period)
     };
     let mean = (last - first) / (time_s.len() - 1) as f64;
     if leaves_grid(mean).is_none() {
-        return Ok(1.0 / mean);
+        let rounded = distances(mean).fold(0.0, f64::max);
+        return Ok((1.0 / mean, 2.0 * rounded / (last - first)));
     }
     let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
@@ -413,6 +418,20 @@ mod tests {
             "{}",
             read.signals.sample_rate_hz
         );
+    }
+
+    #[test]
+    fn a_rate_that_is_given_is_the_tables_own_within_what_rounding_leaves_open() {
+        let table = |rate: f64, decimals: usize| {
+            let row = |k| format!("{:.decimals$},0,0\n", f64::from(k) / rate);
+            format!("{HEADER}{}", (0..1000).map(row).collect::<String>())
+        };
+        for (rate, decimals, same) in
+            [(3000.0, 9, true), (3000.6, 9, true), (3001.5, 9, false), (3001.5, 4, true)]
+        {
+            let read = parse(&table(rate, decimals), Some(3000.0));
+            assert_eq!(read.is_ok(), same, "{rate} {decimals}: {read:?}");
+        }
     }
 
     #[test]

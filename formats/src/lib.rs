@@ -8,4 +8,4 @@ mod csv;
 mod measurement;
 
 pub use csv::{CsvError, read_csv, write_csv};
-pub use measurement::{MAX_SAMPLES, Measurement, Side};
+pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};

@@ -7,6 +7,13 @@ use didim_core::{JointSample, MAX_JOINTS};
 /// axes and a reference it takes half a gigabyte, and some of it twice while it is filtered.
 pub const MAX_SAMPLES: usize = 3_600_000;
 
+/// How far the rate may be off, as a share of it. With time scaled by 1 + r, velocities are wrong by
+/// the factor 1 + r and accelerations by its square: viscous friction by r, inertias by 2 r, with no
+/// trace in the residuals. The clocks of a controller and of a computer have crystals of ±1e-4, both
+/// together differ by 2e-4, and a clock that is being disciplined by some 1e-4 more. What passes makes
+/// inertias wrong by 0.06 %; a drive's torque gain is hardly known to ten times that.
+pub const RATE_TOLERANCE: f64 = 3e-4;
+
 /// Which side of the transmission a measurement describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {

@@ -1,5 +1,4 @@
 //! What the virtual device puts on a bus.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, reason = "counts are whole numbers")]
 #![allow(clippy::needless_range_loop, reason = "an axis indexes several arrays")]
 

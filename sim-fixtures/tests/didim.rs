@@ -1,5 +1,4 @@
 //! DIDIM on the simulated TX40.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::common::experiment::{MOTIONS, beside, experiment, loop_options, on_motion};
 use didim_core::control::SimulatedController;

@@ -1,5 +1,4 @@
 //! Errors put into the simulated arm on purpose do what they say and nothing else.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, reason = "what must be the same bits is compared as such")]
 
 use crate::common::experiment::{experiment, listed, regression};

@@ -1,10 +1,4 @@
 //! Which error of the arm does what to which method: each error alone, against IDIM-LS.
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "a test fails by panicking, and prints what it saw"
-)]
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,4 @@
 //! CLIE and CLOE on the simulated TX40, from 15 % beside its parameters.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::time::Instant;
 

@@ -1,5 +1,4 @@
 //! From all base parameters of the simulated TX40 to the essential ones.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking")]
 
 use crate::common::experiment::regression;
 use didim_core::dynamics::{BaseParameters, Model};

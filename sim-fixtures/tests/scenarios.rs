@@ -1,5 +1,4 @@
 //! The shipped scenarios do what they are for.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(clippy::float_cmp, reason = "what is set to zero is zero")]
 
 use didim_core::dynamics::{Model, Workspace};

@@ -1,9 +1,4 @@
 //! How often CLIE and CLOE find their way, from where, on which motion.
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test fails by panicking, and prints what it saw"
-)]
 
 use std::time::{Duration, Instant};
 

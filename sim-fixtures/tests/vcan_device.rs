@@ -2,7 +2,6 @@
 //!
 //! Needs interfaces named by `DIDIM_VCAN` (as in `DIDIM_VCAN=vcan0,vcan1`), up and with the MTU of
 //! CAN FD.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

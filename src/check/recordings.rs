@@ -73,7 +73,7 @@ fn bytes_per_second(cell: &Cell) -> f64 {
 
 /// Bytes in the folder's two folders; what cannot be read does not count.
 fn used(folder: &std::path::Path) -> u64 {
-    let folders = ["ring", "kept"].map(|name| std::fs::read_dir(folder.join(name)));
+    let folders = recording_folders(folder).map(std::fs::read_dir);
     let entries = folders.into_iter().flatten().flatten().flatten();
     entries.filter_map(|entry| entry.metadata().ok()).map(|data| data.len()).sum()
 }

@@ -5,8 +5,11 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use rustix::process::geteuid;
+use nix::unistd::{Uid, User};
+use rustix::process::{getegid, geteuid};
 
+/// The group may write.
+const WRITABLE_BY_GROUP: u32 = 0o020;
 /// Anybody may write.
 const WRITABLE_BY_OTHERS: u32 = 0o002;
 
@@ -51,6 +54,20 @@ pub enum FolderError {
         /// The folder.
         folder: PathBuf,
     },
+    /// Members of a group that is not the user's own may change what is in it.
+    #[error(
+        "{} can be written by group {group}, and the service's is {own}; take that away with \
+         `chmod g-w {}`, or name another folder",
+        folder.display(), folder.display()
+    )]
+    WritableByGroup {
+        /// The folder.
+        folder: PathBuf,
+        /// Whose it is.
+        group: u32,
+        /// Whose the service is.
+        own: u32,
+    },
 }
 
 /// Makes a folder of the own user if need be, and refuses one that others may change.
@@ -82,9 +99,18 @@ pub fn check_folder(folder: &Path, user: u32) -> Result<(), FolderError> {
         Err(FolderError::OtherOwner { folder, owner, user })
     } else if data.mode() & WRITABLE_BY_OTHERS != 0 {
         Err(FolderError::Writable { folder })
+    } else if data.mode() & WRITABLE_BY_GROUP != 0 && data.gid() != group_of(user) {
+        Err(FolderError::WritableByGroup { folder, group: data.gid(), own: group_of(user) })
     } else {
         Ok(())
     }
+}
+
+/// A user's own group: of this process, or as the system knows it.
+fn group_of(user: u32) -> u32 {
+    let other = (user != geteuid().as_raw()).then(|| User::from_uid(Uid::from_raw(user)));
+    let known = other.and_then(|found| found.ok().flatten());
+    known.map_or(getegid().as_raw(), |known| known.gid.as_raw())
 }
 
 #[cfg(test)]
@@ -101,6 +127,14 @@ mod tests {
         fs::set_permissions(&folder, fs::Permissions::from_mode(0o777)).unwrap();
         let refused = own_folder(&folder).unwrap_err();
         assert!(matches!(refused, FolderError::Writable { .. }), "{refused}");
+        // Its own group may, as where everybody has one; root may give it to another.
+        fs::set_permissions(&folder, fs::Permissions::from_mode(0o775)).unwrap();
+        own_folder(&folder).unwrap();
+        if geteuid().is_root() {
+            std::os::unix::fs::chown(&folder, None, Some(65_534)).unwrap();
+            let refused = own_folder(&folder).unwrap_err();
+            assert!(matches!(refused, FolderError::WritableByGroup { group: 65_534, .. }));
+        }
         let file = above.path().join("file");
         fs::write(&file, "").unwrap();
         assert!(matches!(own_folder(&file), Err(FolderError::NotAFolder { .. })));

@@ -11,14 +11,7 @@
 
 use didim_core::JointSample;
 use didim_drivers::layout::{CompiledLayout, CyclesBy};
-use didim_formats::Measurement;
-
-/// How far the rate may be off, as a share of it. With time scaled by 1 + r, velocities are wrong by
-/// the factor 1 + r and accelerations by its square: viscous friction by r, inertias by 2 r, with no
-/// trace in the residuals. The clocks of a controller and of a computer have crystals of ±1e-4, both
-/// together differ by 2e-4, and a clock that is being disciplined by some 1e-4 more. What passes makes
-/// inertias wrong by 0.06 %; a drive's torque gain is hardly known to ten times that.
-const TOLERANCE: f64 = 3e-4;
+use didim_formats::{Measurement, RATE_TOLERANCE};
 
 /// Standard uncertainties by which an estimate has to be beyond the tolerance to be called wrong.
 const COVERAGE: f64 = 3.0;
@@ -100,7 +93,7 @@ fn check(samples: &[JointSample], expected_hz: f64) -> Result<(), RateError> {
     let found_hz = expected_hz / (1.0 + slow);
     let uncertainty_hz = expected_hz * uncertainty;
     let off = (found_hz / expected_hz - 1.0).abs();
-    if off > TOLERANCE + COVERAGE * uncertainty {
+    if off > RATE_TOLERANCE + COVERAGE * uncertainty {
         return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz });
     }
     // Not a number either, where the stamps are none.

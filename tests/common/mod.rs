@@ -1,11 +1,5 @@
 //! What several tests of the service need.
-#![allow(
-    dead_code,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "each test binary uses its part, and a helper of tests may panic as they do"
-)]
+#![allow(dead_code, reason = "the tests of the program use a part of it")]
 
 pub(crate) mod bus;
 pub(crate) mod manager;

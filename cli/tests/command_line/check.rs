@@ -44,7 +44,8 @@ fn six_drives_fit_one_megabit_at_500_hz_and_not_at_1_khz() {
     let fast = Configuration::with(CIA402, "rate_hz = 500.0", "rate_hz = 1000.0");
     let cell = fast.path(CIA402);
     finds(&cell, 78, "error bus.bitrate_bps", &["1000 Hz take 167 % of 1 Mbit/s"]);
-    didim(&["check", "--cell", &cell, "--elsewhere"]).says(78, &["1 error; the cell will not work"]);
+    didim(&["check", "--cell", &cell, "--elsewhere"])
+        .says(78, &["1 error; the cell will not work"]);
     // Two buses share the frames.
     fast.edit(CIA402, "\"can:vcan0\"", "[\"can:vcan0\", \"can:vcan1\"]");
     finds(&cell, 0, "warning bus.bitrate_bps", &["take 83.7 %", "over 2 buses"]);

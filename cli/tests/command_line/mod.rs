@@ -2,13 +2,6 @@
 //!
 //! Exit codes: 0 done; 1 refused or failed; 2 usage; 78 configuration. A refusal says what, where
 //! and what to do, prints nothing on stdout, and leaves no file half written.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "a test fails by panicking, and prints what it saw"
-)]
 
 mod support;
 

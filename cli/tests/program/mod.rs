@@ -1,11 +1,4 @@
 //! The `didim` program as people run it: a cell with folders of its own, processes, results.
-#![allow(
-    dead_code,
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "each test binary uses its part, and a helper of tests may panic as they do"
-)]
 
 pub(crate) mod cell;
 pub(crate) mod recording;

@@ -1,5 +1,4 @@
 //! Robots and their dynamics through the public interface: random arms, and the TX40.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::panic, reason = "the same")]
 #![allow(clippy::float_cmp, reason = "small whole numbers, which arithmetic must keep exactly")]
 

@@ -1,5 +1,4 @@
 //! Six drives and a controller that put known numbers on the bus.
-#![allow(dead_code, reason = "every test takes what it needs")]
 #![allow(clippy::cast_possible_truncation, reason = "periods fit")]
 
 use didim_core::JointSample;

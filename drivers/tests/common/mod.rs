@@ -1,5 +1,4 @@
 //! The shipped DBC files with a layout for each.
-#![allow(dead_code, reason = "every test takes what it needs")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 pub(crate) mod bus;

@@ -1,5 +1,4 @@
 //! What several tests need: the buses of the shipped cells, as the drives of the scenarios speak.
-#![allow(dead_code, reason = "every test takes what it needs")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,6 +1,5 @@
 //! The simulated arm's parameters are known: what do the methods make of them, and do their
 //! standard deviations say how wrong they are? docs/truth.md shows the tables.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 mod cells;
 mod cutoff;

@@ -39,6 +39,8 @@ pub struct Store {
     history: HistoryFile,
     /// Lines of stored results that are not in the history yet.
     owed: Owed,
+    /// Why they are not.
+    refused: Option<String>,
     configurations: Configurations,
 }
 
@@ -75,6 +77,7 @@ impl Store {
             next: 0,
             history,
             owed: Owed::of(folder),
+            refused: None,
             configurations: Configurations::beside_results(folder),
         };
         store.configurations.clear_unfinished()?;
@@ -111,11 +114,7 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`]; what was there before is untouched.
-    pub fn write(
-        &mut self,
-        record: &ResultRecord<'_>,
-        beside: &Beside,
-    ) -> Result<Stored, StoreError> {
+    pub fn write(&mut self, record: &ResultRecord, beside: &Beside) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
         let number = self.next;
@@ -128,12 +127,12 @@ impl Store {
             return Err(error);
         }
         self.next = self.next.saturating_add(1);
-        let remembered = self.owed.settle(&mut self.history);
+        let remembered = self.settle();
         let report = beside.report.as_ref().map_or(Ok(()), |report| {
             write(&self.folder.join(report_name(number)), report.as_bytes())
         });
         let copied = write(&self.folder.join(LATEST), &json);
-        let pruned = self.prune(record.configuration);
+        let pruned = self.prune(&record.configuration);
         for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
@@ -188,8 +187,8 @@ impl Store {
             recent.pop_front();
         }
         self.owed.write()?;
-        if let Err(problem) = self.owed.settle(&mut self.history) {
-            tracing::warn!("they are still not written: {problem}");
+        if let Err(problem) = self.settle() {
+            tracing::warn!("they are not written yet: {problem}");
         }
         Ok(())
     }
@@ -199,7 +198,14 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`]; they are tried again.
     pub fn settle(&mut self) -> Result<(), StoreError> {
-        self.owed.settle(&mut self.history)
+        let settled = self.owed.settle(&mut self.history);
+        self.refused = settled.as_ref().err().map(ToString::to_string);
+        settled
+    }
+
+    /// How many lines the history lacks, and why it does.
+    pub fn owed(&self) -> (usize, Option<&str>) {
+        (self.owed.lines().len(), self.refused.as_deref())
     }
 
     /// Removes every result beyond the number to keep that can be removed, each with its report, and

@@ -53,10 +53,6 @@ impl Owed {
 
     pub(super) fn add(&mut self, line: HistoryLine) {
         self.lines.push_back(line);
-        if self.lines.len() > MOST {
-            tracing::warn!("the history could not be written for {MOST} results: a line is lost");
-            self.lines.pop_front();
-        }
     }
 
     /// The line that was added last has no result.
@@ -74,8 +70,17 @@ impl Owed {
         write(&self.path, &content)
     }
 
-    /// Appends them to the history.
+    /// Appends them to the history, whose results are all stored; of more than may be owed the oldest go.
     pub(super) fn settle(&mut self, history: &mut HistoryFile) -> Result<(), StoreError> {
+        let settled = self.append_to(history);
+        while self.lines.len() > MOST {
+            tracing::warn!("the history could not be written for {MOST} results, and loses a line");
+            self.lines.pop_front();
+        }
+        settled
+    }
+
+    fn append_to(&mut self, history: &mut HistoryFile) -> Result<(), StoreError> {
         if self.lines.is_empty() {
             return Ok(());
         }
@@ -143,4 +148,45 @@ pub(super) fn line_of(
         note: None,
         parameters,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(result: u64) -> HistoryLine {
+        HistoryLine {
+            schema: HISTORY_SCHEMA,
+            time: Timestamp::from_unix_s(0),
+            result,
+            robot: String::new(),
+            regrouping: String::new(),
+            configuration: String::new(),
+            method: String::new(),
+            applicable: true,
+            relative_error: None,
+            note: None,
+            parameters: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn only_a_result_that_is_stored_costs_the_oldest_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut history, _) = HistoryFile::open(folder.path(), 10, 10).unwrap();
+        // Such that appending fails, for root as well.
+        fs::create_dir(folder.path().join("history.jsonl")).unwrap();
+        let mut owed = Owed::of(folder.path());
+        let most = MOST as u64;
+        (0..most).for_each(|result| owed.add(line(result)));
+        for _ in 0..3 {
+            owed.add(line(most));
+            owed.take_back();
+        }
+        assert!(owed.settle(&mut history).is_err());
+        assert!(owed.has(0) && owed.lines().len() == MOST);
+        owed.add(line(most));
+        assert!(owed.settle(&mut history).is_err());
+        assert!(!owed.has(0) && owed.has(most) && owed.lines().len() == MOST);
+    }
 }

@@ -9,21 +9,21 @@ use crate::window::{Note, Window, WindowEnd};
 /// The content of a result file. It holds no date and no run time: the same input gives the same
 /// bytes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ResultRecord<'a> {
+pub struct ResultRecord {
     /// Version of this record's layout.
     pub schema: u32,
     /// Version of the program.
-    pub version: &'a str,
+    pub version: &'static str,
     /// Name of the cell.
-    pub cell: &'a str,
+    pub cell: String,
     /// Hash of the cell's and the robot's files as they were read.
-    pub configuration: &'a str,
+    pub configuration: String,
     /// Hash of the window's samples; see [`input_sha256`].
     pub input_sha256: String,
     /// What it was identified from.
     pub window: WindowProvenance,
     /// The result.
-    pub estimate: &'a Estimate,
+    pub estimate: Estimate,
 }
 
 /// Which samples an estimate comes from.
@@ -63,22 +63,17 @@ impl WindowProvenance {
     }
 }
 
-impl<'a> ResultRecord<'a> {
+impl ResultRecord {
     /// Version of the layout.
     pub const SCHEMA: u32 = 1;
 
     /// The record of an estimate.
-    pub fn new(
-        cell: &'a str,
-        configuration: &'a str,
-        window: &Window,
-        estimate: &'a Estimate,
-    ) -> Self {
+    pub fn new(cell: &str, configuration: &str, window: &Window, estimate: Estimate) -> Self {
         Self {
             schema: Self::SCHEMA,
             version: env!("CARGO_PKG_VERSION"),
-            cell,
-            configuration,
+            cell: cell.to_owned(),
+            configuration: configuration.to_owned(),
             input_sha256: input_sha256(window),
             window: WindowProvenance::of(window),
             estimate,

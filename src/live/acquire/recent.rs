@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use didim_drivers::assemble::{CycleCause, FrameCause, Losses, label};
+use didim_drivers::assemble::{CycleCause, FrameCause, label};
 use serde::{Deserialize, Serialize};
 
 use super::counts::AcquisitionCounts;
@@ -36,6 +36,12 @@ pub struct RecentCounts {
     pub samples: u64,
     /// Cycles lost in which no drive was enabled.
     pub cycles_idle: u64,
+    /// Frames dropped unread, by the kernel or an in-process bus.
+    pub queue_drops: u64,
+    /// Error frames of the controller.
+    pub error_frames: u64,
+    /// Times the bus could not be read.
+    pub source_failures: u64,
     /// Frames not used, by cause; causes that did not occur are left out.
     pub frames_unused: BTreeMap<String, u64>,
     /// Cycles lost, by cause; likewise.
@@ -88,12 +94,19 @@ impl RecentCounts {
         Flow::Well
     }
 
-    /// The causes that grew most.
+    /// The causes that grew most, after what explains them.
     fn causes(&self) -> String {
+        let faults = [
+            (self.queue_drops, "frames dropped unread"),
+            (self.error_frames, "error frames"),
+            (self.source_failures, "source failures"),
+        ];
+        let faults = faults.into_iter().filter(|(count, _)| *count > 0);
+        let faults = faults.map(|(count, what)| format!("{count} {what}"));
         let cycles = most(&self.cycles_lost, "cycles lost by", CycleCause::Silence.key());
         // These were good, and their cycle's cause is named.
         let frames = most(&self.frames_unused, "frames unused by", FrameCause::CycleLost.key());
-        let all: Vec<String> = cycles.into_iter().chain(frames).collect();
+        let all: Vec<String> = faults.chain(cycles).chain(frames).collect();
         if all.is_empty() { "no cycle has begun".to_owned() } else { all.join(", ") }
     }
 }
@@ -112,31 +125,38 @@ fn most(causes: &BTreeMap<String, u64>, what: &str, but: &str) -> Vec<String> {
 
 /// Remembers what was counted in the last seconds.
 #[derive(Debug)]
-pub struct RecentWatch(VecDeque<(Instant, u64, Losses)>);
+pub struct RecentWatch(VecDeque<(Instant, AcquisitionCounts)>);
 
 impl RecentWatch {
     /// Nothing was counted before `now`.
     pub fn new(now: Instant) -> Self {
-        Self(VecDeque::from([(now, 0, Losses::default())]))
+        Self(VecDeque::from([(now, AcquisitionCounts::default())]))
     }
 
     /// What was counted in the last seconds before `now`.
     pub fn handle_counts(&mut self, counts: &AcquisitionCounts, now: Instant) -> RecentCounts {
         let age = |then: Instant| now.saturating_duration_since(then);
-        while self.0.get(1).is_some_and(|(then, ..)| age(*then) >= SPAN) {
+        while self.0.get(1).is_some_and(|(then, _)| age(*then) >= SPAN) {
             self.0.pop_front();
         }
-        let (frames, losses) = (counts.source.frames, counts.losses);
-        let recent = self.0.front().map(|(then, frames_then, before)| RecentCounts {
-            seconds: age(*then).as_secs_f64(),
-            frames: frames.saturating_sub(*frames_then),
-            samples: losses.samples.saturating_sub(before.samples),
-            cycles_idle: losses.cycles_idle.saturating_sub(before.cycles_idle),
-            frames_unused: by_cause(losses.frames.since(&before.frames).by_cause()),
-            cycles_lost: by_cause(losses.cycles.since(&before.cycles).by_cause()),
+        let recent = self.0.front().map(|(then, before)| {
+            let since =
+                |count: fn(&AcquisitionCounts) -> u64| count(counts).saturating_sub(count(before));
+            let (losses, losses_before) = (&counts.losses, &before.losses);
+            RecentCounts {
+                seconds: age(*then).as_secs_f64(),
+                frames: since(|counts| counts.source.frames),
+                samples: since(|counts| counts.losses.samples),
+                cycles_idle: since(|counts| counts.losses.cycles_idle),
+                queue_drops: since(|counts| counts.source.queue_drops),
+                error_frames: since(|counts| counts.source.error_frames),
+                source_failures: since(|counts| counts.source_failures),
+                frames_unused: by_cause(losses.frames.since(&losses_before.frames).by_cause()),
+                cycles_lost: by_cause(losses.cycles.since(&losses_before.cycles).by_cause()),
+            }
         });
-        if self.0.back().is_none_or(|(then, ..)| age(*then) >= APART) {
-            self.0.push_back((now, frames, losses));
+        if self.0.back().is_none_or(|(then, _)| age(*then) >= APART) {
+            self.0.push_back((now, *counts));
         }
         recent.unwrap_or_default()
     }
@@ -187,6 +207,16 @@ mod tests {
                     losses.samples += 499;
                     losses.cycles.missing_sync += 1;
                 }
+                "dropped unread" => {
+                    losses.samples += 400;
+                    losses.cycles.missing_axis += 100;
+                    self.counts.source.queue_drops += 1_000;
+                }
+                "disturbed" => {
+                    losses.cycles.missing_axis += 500;
+                    self.counts.source.error_frames += 70;
+                    self.counts.source_failures += 1;
+                }
                 _ => panic!("{fate}"),
             }
             let now = start + Duration::from_secs(self.seconds);
@@ -220,6 +250,10 @@ mod tests {
         assert_eq!(other, stopped(causes));
         let one_off = Bus::after("one drive off");
         assert_eq!(one_off, stopped("2500 cycles lost by not enabled"));
+        let causes = "350 error frames, 5 source failures, 2500 cycles lost by missing axis";
+        assert_eq!(Bus::after("disturbed"), stopped(causes));
+        let causes = "5000 frames dropped unread, 500 cycles lost by missing axis".to_owned();
+        assert_eq!(Bus::after("dropped unread"), Flow::Lossy { lost: 500, of: 2_500, causes });
         let causes = "50 cycles lost by missing sync".to_owned();
         assert_eq!(Bus::after("2 % lost"), Flow::Lossy { lost: 50, of: 2_500, causes });
     }

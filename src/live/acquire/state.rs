@@ -141,6 +141,13 @@ impl AcquisitionStatus {
         if self.bus == BusState::Ok { self.recent.flow() } else { Flow::Well }
     }
 
+    /// Whether it assembles no sample and nothing is wrong with that: drives are disabled, or were just now.
+    pub fn rests(&self) -> bool {
+        self.bus == BusState::Ok
+            && self.samples_per_second <= 0.0
+            && !matches!(self.flow(), Flow::Stopped { .. })
+    }
+
     /// The counts in the form of the snapshot; rates and latencies are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
         let AcquisitionCounts { bus, source, losses, batches, .. } = counts;

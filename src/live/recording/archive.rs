@@ -10,7 +10,7 @@ use super::archive_folder::{ArchiveFolder, Kind};
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE, Request, SharedArchive, lock};
-use super::ring::RingError;
+use super::ring::{RingError, Room};
 
 /// How often the ring is looked at while something waits for it.
 const POLL: Duration = Duration::from_millis(100);
@@ -53,6 +53,8 @@ pub(super) struct Archive {
     pub(super) shared: SharedArchive,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
+    /// Looks at the disk of a folder.
+    pub(super) room: fn(&Path) -> Result<Room, RingError>,
 }
 
 /// Why a recording is not kept.
@@ -64,6 +66,10 @@ enum ArchiveError {
     Folder(#[from] RingError),
     #[error("it would take {bytes} bytes, more than service.recordings.keep_mb allows")]
     TooLarge { bytes: u64 },
+    #[error(
+        "it would take {bytes} bytes, and what the disk has left is for results; make room on it"
+    )]
+    NoRoom { bytes: u64 },
 }
 
 impl Archive {
@@ -227,6 +233,9 @@ impl Archive {
         let kept = found.and_then(|found| {
             let folder =
                 ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
+            if (self.room)(&self.folder)?.spare < found.bytes {
+                return Err(ArchiveError::NoRoom { bytes: found.bytes });
+            }
             if !folder.make_room(found.bytes)? {
                 return Err(ArchiveError::TooLarge { bytes: found.bytes });
             }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use super::archive::Archive;
 use super::options::{RecordingOptions, archive_folder, ring_folder};
 use super::request::{CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, lock};
+use super::ring::room;
 use super::window::RecordedWindow;
 
 /// How long the end waits for what is still to be kept.
@@ -57,6 +58,7 @@ impl Archiver {
             shared: shared.clone(),
             waiting: Vec::new(),
             capture: None,
+            room,
         };
         let told = Arc::clone(&ending);
         let thread = std::thread::Builder::new()

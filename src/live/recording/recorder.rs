@@ -43,7 +43,7 @@ impl Recorder {
         interfaces: &[InterfaceName],
         clock: StampClock,
     ) -> std::io::Result<(Self, FrameTap)> {
-        let (tap, frames, unrecorded) = frame_queue(None);
+        let (tap, frames, unrecorded) = frame_queue();
         let shared = SharedRecording { unrecorded, ..SharedRecording::default() };
         shared.update().ring_limit_bytes = options.ring_bytes;
         let now = clock_pair();

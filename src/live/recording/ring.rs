@@ -77,6 +77,8 @@ pub struct Ring {
     whole: VecDeque<Segment>,
     next: u64,
     repaired: u64,
+    /// The file whose first frame was last looked for.
+    scanned: Option<u64>,
 }
 
 impl Ring {
@@ -105,6 +107,7 @@ impl Ring {
             whole: whole.into(),
             next,
             repaired: 0,
+            scanned: None,
         };
         let mut parts: VecDeque<Segment> = parts.into();
         while let Some(part) = parts.pop_front() {
@@ -116,7 +119,14 @@ impl Ring {
                 match ring.close(&part) {
                     Ok(()) => break,
                     // Older files give way to it, and at last it gives way itself.
-                    Err(error) if error.is_full() => fits = ring.remove_oldest()?,
+                    Err(error) if error.is_full() => {
+                        let before = room(folder)?.left;
+                        fits = ring.remove_oldest()?;
+                        // What one left may be free only later: not all of them for nothing.
+                        if fits && room(folder)?.left <= before {
+                            return Err(error);
+                        }
+                    }
                     Err(error) => return Err(error),
                 }
             }
@@ -185,17 +195,6 @@ impl Ring {
         Ok(true)
     }
 
-    /// Room on its file system beside what is left to results \[bytes\].
-    ///
-    /// # Errors
-    /// [`RingError::Io`].
-    pub fn spare(&self) -> Result<u64, RingError> {
-        let space = statvfs(&self.folder)
-            .map_err(|cause| at("look at the disk of", &self.folder)(cause.into()))?;
-        let (all, left) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
-        Ok(left.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES)))
-    }
-
     /// The path of the next file.
     pub fn next_path(&self) -> PathBuf {
         self.folder.join(name(self.next, PART))
@@ -228,10 +227,11 @@ impl Ring {
         self.whole.iter()
     }
 
-    /// The `log_time` of the oldest frame \[ns\].
+    /// The `log_time` of the oldest frame \[ns\]. A file that cannot be read is not read again.
     pub fn oldest_log_time(&mut self) -> Option<u64> {
         let oldest = self.whole.front_mut()?;
-        if oldest.first_log_time.is_none() {
+        if oldest.first_log_time.is_none() && self.scanned != Some(oldest.number) {
+            self.scanned = Some(oldest.number);
             oldest.first_log_time = first_log_time(&oldest.path);
         }
         oldest.first_log_time
@@ -266,6 +266,23 @@ pub(super) fn segments(folder: &Path) -> io::Result<Vec<Segment>> {
     // While one is renamed or repaired it may be there twice: whole, and then what it was before.
     found.dedup_by_key(|segment| segment.number);
     Ok(found)
+}
+
+/// Room on a file system \[bytes\].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// All that is free.
+    pub(super) left: u64,
+    /// What is free beside what is left to results.
+    pub(super) spare: u64,
+}
+
+/// The room on the file system of a folder.
+pub(super) fn room(folder: &Path) -> Result<Room, RingError> {
+    let space = statvfs(folder).map_err(|cause| at("look at the disk of", folder)(cause.into()))?;
+    let (all, left) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
+    let spare = left.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES));
+    Ok(Room { left, spare })
 }
 
 fn segment(number: u64, path: PathBuf) -> Result<Segment, RingError> {

@@ -27,11 +27,9 @@ pub struct FrameTap {
     drops: u64,
 }
 
-/// Makes a queue for `capacity` frames, with all its memory; and the count of those that found it
-/// full. Nothing stands for the size of the recorder's.
-pub fn frame_queue(capacity: Option<usize>) -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
-    let capacity = capacity.unwrap_or(QUEUE);
-    let (mut queue, mut frames) = RingBuffer::new(capacity);
+/// Makes the recorder's queue, with all its memory; and the count of frames that found it full.
+pub fn frame_queue() -> (FrameTap, Consumer<RecordedFrame>, Arc<AtomicU64>) {
+    let (mut queue, mut frames) = RingBuffer::new(QUEUE);
     // The pages are touched here, not by the bus thread.
     if let Ok(blank) = Frame::classic(FrameId::Standard(0), &[]) {
         while queue.push(RecordedFrame { frame: blank, sequence: 0 }).is_ok() {}

@@ -39,7 +39,7 @@ fn options(folder: &Path, ring_bytes: u64) -> RecorderOptions {
 fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
     let start = Instant::now();
     while !condition() {
-        assert!(start.elapsed() < Duration::from_secs(20), "not within 20 s: {what}");
+        assert!(start.elapsed() < Duration::from_secs(120), "not within 120 s: {what}");
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -248,7 +248,7 @@ fn a_full_disk_is_told_and_recording_goes_on_when_there_is_room() {
 
 #[test]
 fn frames_dropped_before_the_tap_are_missing_in_the_sequence() {
-    let (mut tap, mut frames, _) = frame_queue(Some(8));
+    let (mut tap, mut frames, _) = frame_queue();
     tap.take(&[frame(0)], 0);
     tap.take(&[frame(1)], 7);
     tap.take(&[frame(2)], 7);

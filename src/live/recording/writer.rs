@@ -13,7 +13,7 @@ use rtrb::Consumer;
 
 use super::options::RecorderOptions;
 use super::output::Output;
-use super::ring::{Ring, RingError};
+use super::ring::{Ring, RingError, Room, room};
 use super::status::{RecordingState, SharedRecording};
 use super::tap::RecordedFrame;
 
@@ -28,6 +28,8 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 /// A file is closed at an eighth of the ring, within these bounds \[bytes\].
 const SMALLEST_SEGMENT: u64 = 100_000;
 const LARGEST_SEGMENT: u64 = 64_000_000;
+/// How long what a removed file left may take to be free.
+const FREE_AFTER: Duration = Duration::from_secs(1);
 /// What closing a chunk may add to a file \[bytes\].
 const CHUNK_ROOM: u64 = 4096;
 
@@ -72,6 +74,10 @@ pub(super) struct RingWriter {
     pause: Duration,
     /// When the disk's room was last looked at.
     looked: Instant,
+    /// When a file gave way whose room is not free yet.
+    gave_way: Option<Instant>,
+    /// Looks at the disk of a folder.
+    room: fn(&Path) -> Result<Room, RingError>,
 }
 
 /// The file being written.
@@ -92,9 +98,19 @@ impl RingWriter {
         clock: StampClock,
         shared: SharedRecording,
     ) -> Self {
-        let (ring, current, retry, pause) = (None, None, None, FIRST_PAUSE);
-        let looked = Instant::now();
-        Self { options, info, clock, shared, ring, current, retry, pause, looked }
+        Self {
+            options,
+            info,
+            clock,
+            shared,
+            ring: None,
+            current: None,
+            retry: None,
+            pause: FIRST_PAUSE,
+            looked: Instant::now(),
+            gave_way: None,
+            room,
+        }
     }
 
     pub(super) fn run(&mut self, mut frames: Consumer<RecordedFrame>) {
@@ -145,13 +161,15 @@ impl RingWriter {
     fn note(&mut self, done: Result<(), WritingError>) {
         let Err(error) = done else { return };
         // What a full disk needs is room: the oldest file is worth less than what comes.
-        let room = error.is_full()
-            && self.ring.as_mut().is_some_and(|ring| ring.remove_oldest().unwrap_or(false));
+        let waits = error.is_full() && self.waits_for_room();
+        let room = error.is_full() && !waits && self.remove_oldest().unwrap_or(false);
         // Its chunks are on disk as far as they got there; the next attempt closes it.
         self.current = None;
         self.ring = None;
-        if room {
-            self.gave_way(1);
+        if waits {
+            self.retry = Some(Instant::now() + FREE_AFTER);
+        }
+        if room || waits {
             return;
         }
         tracing::warn!("recording stops for {} s: {error}", self.pause.as_secs());
@@ -163,41 +181,68 @@ impl RingWriter {
     }
 
     /// Removes the oldest files, and at last the one being written, while the disk has less room than
-    /// is left to results.
+    /// is left to results. What a file leaves may be free only later, and the next one waits for that.
     fn give_way(&mut self) -> Result<(), WritingError> {
-        let Some(ring) = &mut self.ring else { return Ok(()) };
-        let mut removed = 0;
-        while ring.spare()? == 0 && ring.remove_oldest()? {
-            removed += 1;
+        if self.ring.is_none() {
+            return Ok(());
         }
-        if ring.spare()? == 0
+        while self.spare()? == 0 {
+            if self.waits_for_room() {
+                return Ok(());
+            }
+            if !self.remove_oldest()? {
+                break;
+            }
+        }
+        if self.spare()? == 0
             && let Some(current) = self.current.take()
         {
             let path = current.path.clone();
             drop(current);
-            removed += u64::from(std::fs::remove_file(path).is_ok());
+            if std::fs::remove_file(path).is_ok() {
+                self.count_given_way();
+            }
         }
         let (left, written) =
-            (ring.spare()?, self.current.as_ref().map_or(0, |c| c.writer.bytes()));
+            (self.spare()?, self.current.as_ref().map_or(0, |c| c.writer.bytes()));
+        let Some(ring) = &self.ring else { return Ok(()) };
         let wanted = ring.limit().saturating_sub(ring.bytes().saturating_add(written));
         self.shared.update().gives_way &= left < wanted;
-        self.gave_way(removed);
         if left == 0 {
             return Err(WritingError::Short { folder: self.options.folder.clone() });
         }
         Ok(())
     }
 
-    fn gave_way(&self, files: u64) {
-        if files == 0 {
-            return;
+    /// Room on the disk beside what is left to results \[bytes\].
+    fn spare(&self) -> Result<u64, RingError> {
+        Ok((self.room)(&self.options.folder)?.spare)
+    }
+
+    fn waits_for_room(&self) -> bool {
+        self.gave_way.is_some_and(|at| at.elapsed() < FREE_AFTER)
+    }
+
+    /// The oldest file gives way; false when there is none.
+    fn remove_oldest(&mut self) -> Result<bool, RingError> {
+        let Some(ring) = &mut self.ring else { return Ok(false) };
+        let before = (self.room)(&self.options.folder)?.left;
+        if !ring.remove_oldest()? {
+            return Ok(false);
         }
+        let is_free = (self.room)(&self.options.folder)?.left > before;
+        self.gave_way = (!is_free).then(Instant::now);
+        self.count_given_way();
+        Ok(true)
+    }
+
+    fn count_given_way(&self) {
         tracing::warn!(
-            "{}: the disk is nearly full: {files} of the ring's files were deleted; free disk space",
+            "{}: the disk is nearly full: a file of the ring was deleted; free disk space",
             self.options.folder.display()
         );
         let mut status = self.shared.update();
-        status.segments_given_way += files;
+        status.segments_given_way += 1;
         status.gives_way = true;
     }
 
@@ -258,8 +303,9 @@ impl RingWriter {
         let writer = McapWriter::new(file, &info).map_err(failed)?;
         let now = Instant::now();
         // A ring for which the disk has no room is one of the size that it has.
+        let spare = self.spare()?;
         let ring = self.open_ring()?;
-        let room = ring.limit().min(ring.bytes().saturating_add(ring.spare()?));
+        let room = ring.limit().min(ring.bytes().saturating_add(spare));
         let largest = (room / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
         self.current = Some(Current {
             writer,
@@ -314,12 +360,14 @@ impl RingWriter {
             StampClock::Realtime => Some(clock_pair().realtime_ns),
             StampClock::Own => None,
         };
+        // It may read a file: not while others wait for the status.
+        let oldest = self.ring.as_mut().and_then(Ring::oldest_log_time);
         let mut status = self.shared.update();
-        if let Some(ring) = &mut self.ring {
+        if let Some(ring) = &self.ring {
             let current = self.current.as_ref();
             status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());
             status.segments = ring.whole().len() + usize::from(current.is_some());
-            let oldest = ring.oldest_log_time().or(current.map(|current| current.first_log_time));
+            let oldest = oldest.or(current.map(|current| current.first_log_time));
             status.oldest_s = newest
                 .zip(oldest)
                 .map(|(newest, oldest)| 1e-9 * newest.saturating_sub(oldest) as f64);
@@ -327,5 +375,58 @@ impl RingWriter {
         if ended && status.state != RecordingState::Failed {
             status.state = RecordingState::Ended;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::options::RecordingOptions;
+    use super::*;
+
+    #[test]
+    fn the_ring_does_not_go_at_once_where_room_is_free_only_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let options =
+            RecorderOptions::new(&RecordingOptions::default(), folder.path(), "cell", "c0ffee");
+        let ring = options.folder.clone();
+        std::fs::create_dir(&ring).unwrap();
+        for n in 0..4 {
+            std::fs::write(ring.join(format!("segment-0000000{n}.mcap")), "x").unwrap();
+        }
+        let files = || std::fs::read_dir(&ring).unwrap().count();
+        let (info, shared) = (McapInfo::default(), SharedRecording::default());
+        let mut writer = RingWriter::new(options, info, StampClock::Own, shared.clone());
+        writer.room = |_| Ok(Room { left: 0, spare: 0 });
+        writer.open_ring().unwrap();
+        writer.give_way().unwrap();
+        assert!(writer.gave_way.is_some() && files() == 3);
+        // For the time of the test.
+        let lately = Some(Instant::now() + 600 * FREE_AFTER);
+        writer.gave_way = lately;
+        writer.give_way().unwrap();
+        assert_eq!(files(), 3);
+        // Nor where writing is refused.
+        let full = |folder: &Path| {
+            let (path, cause) = (folder.to_owned(), std::io::ErrorKind::StorageFull.into());
+            Err(WritingError::Ring(RingError::Io { action: "write", path, cause }))
+        };
+        writer.note(full(&ring));
+        assert!(writer.retry.is_some() && files() == 3);
+        for left in (0..3).rev() {
+            writer.gave_way = None;
+            writer.open_ring().unwrap();
+            writer.note(full(&ring));
+            assert!(writer.gave_way.is_some() && files() == left);
+            writer.open_ring().unwrap();
+            writer.gave_way = lately;
+            writer.note(full(&ring));
+            assert_eq!(files(), left);
+        }
+        let status = shared.snapshot();
+        assert_eq!((status.segments_given_way, status.write_errors), (4, 0));
+        // Without a file there is nothing to wait for.
+        writer.gave_way = None;
+        writer.open_ring().unwrap();
+        assert!(matches!(writer.give_way(), Err(WritingError::Short { .. })));
     }
 }

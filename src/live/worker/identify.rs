@@ -11,7 +11,7 @@ use super::setup::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Beside, StoreError, WindowProvenance, input_sha256};
+use crate::archive::store::{Beside, ResultRecord, StoreError};
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -22,8 +22,10 @@ const POLL: Duration = Duration::from_millis(2);
 /// How long a stop waits for the thread.
 const ABANDON_AFTER: Duration = Duration::from_millis(300);
 
-/// How long a stop waits for a result that is being stored.
+/// How long a stop waits for results that are not stored yet.
 const STORE_TIMEOUT: Duration = Duration::from_millis(500);
+/// How long an end waits for a thread that has nothing to do: on a busy machine its ports take a while to go.
+const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How soon a late reader of the estimates gets the last one.
 const WELCOME_EVERY: Duration = Duration::from_millis(500);
@@ -138,22 +140,25 @@ impl Identification {
         Ok(true)
     }
 
-    /// Rejects every window that waits or is being identified. One whose result is on its way to
-    /// the disk is waited for, so that what is stored is counted as identified; so is a thread that
-    /// is idle, so that its ports are gone when the process ends.
+    /// Rejects every window that waits or is being identified. Results that are on their way to the
+    /// disk or wait for it are waited for, so that what is stored is counted as identified, and what is
+    /// not is counted as lost; so is a thread that is idle, so that its ports are gone when the process
+    /// ends.
     pub(super) fn give_up(self) {
-        self.shared.give_up();
+        let computes = self.shared.give_up();
         drop(self.queue);
         let since = Instant::now();
-        while !self.thread.is_finished() {
-            if self.shared.pending() == 0 && since.elapsed() > ABANDON_AFTER {
-                return;
-            }
-            if since.elapsed() > STORE_TIMEOUT {
-                tracing::warn!("a result is not stored within {STORE_TIMEOUT:?} and is abandoned");
+        let idle = !computes && self.shared.is_settled();
+        let limit = if idle { IDLE_TIMEOUT } else { STORE_TIMEOUT };
+        while !self.thread.is_finished() && since.elapsed() <= limit {
+            if computes && self.shared.is_settled() && since.elapsed() > ABANDON_AFTER {
                 return;
             }
             std::thread::sleep(POLL);
+        }
+        let lost = self.shared.abandon();
+        if lost > 0 {
+            tracing::warn!("results not stored within {STORE_TIMEOUT:?}, and lost: {lost}");
         }
     }
 }
@@ -177,8 +182,8 @@ impl Job {
                 Err(RecvTimeoutError::Timeout) => {
                     self.look();
                     if let Some(results) = &mut self.results {
-                        // Why it was refused is logged; it is tried again.
-                        let _ = results.settle();
+                        results.settle();
+                        results.tell_owed(&mut self.shared.update());
                     }
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();
@@ -194,7 +199,10 @@ impl Job {
                 continue;
             }
             match self.one(&window, &identifier) {
-                Ok(()) => {}
+                Ok(()) => {
+                    self.shared.put_aside(window.number);
+                    continue;
+                }
                 // Given up while it was identified, and counted by whoever did so.
                 Err(Rejection::Stopped) => continue,
                 Err(rejection) => {
@@ -231,20 +239,17 @@ impl Job {
         );
         let options = identifier.results().clone();
         let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
+        let cell = &self.options.stream.cell;
         let dropped = self.unstored.add(Finished {
-            cell: self.options.stream.cell.clone(),
-            configuration: identifier.sha256().to_owned(),
-            input_sha256: input_sha256(window),
-            provenance: WindowProvenance::of(window),
             summary: EstimateSummary::new(window, &estimate),
+            record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejected: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::of(window, identifier.sha256()),
             beside: Beside { report, note, regrouping },
             options,
-            estimate,
         });
         if let Some(oldest) = dropped {
-            self.give_up(oldest, "too many results waited for the disk");
+            oldest.give_up(&self.shared, "too many results waited for the disk");
         }
         self.store_waiting();
         Ok(())
@@ -254,11 +259,17 @@ impl Job {
     fn store_waiting(&mut self) {
         let mut why = None;
         while let Some(finished) = self.unstored.first(Instant::now()) {
-            let record = finished.record();
+            // Counted as lost, at a stop that waited no longer.
+            if !self.shared.is_wanted(finished.rejected.number) {
+                self.unstored.take_first();
+                continue;
+            }
             let stored = match &mut self.results {
-                Some(results) => results.take(&record, &finished.beside, &finished.options),
+                Some(results) => {
+                    results.take(&finished.record, &finished.beside, &finished.options)
+                }
                 None => {
-                    let json = serde_json::to_vec(&record).map_err(StoreError::from);
+                    let json = serde_json::to_vec(&finished.record).map_err(StoreError::from);
                     self.publish(json);
                     continue;
                 }
@@ -292,7 +303,7 @@ impl Job {
         let Some(finished) = self.unstored.take_first() else { return };
         let json = match json {
             Ok(json) => json,
-            Err(why) => return self.give_up(finished, &why.to_string()),
+            Err(why) => return finished.give_up(&self.shared, &why.to_string()),
         };
         // The result is safe on disk; who listens in may miss it.
         if let Err(cause) = self.estimates.publish(&json) {
@@ -305,12 +316,8 @@ impl Job {
         if let Some(results) = &self.results {
             results.tell(&mut status);
         }
-    }
-
-    /// A result is lost.
-    fn give_up(&self, finished: Finished, why: &str) {
-        let rejection = Rejection::NotStored { why: why.to_owned() };
-        self.shared.reject(RejectedWindow { rejection, ..finished.rejected });
+        drop(status);
+        self.shared.settle(finished.rejected.number);
     }
 
     /// A last attempt at the end; what the disk refuses then is lost, and counted.
@@ -318,8 +325,48 @@ impl Job {
         self.store_waiting();
         let why = self.shared.update().results_wait_for.take().unwrap_or_default();
         while let Some(finished) = self.unstored.take_first() {
-            self.give_up(finished, &why);
+            finished.give_up(&self.shared, &why);
         }
         self.shared.update().results_waiting = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::window::WindowEnd;
+
+    #[test]
+    fn a_stop_waits_for_results_that_are_not_stored_and_counts_those_that_stay_so() {
+        let shared = SharedEstimation::default();
+        for number in 0..3 {
+            let samples = vec![didim_core::JointSample::zero(0, 0)];
+            let (sample_rate_hz, counted, end) = (500.0, 0..1, WindowEnd::Rest);
+            let window = Window { number, sample_rate_hz, samples, counted, end, note: None };
+            shared.pend(&window);
+            if number < 2 {
+                assert!(shared.claim(number));
+                shared.put_aside(number);
+            }
+        }
+        shared.update().results_waiting = 2;
+        shared.update().results_wait_for = Some("no room".into());
+        assert_eq!(shared.pending(), 1, "what waits for the disk holds up no window");
+        // A disk that hangs.
+        let (hangs, until) = sync_channel::<()>(0);
+        let thread = std::thread::spawn(move || {
+            let _ = until.recv();
+            Ok(())
+        });
+        let queue = sync_channel(1).0;
+        let since = Instant::now();
+        Identification { queue, places: 1, shared: shared.clone(), thread }.give_up();
+        assert!(since.elapsed() >= STORE_TIMEOUT);
+        drop(hangs);
+        let status = shared.snapshot();
+        let counted = [("not-stored".to_owned(), 2), ("stopped".to_owned(), 1)];
+        assert_eq!(status.windows_rejected, counted.into());
+        assert_eq!((status.results_waiting, status.results_wait_for), (0, None));
+        assert!(shared.is_settled());
     }
 }

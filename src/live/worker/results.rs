@@ -77,15 +77,23 @@ impl Results {
         true
     }
 
-    /// Writes what the history lacks.
-    pub(super) fn settle(&mut self) -> Result<(), StoreError> {
-        self.store.settle()
+    /// Writes what the history lacks. Why that is refused is told; it is tried again.
+    pub(super) fn settle(&mut self) {
+        let _ = self.store.settle();
     }
 
-    /// Tells the status of the drift and of what hinders its judgement.
+    /// Tells the status of the drift, of what hinders its judgement, and of what the history lacks.
     pub(super) fn tell(&self, status: &mut EstimationStatus) {
         status.drift = self.drift();
         status.baseline_unreadable.clone_from(&self.unreadable);
+        self.tell_owed(status);
+    }
+
+    /// Tells the status what the history lacks.
+    pub(super) fn tell_owed(&self, status: &mut EstimationStatus) {
+        let (lines, why) = self.store.owed();
+        status.history_lines_waiting = lines as u64;
+        status.history_waits_for = why.map(str::to_owned);
     }
 
     /// What the status tells of the drift; nothing without a baseline.
@@ -121,12 +129,12 @@ impl Results {
     /// could not be kept is logged, for the result is there.
     pub(super) fn take(
         &mut self,
-        record: &ResultRecord<'_>,
+        record: &ResultRecord,
         beside: &Beside,
         options: &ResultOptions,
     ) -> Result<Stored, StoreError> {
         // Before the result that refers to it.
-        let configured = self.store.keep_configuration(record.configuration, &options.texts);
+        let configured = self.store.keep_configuration(&record.configuration, &options.texts);
         let stored = self.store.write(record, beside)?;
         if !stored.line.time.is_set() {
             tracing::warn!(

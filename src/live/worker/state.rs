@@ -85,6 +85,10 @@ pub struct EstimationStatus {
     pub batches_lost: u64,
     /// Times the acquisition was restarted while the worker was running.
     pub restarts: u64,
+    /// No sample has come for so long \[s\]; told where the acquisition is another process, and is not
+    /// known to rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_samples_s: Option<u64>,
     /// How long samples lay in the buffer until the worker took them, since the start; nothing
     /// before the first; of samples whose frames were read together, from when those had been read. A
     /// sample waits for its batch, of 64 samples or 50 ms.
@@ -109,6 +113,11 @@ pub struct EstimationStatus {
     /// Why they are not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub results_wait_for: Option<String>,
+    /// Lines of stored results that the history lacks, and that are tried again.
+    pub history_lines_waiting: u64,
+    /// Why it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_waits_for: Option<String>,
     /// Windows waiting for the identification or in it.
     pub windows_pending: u64,
     /// The first rejection.
@@ -149,8 +158,18 @@ struct Shared {
 struct Pending {
     /// What is counted at a stop.
     given_up: RejectedWindow,
-    /// Its result is being stored: it can no longer be given up.
-    claimed: bool,
+    stage: Stage,
+}
+
+/// How far a window is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// It waits or is being identified, and can be given up.
+    Wanted,
+    /// Its result is being stored.
+    Claimed,
+    /// Its result waits for the disk, and the next window can be identified.
+    Unstored,
 }
 
 /// Whoever panicked left counts, not a broken structure.
@@ -202,19 +221,28 @@ impl SharedEstimation {
     /// A window waits from now on.
     pub(super) fn pend(&self, window: &Window) {
         let given_up = RejectedWindow::new(window, Rejection::Stopped);
-        lock(&self.0.pending).push(Pending { given_up, claimed: false });
+        lock(&self.0.pending).push(Pending { given_up, stage: Stage::Wanted });
     }
 
-    /// Whether a window is still to be identified.
+    /// Whether a window is still to be counted.
     pub(super) fn is_wanted(&self, number: u64) -> bool {
         lock(&self.0.pending).iter().any(|pending| pending.given_up.number == number)
     }
 
     /// Before the result of a window is stored; false when the window was given up meanwhile.
     pub(super) fn claim(&self, number: u64) -> bool {
+        self.reach(number, Stage::Claimed)
+    }
+
+    /// The result of a window waits for the disk, unless it is counted already.
+    pub(super) fn put_aside(&self, number: u64) {
+        self.reach(number, Stage::Unstored);
+    }
+
+    fn reach(&self, number: u64, stage: Stage) -> bool {
         let mut pending = lock(&self.0.pending);
         let found = pending.iter_mut().find(|pending| pending.given_up.number == number);
-        found.map(|pending| pending.claimed = true).is_some()
+        found.map(|pending| pending.stage = stage).is_some()
     }
 
     /// A window is not identified: what was noted with it goes to the next one, unless something
@@ -231,20 +259,42 @@ impl SharedEstimation {
     }
 
     /// Rejects every window that can still be given up.
-    pub(super) fn give_up(&self) {
+    pub(super) fn give_up(&self) -> bool {
         let mut given_up = Vec::new();
         lock(&self.0.pending).retain(|pending| {
-            if !pending.claimed {
+            if pending.stage == Stage::Wanted {
                 given_up.push(pending.given_up.clone());
             }
-            pending.claimed
+            pending.stage != Stage::Wanted
         });
+        let any = !given_up.is_empty();
         given_up.into_iter().for_each(|window| self.reject(window));
+        any
     }
 
-    /// Windows that are not counted yet.
+    /// Counts every result that is not stored as lost; says how many.
+    pub(super) fn abandon(&self) -> usize {
+        let lost = core::mem::take(&mut *lock(&self.0.pending));
+        let mut status = self.update();
+        status.results_waiting = 0;
+        let why = status.results_wait_for.take();
+        drop(status);
+        let why = why.unwrap_or_else(|| "the service ended before".to_owned());
+        for Pending { given_up, .. } in &lost {
+            let rejection = Rejection::NotStored { why: why.clone() };
+            self.reject(RejectedWindow { rejection, ..given_up.clone() });
+        }
+        lost.len()
+    }
+
+    /// Windows that wait or are being identified or stored.
     pub(super) fn pending(&self) -> usize {
-        lock(&self.0.pending).len()
+        lock(&self.0.pending).iter().filter(|pending| pending.stage != Stage::Unstored).count()
+    }
+
+    /// Whether every window is counted, those whose results wait for the disk among them.
+    pub(super) fn is_settled(&self) -> bool {
+        lock(&self.0.pending).is_empty()
     }
 
     pub(super) fn reject(&self, rejected: RejectedWindow) {

@@ -4,11 +4,10 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::setup::ResultOptions;
-use super::state::EstimateSummary;
-use super::window::RejectedWindow;
-use crate::archive::store::{Beside, ResultRecord, WindowProvenance};
+use super::state::{EstimateSummary, SharedEstimation};
+use super::window::{RejectedWindow, Rejection};
+use crate::archive::store::{Beside, ResultRecord};
 use crate::live::recording::RecordedWindow;
-use didim_core::identification::Estimate;
 
 /// Results that wait for a disk which refuses them; some 200 kB each, mostly their report.
 const MOST: usize = 32;
@@ -18,11 +17,7 @@ const RETRY_EVERY: Duration = Duration::from_secs(2);
 /// A result with all that is to be stored and told of it.
 #[derive(Clone, Debug)]
 pub(super) struct Finished {
-    pub(super) cell: String,
-    pub(super) configuration: String,
-    pub(super) input_sha256: String,
-    pub(super) provenance: WindowProvenance,
-    pub(super) estimate: Estimate,
+    pub(super) record: ResultRecord,
     pub(super) beside: Beside,
     pub(super) options: ResultOptions,
     pub(super) recorded: RecordedWindow,
@@ -32,16 +27,13 @@ pub(super) struct Finished {
 }
 
 impl Finished {
-    pub(super) fn record(&self) -> ResultRecord<'_> {
-        ResultRecord {
-            schema: ResultRecord::SCHEMA,
-            version: env!("CARGO_PKG_VERSION"),
-            cell: &self.cell,
-            configuration: &self.configuration,
-            input_sha256: self.input_sha256.clone(),
-            window: self.provenance.clone(),
-            estimate: &self.estimate,
-        }
+    /// It is lost: that is counted, and what was noted with its window goes to the next one.
+    pub(super) fn give_up(self, shared: &SharedEstimation, why: &str) {
+        let number = self.rejected.number;
+        let rejection = Rejection::NotStored { why: why.to_owned() };
+        shared.reject(RejectedWindow { rejection, ..self.rejected });
+        shared.return_note(self.beside.note);
+        shared.settle(number);
     }
 }
 
@@ -78,5 +70,45 @@ impl Unstored {
 
     pub(super) fn len(&self) -> usize {
         self.waiting.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use didim_core::identification::Estimate;
+
+    use super::*;
+    use crate::window::{Note, Window, WindowEnd};
+
+    #[test]
+    fn the_note_of_a_lost_result_goes_to_the_next_window() {
+        let note = Note { text: Some("cold".into()), ..Note::default() };
+        let window = Window {
+            number: 7,
+            sample_rate_hz: 500.0,
+            samples: vec![didim_core::JointSample::zero(0, 0)],
+            counted: 0..1,
+            end: WindowEnd::Rest,
+            note: Some(note.clone()),
+        };
+        let estimate = Estimate::default();
+        let finished = Finished {
+            summary: EstimateSummary::new(&window, &estimate),
+            record: ResultRecord::new("cell", "c0ffee", &window, estimate),
+            rejected: RejectedWindow::new(&window, Rejection::Stopped),
+            recorded: RecordedWindow::of(&window, "c0ffee"),
+            beside: Beside { note: window.note.clone(), ..Beside::default() },
+            options: ResultOptions::default(),
+        };
+        let shared = SharedEstimation::default();
+        shared.pend(&window);
+        assert!(shared.claim(7));
+        shared.put_aside(7);
+        assert!(!shared.is_settled());
+        finished.give_up(&shared, "no room");
+        assert!(shared.is_settled());
+        let status = shared.snapshot();
+        assert_eq!(status.note, Some(note));
+        assert_eq!(status.windows_rejected["not-stored"], 1);
     }
 }

@@ -230,7 +230,8 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     let undated = JudgedHistory::new(undated.to_vec(), None, DriftOptions::default());
     assert_eq!(plot(&undated, "fc3", 30), None);
     assert!(
-        summary(&undated).contains("1 result was stored while the clock was not set and is left out")
+        summary(&undated)
+            .contains("1 result was stored while the clock was not set and is left out")
     );
     let html = HistoryReport { history: &undated, parameters: &["fc3"] }.to_html();
     assert!(html.contains("<p>1 result</p>"), "{html}");

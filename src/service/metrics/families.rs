@@ -155,6 +155,16 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
             "Windows waiting for the identification or in it.",
             count(status.windows_pending),
         ),
+        (
+            "didim_results_waiting",
+            "Results that are not on disk yet, and are tried again.",
+            count(status.results_waiting),
+        ),
+        (
+            "didim_history_lines_waiting",
+            "Lines of stored results that the history lacks, and that are tried again.",
+            count(status.history_lines_waiting),
+        ),
     ];
     write(text, Gauge, &gauges);
     let names = ("didim_buffer_to_worker_seconds", "didim_buffer_to_worker_max_seconds");

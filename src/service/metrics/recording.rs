@@ -18,6 +18,11 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
             "The largest size of the ring.",
             count(status.ring_limit_bytes),
         ),
+        (
+            "didim_recording_gives_way",
+            "Whether the disk has no room for the whole ring, which gives way to results.",
+            truth(status.gives_way),
+        ),
     ];
     write(text, Gauge, &gauges);
     if let Some(oldest_s) = status.oldest_s {
@@ -32,6 +37,11 @@ pub(super) fn recording(text: &mut Text, status: &RecordingStatus) {
             status.frames_unrecorded,
         ),
         ("didim_recording_failures_total", "Times that writing failed.", status.write_errors),
+        (
+            "didim_recording_segments_given_way_total",
+            "Files of the ring that were removed before their time, for want of room on the disk.",
+            status.segments_given_way,
+        ),
     ];
     write(text, Counter, &counters.map(|(name, help, value)| (name, help, count(value))));
 }
@@ -53,4 +63,20 @@ pub(super) fn archive(text: &mut Text, status: &ArchiveStatus) {
     write(text, Gauge, &gauges);
     let help = "Recordings that could not be kept.";
     text.family("didim_kept_recordings_failures_total", Counter, help).value(count(status.failed));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_that_gives_way_is_told() {
+        let mut text = Text::default();
+        let status =
+            RecordingStatus { gives_way: true, segments_given_way: 3, ..Default::default() };
+        recording(&mut text, &status);
+        let text = text.finish();
+        assert!(text.contains("\ndidim_recording_gives_way 1\n"), "{text}");
+        assert!(text.contains("\ndidim_recording_segments_given_way_total 3\n"), "{text}");
+    }
 }

@@ -3,13 +3,20 @@
 use core::time::Duration;
 use std::time::Instant;
 
+use serde::Deserialize;
+
 use super::snapshot::{Health, ProcessStatus, SCHEMA, Snapshot, StreamStatus};
-use crate::live::acquire::{AcquisitionStatus, ReceiveBuffer, RecentWatch, SharedAcquisition};
+use crate::live::acquire::{
+    AcquisitionStatus, Flow, ReceiveBuffer, RecentWatch, SharedAcquisition,
+};
 use crate::live::stream::StreamOptions;
 use crate::live::worker::SharedEstimation;
 
 /// An estimation on its own tells when no sample came for so long.
 const WITHOUT_SAMPLES: Duration = Duration::from_secs(2);
+
+/// What an acquisition in another process said longer ago is not known any more.
+const HEARD: Duration = Duration::from_secs(3);
 
 /// Collects the counts of this process's threads, and makes rates of them.
 #[derive(Debug)]
@@ -24,6 +31,8 @@ pub struct Collector {
     pub process: ProcessStatus,
     /// Samples of a worker without a bus in this process, and when they were last more than before.
     last_sample: (u64, Instant),
+    /// What an acquisition in another process said last.
+    other: Option<(AcquisitionStatus, Instant)>,
     /// When frames and samples were last counted, and how many there were.
     before: Option<(Instant, u64, u64)>,
     /// What was counted lately.
@@ -52,6 +61,7 @@ impl Collector {
             receive_buffer,
             process: ProcessStatus::default(),
             last_sample: (0, now),
+            other: None,
             before: None,
             recent: RecentWatch::new(now),
         }
@@ -75,17 +85,19 @@ impl Collector {
             self.before = Some((now, status.frames, status.samples));
             status
         });
-        let estimation = self.estimation.as_ref().map(SharedEstimation::snapshot);
-        let mut health = Health::of(acquisition.as_ref(), estimation.as_ref());
-        if let (None, Some(estimation)) = (&acquisition, &estimation)
+        let mut estimation = self.estimation.as_ref().map(SharedEstimation::snapshot);
+        let mut idle = false;
+        if let (None, Some(estimation)) = (&acquisition, &mut estimation)
             && let Some(silent) = self.without_samples(estimation.samples, now)
         {
-            health.add(format!(
-                "no sample has come for {} s: the bus is silent, no drive is enabled, or the \
-                 acquisition does not run",
-                silent.as_secs()
-            ));
+            let other = self.other.as_ref();
+            let heard = other.filter(|(_, then)| now.saturating_duration_since(*then) < HEARD);
+            let resting = heard.filter(|(other, _)| other.rests());
+            idle = resting.is_some_and(|(other, _)| other.flow() == Flow::Idle);
+            estimation.without_samples_s = resting.is_none().then_some(silent.as_secs());
         }
+        let mut health = Health::of(acquisition.as_ref(), estimation.as_ref());
+        health.idle |= idle;
         // What somebody has just done comes first.
         for reason in self.process.reasons().into_iter().rev() {
             health.ok = false;
@@ -105,7 +117,20 @@ impl Collector {
     }
 }
 
+/// What is looked at in the status of another process.
+#[derive(Deserialize)]
+struct Other {
+    acquisition: Option<AcquisitionStatus>,
+}
+
 impl Collector {
+    /// Takes the status of an acquisition in another process.
+    pub fn hear(&mut self, document: &[u8], now: Instant) {
+        if let Ok(Other { acquisition: Some(status) }) = serde_json::from_slice(document) {
+            self.other = Some((status, now));
+        }
+    }
+
     /// For how long another process has sent nothing, if that is long.
     fn without_samples(&mut self, samples: u64, now: Instant) -> Option<Duration> {
         if samples != self.last_sample.0 {

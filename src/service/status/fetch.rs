@@ -23,18 +23,20 @@ pub fn fetch(paths: &Paths) -> Result<Snapshot, ClientError> {
         }
     };
     match fetch_status(&paths.acquisition_socket()) {
-        Ok(other) => {
-            snapshot.acquisition = other.acquisition;
-            snapshot.health =
-                Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
-            let own = snapshot.process.reasons();
-            let others = other.process.reasons();
-            let others = others.into_iter().map(|reason| format!("acquisition: {reason}"));
-            own.into_iter().chain(others).for_each(|reason| snapshot.health.add(reason));
-        }
+        Ok(other) => merge(&mut snapshot, other),
         Err(error) => snapshot.health.add(format!("the acquisition does not answer: {error}")),
     }
     Ok(snapshot)
+}
+
+/// Adds the acquisition to the status of the estimation.
+fn merge(snapshot: &mut Snapshot, other: Snapshot) {
+    snapshot.acquisition = other.acquisition;
+    snapshot.health = Health::of(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
+    let own = snapshot.process.reasons();
+    let others = other.process.reasons();
+    let others = others.into_iter().map(|reason| format!("acquisition: {reason}"));
+    own.into_iter().chain(others).for_each(|reason| snapshot.health.add(reason));
 }
 
 #[cfg(test)]
@@ -42,10 +44,10 @@ mod tests {
     use std::io::Write;
     use std::os::unix::net::UnixListener;
     use std::path::Path;
-    use std::time::Instant;
+    use std::time::{Duration, Instant};
 
     use super::*;
-    use crate::live::acquire::SharedAcquisition;
+    use crate::live::acquire::{AcquisitionStatus, BusState, RecentCounts, SharedAcquisition};
     use crate::live::stream::StreamOptions;
     use crate::live::worker::SharedEstimation;
     use crate::service::status::Collector;
@@ -63,6 +65,47 @@ mod tests {
             let mut stream = listener.accept().unwrap().0;
             stream.write_all(&serde_json::to_vec(&snapshot).unwrap()).unwrap();
         });
+    }
+
+    /// What both tell when the worker has got nothing for five seconds.
+    fn without_samples(acquisition: &AcquisitionStatus) -> (Health, Health) {
+        let options = StreamOptions::new("cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 1.0);
+        let start = Instant::now();
+        let now = start + Duration::from_secs(5);
+        let estimation = Some(SharedEstimation::default());
+        let mut half = Collector::new(&options.unwrap(), None, estimation, None, start);
+        let json = serde_json::json!({ "acquisition": acquisition });
+        half.hear(&serde_json::to_vec(&json).unwrap(), now);
+        let mut told = half.snapshot(now);
+        let alone = told.health.clone();
+        let other = Snapshot { acquisition: Some(acquisition.clone()), ..told.clone() };
+        merge(&mut told, other);
+        (alone, told.health)
+    }
+
+    #[test]
+    fn a_worker_that_gets_nothing_is_unwell_unless_there_is_nothing() {
+        let recent = RecentCounts { seconds: 5.0, frames: 100, ..RecentCounts::default() };
+        let flowing = AcquisitionStatus {
+            bus: BusState::Ok,
+            samples_per_second: 500.0,
+            recent: RecentCounts { samples: 2500, ..recent.clone() },
+            ..AcquisitionStatus::default()
+        };
+        let (alone, both) = without_samples(&flowing);
+        assert!(alone.reasons[0].starts_with("no sample has come for 5 s: "), "{alone:?}");
+        let [reason] = &both.reasons[..] else { panic!("{both:?}") };
+        assert!(!both.ok && reason.ends_with("and the acquisition sends some"), "{reason}");
+
+        // Drives that were disabled just now, and long ago.
+        let stopped = AcquisitionStatus { samples_per_second: 0.0, ..flowing };
+        let recent = RecentCounts { cycles_idle: 100, ..recent };
+        let idle = AcquisitionStatus { recent, ..stopped.clone() };
+        for (resting, idle) in [(stopped, false), (idle, true)] {
+            let (alone, both) = without_samples(&resting);
+            assert_eq!((alone.ok, alone.idle), (true, idle), "{alone:?}");
+            assert_eq!((both.ok, both.idle), (true, idle), "{both:?}");
+        }
     }
 
     #[test]

@@ -137,6 +137,7 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
         ),
     );
     rows.counted("results not stored yet", status.results_waiting);
+    rows.counted("history not written yet", status.history_lines_waiting);
     if let Some(archive) = &status.kept_recordings {
         archive_rows(rows, archive);
     }

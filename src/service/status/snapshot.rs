@@ -132,6 +132,21 @@ impl Health {
             }
         }
         if let Some(estimation) = estimation {
+            if let Some(seconds) = estimation.without_samples_s {
+                match acquisition {
+                    None => reasons.push(format!(
+                        "no sample has come for {seconds} s: the bus is silent, no drive is enabled, or \
+                         the acquisition does not run"
+                    )),
+                    Some(acquisition) if acquisition.samples_per_second > 0.0 => {
+                        reasons.push(format!(
+                            "no sample has come for {seconds} s, and the acquisition sends some"
+                        ));
+                    }
+                    // It says itself why there are none.
+                    Some(_) => {}
+                }
+            }
             if let Some(rejected) = &estimation.last_rejection {
                 let later = estimation.last_estimate.as_ref();
                 if later.is_none_or(|estimate| estimate.window < rejected.number) {
@@ -152,6 +167,10 @@ impl Health {
             if let Some(why) = &estimation.results_wait_for {
                 let waiting = estimation.results_waiting;
                 reasons.push(format!("{waiting} results wait to be stored: {why}"));
+            }
+            if let Some(why) = &estimation.history_waits_for {
+                let waiting = estimation.history_lines_waiting;
+                reasons.push(format!("{waiting} lines of the history wait to be written: {why}"));
             }
             if let Some(why) = &estimation.baseline_unreadable {
                 reasons.push(format!(

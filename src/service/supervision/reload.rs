@@ -2,6 +2,7 @@
 
 use core::future::pending;
 use core::time::Duration;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use tokio::sync::mpsc::Receiver;
 use tokio::task::JoinHandle;
@@ -58,7 +59,8 @@ impl Reloader {
                         self.reload = Some(reload);
                         outcome
                     }
-                    Err(_) => Err("reading it panicked: see the log above".to_owned()),
+                    // The runtime ends.
+                    Err(_) => Err(panicked()),
                 })
             }
             None => match self.asked.recv().await {
@@ -81,7 +83,10 @@ impl Reloader {
         self.answer = answer;
         let commands = self.commands.clone();
         self.running = Some(tokio::task::spawn_blocking(move || {
-            let outcome = reload().and_then(|configuration| match (configuration, commands) {
+            // One that panics is there for the next time all the same.
+            let read = catch_unwind(AssertUnwindSafe(&mut reload));
+            let read = read.unwrap_or_else(|_| Err(panicked()));
+            let outcome = read.and_then(|configuration| match (configuration, commands) {
                 (Some(configuration), Some(commands)) => commands
                     .configure(configuration, WORKER_TIMEOUT)
                     .map_err(|error| error.to_string()),
@@ -99,9 +104,39 @@ impl Reloader {
     }
 }
 
+fn panicked() -> String {
+    "reading it panicked: see the log before this".to_owned()
+}
+
 fn tell(answer: Option<ReloadAnswer>, outcome: &Outcome) {
     if let Some(answer) = answer {
         // Whoever asked may have gone.
         let _ = answer.send(outcome.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reload_that_panics_may_be_tried_again() {
+        let mut times = 0;
+        let reload: Reload = Box::new(move || {
+            times += 1;
+            assert!(times > 1, "on purpose");
+            Ok(None)
+        });
+        let (_asks, asked) = tokio::sync::mpsc::channel(1);
+        let mut reloader = Reloader::new(Some(reload), None, asked);
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        runtime.block_on(async {
+            for expected in [Err(panicked()), Ok(())] {
+                assert!(reloader.begin(None));
+                let Event::Finished(outcome) = reloader.next().await else { panic!("asked") };
+                assert!(!reloader.finish(&outcome));
+                assert_eq!(outcome, expected);
+            }
+        });
     }
 }

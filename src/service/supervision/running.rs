@@ -13,7 +13,7 @@ use super::readiness::Progress;
 use super::threads::{Report, start_acquisition, start_estimation};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions};
 use crate::live::acquire::SharedAcquisition;
-use crate::live::stream::DocumentWriter;
+use crate::live::stream::{DocumentReader, DocumentWriter};
 use crate::live::worker::{Commands, SharedEstimation};
 use crate::service::status::{Collector, Snapshot, one_line};
 
@@ -30,6 +30,8 @@ const MAX_REASON: usize = 1000;
 pub(super) struct Running {
     collector: Collector,
     publisher: DocumentWriter,
+    /// Tells what the other half says, where this is the estimation alone.
+    statuses: Option<DocumentReader>,
     line: StatusLine,
     /// The latest line.
     latest: String,
@@ -47,7 +49,12 @@ pub(super) struct Running {
 }
 
 impl Running {
-    pub(super) fn new(options: &ServiceOptions, parts: &Parts, publisher: DocumentWriter) -> Self {
+    pub(super) fn new(
+        options: &ServiceOptions,
+        parts: &Parts,
+        publisher: DocumentWriter,
+        statuses: Option<DocumentReader>,
+    ) -> Self {
         let (has_acquisition, has_estimation) = match parts {
             Parts::Both(..) => (true, true),
             Parts::Acquisition(_) => (true, false),
@@ -65,6 +72,7 @@ impl Running {
                 Instant::now(),
             ),
             publisher,
+            statuses,
             line: StatusLine::default(),
             latest: String::new(),
             progress: Progress::new(parts, acquisition.clone(), estimation.clone()),
@@ -154,6 +162,9 @@ impl Running {
     /// Takes a snapshot and publishes it.
     pub(super) fn tick(&mut self) -> (Snapshot, Arc<[u8]>) {
         let now = Instant::now();
+        while let Some(Ok(Some(status))) = self.statuses.as_mut().map(DocumentReader::receive) {
+            self.collector.hear(&status, now);
+        }
         let snapshot = self.collector.snapshot(now);
         // A snapshot has no key that JSON cannot hold.
         let mut document = serde_json::to_vec(&snapshot).unwrap_or_default();

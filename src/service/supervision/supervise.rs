@@ -67,7 +67,11 @@ async fn supervise(
     let status_socket = listen(options.status.as_ref())?;
     let control_socket = listen(options.control.as_ref())?;
     let node = StreamNode::join(parts.stream())?;
-    let mut running = Running::new(options, &parts, node.document_writer(Topic::Status)?);
+    let publisher = node.document_writer(Topic::Status)?;
+    // Without it an estimation on its own cannot tell disabled drives from a silent bus.
+    let alone = matches!(parts, Parts::Estimation(_));
+    let statuses = alone.then(|| node.document_reader(Topic::Status).ok()).flatten();
+    let mut running = Running::new(options, &parts, publisher, statuses);
     let started = tokio::select! {
         started = running.start(parts, &manager) => started.map(|()| None),
         () = signals.end() => Ok(Some(ServiceEnd::Signal)),

@@ -39,7 +39,7 @@ fn window() -> Window {
 fn write(store: &mut Store, value: f64) -> Stored {
     let (window, estimate) = (window(), estimate(value));
     store
-        .write(&ResultRecord::new("cell", "c0ffee", &window, &estimate), &Beside::default())
+        .write(&ResultRecord::new("cell", "c0ffee", &window, estimate), &Beside::default())
         .unwrap()
 }
 
@@ -57,7 +57,7 @@ fn texts() -> ConfigurationTexts {
 fn write_with(store: &mut Store, configuration: &str) {
     let (window, estimate) = (window(), estimate(1.0));
     store.keep_configuration(configuration, &texts()).unwrap();
-    let record = ResultRecord::new("cell", configuration, &window, &estimate);
+    let record = ResultRecord::new("cell", configuration, &window, estimate);
     store.write(&record, &Beside::default()).unwrap();
 }
 
@@ -148,7 +148,7 @@ fn a_failed_write_leaves_the_old_result_and_the_number() {
     let in_the_way = folder.path().join("result-00000001.json");
     fs::create_dir(&in_the_way).unwrap();
     let (window, next) = (window(), estimate(2.0));
-    let record = ResultRecord::new("cell", "c0ffee", &window, &next);
+    let record = ResultRecord::new("cell", "c0ffee", &window, next);
     let failed = store.write(&record, &Beside::default());
     assert!(matches!(failed, Err(StoreError::Io { action: "write", .. })), "{failed:?}");
     assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
@@ -208,7 +208,7 @@ fn a_report_has_the_number_of_its_result_and_goes_with_it() {
     // The report of the second is in the way of itself: the result is stored all the same.
     fs::create_dir(folder.path().join("result-00000001.html")).unwrap();
     let (window, estimate) = (window(), estimate(1.0));
-    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     for text in ["first", "second", "third"] {
         let beside = Beside { report: Some(text.into()), ..Beside::default() };
         store.write(&record, &beside).unwrap();
@@ -280,7 +280,7 @@ fn noted() -> Beside {
 fn write_noted(folder: &Path) -> Vec<HistoryLine> {
     let mut store = Store::open(folder, 9).unwrap();
     let (window, estimate) = (window(), estimate(1.0));
-    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     (0..3).map(|_| store.write(&record, &noted()).unwrap().line).collect()
 }
 

@@ -73,14 +73,14 @@ pub struct HistoryLine {
 
 impl HistoryLine {
     /// That of a result which is stored now under a number.
-    pub fn of(result: u64, record: &ResultRecord<'_>, beside: &Beside) -> Self {
-        let estimate = record.estimate;
+    pub fn of(result: u64, record: &ResultRecord, beside: &Beside) -> Self {
+        let estimate = &record.estimate;
         Self {
             schema: HISTORY_SCHEMA,
             time: Timestamp::now(),
             result,
             robot: estimate.robot.clone(),
-            configuration: record.configuration.to_owned(),
+            configuration: record.configuration.clone(),
             regrouping: beside.regrouping.clone(),
             method: estimate.method.clone(),
             applicable: estimate.verdict.applicable,

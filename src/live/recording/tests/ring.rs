@@ -88,6 +88,21 @@ fn a_file_that_is_there_whole_and_in_part_counts_once() {
 }
 
 #[test]
+fn a_file_that_cannot_be_read_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let [part, whole] = ["part", "segment-00000003.mcap"].map(|name| folder.path().join(name));
+    fs::write(&whole, "damaged").unwrap();
+    let mut ring = Ring::open(folder.path(), 10_000_000).unwrap();
+    assert_eq!(ring.oldest_log_time(), None);
+    killed(&part, 0..200);
+    didim_drivers::source::mcap::repair(&part, &whole).unwrap();
+    assert_eq!(ring.oldest_log_time(), None, "it would be read at every turn");
+    drop(ring);
+    let mut ring = Ring::open(folder.path(), 10_000_000).unwrap();
+    assert_eq!(ring.oldest_log_time(), Some(0));
+}
+
+#[test]
 fn a_ring_that_may_be_smaller_now_shrinks_at_the_start() {
     let folder = tempfile::tempdir().unwrap();
     for n in 0..6 {

@@ -57,7 +57,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         end: WindowEnd::Rest,
         note: None,
     };
-    let record = ResultRecord::new("cell", "c0ffee", &window, &estimate);
+    let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     let options = ResultOptions { drift, ..ResultOptions::default() };
     results.take(&record, &Beside::default(), &options).unwrap();
 }
@@ -148,6 +148,18 @@ fn a_history_that_cannot_be_written_costs_no_result() {
     take(&mut results, 6.48);
     assert!(folder.path().join("result-00000000.json").exists());
     assert!(folder.path().join("latest.json").exists());
+    let health = |results: &Results| {
+        let mut status = EstimationStatus::default();
+        results.tell(&mut status);
+        crate::service::status::Health::of(None, Some(&status)).reasons
+    };
+    results.settle();
+    let [reason] = &health(&results)[..] else { panic!("{:?}", health(&results)) };
+    assert!(reason.starts_with("1 lines of the history wait") && reason.contains("history.jsonl"));
+    std::fs::remove_dir(folder.path().join("history.jsonl")).unwrap();
+    results.settle();
+    assert_eq!(health(&results), Vec::<String>::new());
+    assert_eq!(crate::archive::store::read_history(folder.path()).unwrap().0.len(), 1);
 }
 
 #[test]
