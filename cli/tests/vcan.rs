@@ -254,10 +254,16 @@ fn total(counts: &BTreeMap<String, u64>) -> u64 {
     counts.values().sum()
 }
 
-/// So many windows are dealt with, and nothing waits.
+/// So many windows are dealt with, and nothing waits, not even a recording to be archived.
 fn has_settled(status: &Snapshot, windows: u64) -> bool {
     let work = work(status);
-    work.windows_identified + total(&work.windows_rejected) >= windows && work.windows_pending == 0
+    let archived = work
+        .kept_recordings
+        .as_ref()
+        .is_none_or(|archive| archive.kept + archive.failed >= work.windows_identified);
+    work.windows_identified + total(&work.windows_rejected) >= windows
+        && work.windows_pending == 0
+        && archived
 }
 
 /// Ends the daemon as a service manager does.
@@ -505,7 +511,7 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         let witness = Witness::listen(interface);
         let acquisition = Daemon::start(&cell, Some("acquisition"));
         let estimation = Daemon::start(&cell, Some("estimation"));
-        let changes = [("tail_s = 0.6", "tail_s = 4.0"), ("cycles = 1", "cycles = 2")];
+        let changes = [("tail_s = 0.6", "tail_s = 8.0"), ("cycles = 1", "cycles = 2")];
         let scenario = cell.scenario(&changes);
         let mut arm = sender(&cell, interface, &["--scenario", scenario.to_str().unwrap()])
             .stdout(Stdio::null())
@@ -537,9 +543,9 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         let merged = json(&merged);
         assert_eq!(merged["estimation"]["windows_identified"], 1, "{merged}");
         assert!(merged["acquisition"]["samples"].as_u64().unwrap() > 35_000, "{merged}");
-        // The second motion begins 0.5 s into the second cycle of 11.34 s; its window takes 0.26 s
+        // The second motion begins 0.5 s into the second cycle of 15.34 s; its window takes 0.26 s
         // from before.
-        if restarted_at > 57_500 {
+        if restarted_at > 77_500 {
             return Err(Late(format!("the estimation was away until sample {restarted_at}")));
         }
         assert_eq!(work(&status).windows_identified, 1, "{:#?}", work(&status));

@@ -313,7 +313,11 @@ fn what_does_not_fit_is_named() {
         (dbc.to_owned(), spec.replace("hold_us = 4000.0", "hold_us = 4e6"), "ten periods"),
         (dbc.to_owned(), spec.replace("sync = \"SYNC\"", ""), "`sync`: missing"),
         (dbc.to_owned(), spec.replace(".StatusWord", ""), "a signal is named `Message.Signal`"),
-        (dbc.to_owned(), format!("counter = \"TPDO1_1.StatusWord\"\n{spec}"), "`counter`: counts"),
+        (
+            dbc.to_owned(),
+            format!("counter = \"TPDO1_1.StatusWord\"\n{spec}"),
+            "`counter`: is for packed frames",
+        ),
         (dbc.to_owned(), spec.replace(".StatusWord", ".TorqueDemand"), "unsigned integer"),
         (dbc.replace("BO_ 386 ", "BO_ 385 "), spec.to_owned(), "same identifier 385"),
         (dbc.replace("BO_ 386 ", "BO_ 65921 "), spec.to_owned(), "line 25 of the DBC file: 65921"),

@@ -280,7 +280,7 @@ fn a_scan_tells_the_stamps() {
 fn what_is_no_recording_is_named() {
     for bytes in [&b""[..], b"(1.0) can0 123#11\n", b"\x89MCAP1\r\n"] {
         let error = McapSource::new(bytes, Path::new("a.log"), &[]).unwrap_err();
-        assert!(error.to_string().contains("a.log is no MCAP file"), "{error}");
+        assert!(error.to_string().contains("a.log is not an MCAP file"), "{error}");
     }
 }
 
