@@ -511,7 +511,7 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         let witness = Witness::listen(interface);
         let acquisition = Daemon::start(&cell, Some("acquisition"));
         let estimation = Daemon::start(&cell, Some("estimation"));
-        let changes = [("tail_s = 0.6", "tail_s = 8.0"), ("cycles = 1", "cycles = 2")];
+        let changes = [("tail_s = 0.6", "tail_s = 10.0"), ("cycles = 1", "cycles = 2")];
         let scenario = cell.scenario(&changes);
         let mut arm = sender(&cell, interface, &["--scenario", scenario.to_str().unwrap()])
             .stdout(Stdio::null())
@@ -543,9 +543,9 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         let merged = json(&merged);
         assert_eq!(merged["estimation"]["windows_identified"], 1, "{merged}");
         assert!(merged["acquisition"]["samples"].as_u64().unwrap() > 35_000, "{merged}");
-        // The second motion begins 0.5 s into the second cycle of 15.34 s; its window takes 0.26 s
+        // The second motion begins 0.5 s into the second cycle of 17.34 s; its window takes 0.26 s
         // from before.
-        if restarted_at > 77_500 {
+        if restarted_at > 87_500 {
             return Err(Late(format!("the estimation was away until sample {restarted_at}")));
         }
         assert_eq!(work(&status).windows_identified, 1, "{:#?}", work(&status));
