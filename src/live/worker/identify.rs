@@ -24,7 +24,9 @@ const ABANDON_AFTER: Duration = Duration::from_millis(300);
 
 /// How long a stop waits for results that are not stored yet.
 const STORE_TIMEOUT: Duration = Duration::from_millis(500);
-/// How long an end waits for a thread that has nothing to do: on a busy machine its ports take a while to go.
+
+/// How long an end waits for a thread that has nothing to do: on a busy machine its ports take a while to go. The
+/// service as a whole may stop waiting before.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How soon a late reader of the estimates gets the last one.
