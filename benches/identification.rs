@@ -66,7 +66,8 @@ fn identification(criterion: &mut Criterion) {
     });
     // What benches/numpy_idim_ls.py computes, and the correction of the standard deviations.
     let fit = idim_ls_unchecked(robot, &base, &experiment, &options).unwrap();
-    assert_eq!(fit.parameters, found.parameters);
+    let values = fit.parameters.iter().map(|parameter| parameter.value);
+    assert!(values.eq(found.parameters.iter().map(|parameter| parameter.value)));
     group.bench_function("28_parameters_without_checks", |bencher| {
         bencher.iter(|| idim_ls_unchecked(robot, &base, &experiment, &options).unwrap());
     });

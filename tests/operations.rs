@@ -135,7 +135,7 @@ fn optional(key: &str) -> Value {
             "window": 1, "first_sequence": 1, "last_sequence": 2, "method": "idim-ls",
             "parameters": [{ "name": "fc3", "value": 1.0, "standard_deviation": 0.1 }],
             "relative_error": 1.0, "condition_number": 1.0,
-            "applicable": false, "reasons": ["in words"]
+            "applicable": false, "reasons": ["in words"], "monitoring_reasons": ["in words"]
         }),
         "note" => json!({ "text": "in words" }),
         "drift" => json!({
@@ -411,7 +411,7 @@ fn reasons_of_health() {
 fn why_a_result_is_not_compared() {
     let (result, other, words) = (2, 1, || "in words".to_owned());
     let all = [
-        NotComparable::NotApplicable { result },
+        NotComparable::NotGood { result },
         NotComparable::OtherRobot { result, robot: words(), other, other_robot: words() },
         NotComparable::OtherMethod { result, method: words(), other, other_method: words() },
         NotComparable::OtherRegrouping { result, other },
@@ -422,7 +422,7 @@ fn why_a_result_is_not_compared() {
     // What is new belongs into the list above.
     for why in &all {
         match why {
-            NotComparable::NotApplicable { .. }
+            NotComparable::NotGood { .. }
             | NotComparable::OtherRobot { .. }
             | NotComparable::OtherMethod { .. }
             | NotComparable::OtherRegrouping { .. }

@@ -84,7 +84,7 @@ fn digest(window: &Window) -> Estimate {
         rows: window.counted.len(),
         condition_number: sum(|sample| sample.motor_position_rad[0]),
         singular_values: SingularValues { max: sum(|sample| sample.motor_torque_nm[5]), min: 0.0 },
-        verdict: Verdict { applicable: true, ..Verdict::default() },
+        verdict: good(),
         ..Estimate::default()
     }
 }
@@ -565,4 +565,12 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     assert!(heard("STOPPING=1"));
     assert!(!status.exists() && !control.exists());
     drop((documents, estimates, node));
+}
+
+/// A verdict that speaks for every use that is asked for.
+fn good() -> Verdict {
+    let mut verdict = Verdict { applicable: true, ..Verdict::default() };
+    verdict.uses.monitoring.applicable = Some(true);
+    verdict.uses.prediction.applicable = Some(true);
+    verdict
 }

@@ -197,6 +197,7 @@ fn origin(
     Ok(Origin {
         input,
         samples: SampleRange::Measurement(counted, measurement.signals.sample_rate_hz),
+        further: Vec::new(),
         note: None,
     })
 }

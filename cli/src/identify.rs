@@ -13,10 +13,13 @@ use serde::Serialize;
 use super::CliError;
 use super::output::{print, write_figure, write_report};
 use didim::cell::Cell;
-use didim::offline::identify::{IdentifyError, identify_measurement, reduce_measurement};
+use didim::offline::identify::{
+    IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
+};
 use didim::offline::read_log;
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::text::aligned;
 use didim_formats::{Measurement, RATE_TOLERANCE, read_csv};
 
 #[derive(Debug, Args)]
@@ -24,9 +27,10 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The experiment: a CSV file, or a candump log or an MCAP recording of the cell's bus
-    #[arg(long, value_name = "FILE")]
-    input: PathBuf,
+    /// The experiment: a CSV file, or a candump log or an MCAP recording of the cell's bus; given again,
+    /// further ones of the same arm, for one identification
+    #[arg(long, value_name = "FILE", required = true)]
+    input: Vec<PathBuf>,
     /// The method; the cell's when left out
     #[arg(long, value_name = "METHOD")]
     method: Option<Method>,
@@ -63,36 +67,110 @@ struct Output<'a> {
     estimate: &'a Estimate,
     #[serde(skip_serializing_if = "Option::is_none")]
     reduction: Option<&'a Reduction>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    recordings: &'a [RecordingLine],
     elapsed_ms: f64,
+}
+
+/// One of several recordings: how well the parameters of all fit it, and how far its own are from those of
+/// the others.
+#[derive(Serialize)]
+struct RecordingLine {
+    input: String,
+    relative_error: f64,
+    /// Root mean square of the differences to the parameters of each other recording, in standard deviations;
+    /// nothing where one of the two cannot be identified alone.
+    rms_deviation_from: Vec<Option<f64>>,
+}
+
+/// Every recording by itself, where there are several.
+fn recordings(
+    cell: &Cell,
+    method: Method,
+    arguments: &Arguments,
+    measurements: &[(&Measurement, Range<usize>)],
+    together: &Estimate,
+) -> Vec<RecordingLine> {
+    if measurements.len() < 2 {
+        return Vec::new();
+    }
+    let alone: Vec<Option<Estimate>> = (measurements.iter())
+        .map(|(measurement, counted)| {
+            let found = identify_measurement(cell, method, measurement, counted.clone());
+            found.ok().map(|found| found.estimate)
+        })
+        .collect();
+    let named = arguments.input.iter().zip(&together.relative_error_per_recording).enumerate();
+    let line = |(index, (path, relative_error)): (usize, (&PathBuf, &f64))| {
+        let from = |(other, found): (usize, &Option<Estimate>)| {
+            let [one, other] = [alone[index].as_ref(), found.as_ref().filter(|_| other != index)];
+            one.zip(other).map(|(one, other)| rms_deviation(one, other))
+        };
+        RecordingLine {
+            input: path.display().to_string(),
+            relative_error: *relative_error,
+            rms_deviation_from: alone.iter().enumerate().map(from).collect(),
+        }
+    };
+    named.map(line).collect()
+}
+
+/// A table of the recordings.
+fn compared(recordings: &[RecordingLine]) -> String {
+    if recordings.is_empty() {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = (recordings.iter())
+        .map(|line| {
+            let shown = |value: &Option<f64>| value.map_or("–".to_owned(), |z| format!("{z:.2}"));
+            let error = format!("{:.2} %", 100.0 * line.relative_error);
+            let from = line.rms_deviation_from.iter().map(shown);
+            [line.input.clone(), error].into_iter().chain(from).collect()
+        })
+        .collect();
+    let numbers: Vec<String> =
+        (1..=recordings.len()).map(|number| format!("rms z to {number}")).collect();
+    let mut header = vec!["recording", "error"];
+    header.extend(numbers.iter().map(String::as_str));
+    format!("\n{}", aligned(&header, &rows))
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let measurement = read_input(&arguments.input, &cell, arguments.sample_rate)?;
-    check_rate(&measurement, &cell, &arguments.input)?;
-    let bounds = (arguments.from, arguments.to);
-    let counted = counted(bounds, &cell, &measurement, &arguments.input)?;
+    let mut read = Vec::with_capacity(arguments.input.len());
+    for path in &arguments.input {
+        let measurement = read_input(path, &cell, arguments.sample_rate)?;
+        check_rate(&measurement, &cell, path)?;
+        let bounds = (arguments.from, arguments.to);
+        let counted = counted(bounds, &cell, &measurement, path)?;
+        read.push((measurement, counted));
+    }
+    let measurements: Vec<(&Measurement, Range<usize>)> =
+        read.iter().map(|(measurement, counted)| (measurement, counted.clone())).collect();
+    let first = &arguments.input[0];
     let start = Instant::now();
     let mut reduction = None;
     if arguments.essential {
-        let found = reduce_measurement(&cell, &measurement, counted.clone())
-            .map_err(|error| CliError::in_file(&arguments.input, error))?;
+        let found = reduce_measurements(&cell, &measurements)
+            .map_err(|error| CliError::in_file(first, error))?;
         cell = cell.with_parameters(&found.essential);
         reduction = Some(found);
     }
     let method = arguments.method.unwrap_or(cell.method);
-    let identification = identify_measurement(&cell, method, &measurement, counted.clone())
-        .map_err(|error| match error {
+    let identification =
+        identify_measurements(&cell, method, &measurements).map_err(|error| match error {
             IdentifyError::Identification(IdentificationError::NoController { .. })
             | IdentifyError::NotRobust(_) => {
                 CliError::configuration(format!("{}: {error}", arguments.cell.display()))
             }
-            error => CliError::in_file(&arguments.input, error),
+            error => CliError::in_file(first, error),
         })?;
     let elapsed = start.elapsed();
+    let recordings = recordings(&cell, method, arguments, &measurements, &identification.estimate);
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
-        let output = Output { estimate, reduction, elapsed_ms: elapsed.as_secs_f64() * 1e3 };
+        let elapsed_ms = elapsed.as_secs_f64() * 1e3;
+        let output = Output { estimate, reduction, recordings: &recordings, elapsed_ms };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
@@ -100,17 +178,24 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
         print(&text(&cell, &identification, arguments.regrouping))?;
-        print(&what_counted(&counted, &measurement))?;
+        for (measurement, counted) in &measurements {
+            print(&what_counted(counted, measurement))?;
+        }
+        print(&compared(&recordings))?;
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {
         write_figure(path, &cell, &identification)?;
     }
     if let Some(path) = &arguments.report {
-        let input = InputFile::read(&arguments.input)
-            .map_err(|error| CliError::in_file(&arguments.input, error))?;
-        let samples = SampleRange::Measurement(counted, measurement.signals.sample_rate_hz);
-        let origin = Origin { input: Some(input), samples, note: None };
+        let mut origins = Vec::with_capacity(measurements.len());
+        for (path, (measurement, counted)) in arguments.input.iter().zip(&measurements) {
+            let input = InputFile::read(path).map_err(|error| CliError::in_file(path, error))?;
+            let rate = measurement.signals.sample_rate_hz;
+            origins.push((input, SampleRange::Measurement(counted.clone(), rate)));
+        }
+        let (input, samples) = origins.remove(0);
+        let origin = Origin { input: Some(input), samples, further: origins, note: None };
         let report = Report { cell: &cell, identification: &identification, origin: &origin };
         write_report(path, &report)?;
     }

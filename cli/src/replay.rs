@@ -85,8 +85,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.report {
         let input = InputFile::read(&arguments.log)
             .map_err(|error| CliError::in_file(&arguments.log, error))?;
-        let origin =
-            Origin { input: Some(input), samples: SampleRange::Window(window), note: None };
+        let origin = Origin {
+            input: Some(input),
+            samples: SampleRange::Window(window),
+            further: Vec::new(),
+            note: None,
+        };
         let report = Report { cell: &cell, identification: &identification, origin: &origin };
         write_report(path, &report)?;
     }

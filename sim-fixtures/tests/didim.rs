@@ -170,7 +170,9 @@ fn from_idim_ls_two_simulations_give_the_answer_of_every_other_start() {
             let difference = difference(&other, &near);
             println!("{motion:?}: {difference:.3} from {} simulations", other.simulations);
             assert!(difference < 0.1, "{motion:?}: {difference}");
-            assert_eq!(near.verdict, other.verdict, "{motion:?}");
+            let [near, other] = [&near.verdict, &other.verdict];
+            assert_eq!(near.reasons, other.reasons, "{motion:?}");
+            assert_eq!(near.notes, other.notes, "{motion:?}");
         }
     }
 }

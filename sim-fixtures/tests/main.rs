@@ -19,3 +19,4 @@ mod scenarios;
 mod starts;
 mod truth;
 mod vcan_device;
+mod wrong_statements;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    DecimationFilter, Method, PositionFilter, SimulationOptions, VerdictLimits,
+    DecimationFilter, Method, PositionFilter, SimulationOptions, Tolerances, Use, VerdictLimits,
 };
 use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
@@ -91,6 +91,15 @@ pub struct IdentificationSection {
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,
+    /// What results are for.
+    #[serde(default = "Use::usual")]
+    pub required_uses: Vec<Use>,
+    /// Names of the parameters whose values are asked for; those that carry torque when left out.
+    #[serde(default)]
+    pub required_parameters: Option<Vec<String>>,
+    /// How well known is what cell and robot state.
+    #[serde(default)]
+    pub tolerances: Tolerances,
     /// How the closed loop is simulated, and when the iteration ends; needs `[controller]`.
     #[serde(default)]
     pub simulation: Option<SimulationOptions>,

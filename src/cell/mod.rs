@@ -149,6 +149,9 @@ impl Cell {
             parameters: file.identification.parameters.clone(),
             robust: file.identification.robust,
             limits: file.identification.limits,
+            required_uses: file.identification.required_uses.clone(),
+            required_parameters: file.identification.required_parameters.clone(),
+            tolerances: file.identification.tolerances,
             controller: file.controller,
             simulation: simulation.clone().unwrap_or_default(),
         };

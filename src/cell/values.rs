@@ -113,5 +113,7 @@ fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(
 
 fn check_limits(file: &CellFile) -> Result<(), Wrong> {
     let checked = file.identification.limits.validate();
-    checked.map_err(|error| ("identification.limits", error.to_string()))
+    checked.map_err(|error| ("identification.limits", error.to_string()))?;
+    let checked = file.identification.tolerances.validate();
+    checked.map_err(|error| ("identification.tolerances", error.to_string()))
 }

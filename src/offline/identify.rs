@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
-    CrossValidation, Experiment, ExperimentError, Failure, Identification, IdentificationError,
-    Method, Note, Reduction, cross_validate, essential_parameters, identify,
+    CrossValidation, Estimate, Experiment, ExperimentError, Failure, Identification,
+    IdentificationError, Method, Note, Reduction, cross_validate, essential_parameters, identify,
 };
 
 use super::rate::{RateError, measurement};
@@ -61,13 +61,37 @@ pub fn identify_measurement(
     measurement: &Measurement,
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
-    let experiment = experiment(cell, measurement, counted)?;
+    identify_measurements(cell, method, &[(measurement, counted)])
+}
+
+/// Identifies one set of parameters from several measurements, each with the samples that count in it.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_measurements(
+    cell: &Cell,
+    method: Method,
+    measurements: &[(&Measurement, Range<usize>)],
+) -> Result<Identification, IdentifyError> {
+    let experiment = joined(cell, measurements)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     let mut identification = identify(method, &cell.robot, &cell.base, &experiment, &cell.options)?;
-    if measurement.rate_unchecked {
+    if measurements.iter().any(|(measurement, _)| measurement.rate_unchecked) {
         identification.estimate.verdict.notes.push(Note::RateUnchecked);
     }
     Ok(identification)
+}
+
+/// How far two identifications are apart: root mean square over the parameters that both have of their differences, in
+/// the standard deviations of these. About 1 where both are of one arm and its model lacks the same in both.
+pub fn rms_deviation(one: &Estimate, other: &Estimate) -> f64 {
+    let squares = one.parameters.iter().filter_map(|p| {
+        let q = other.parameters.iter().find(|q| q.name == p.name)?;
+        let deviation = p.standard_deviation.hypot(q.standard_deviation);
+        Some(((p.value - q.value) / deviation).powi(2))
+    });
+    let (count, sum) = squares.fold((0.0, 0.0), |(count, sum), square| (count + 1.0, sum + square));
+    (sum / count).sqrt()
 }
 
 /// Identifies without each of `blocks` consecutive parts of the samples that count, in turn, and
@@ -87,6 +111,21 @@ pub fn cross_validate_measurement(
     Ok(cross_validate(method, &cell.robot, &cell.base, &experiment, &cell.options, blocks)?)
 }
 
+/// The experiment that measurements are to this cell.
+fn joined(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+) -> Result<Experiment, ExperimentError> {
+    if let [(measurement, counted)] = measurements {
+        return experiment(cell, measurement, counted.clone());
+    }
+    let experiments = measurements
+        .iter()
+        .map(|(measurement, counted)| experiment(cell, measurement, counted.clone()))
+        .collect::<Result<Vec<_>, _>>()?;
+    Experiment::joined(&experiments)
+}
+
 /// The experiment that a measurement is to this cell.
 fn experiment(
     cell: &Cell,
@@ -101,16 +140,15 @@ fn experiment(
     .with_counted(counted)
 }
 
-/// Finds the essential parameters in a measurement, with the filters of the cell.
+/// Finds the essential parameters in measurements, with the filters of the cell.
 ///
 /// # Errors
 /// See [`IdentifyError`].
-pub fn reduce_measurement(
+pub fn reduce_measurements(
     cell: &Cell,
-    measurement: &Measurement,
-    counted: Range<usize>,
+    measurements: &[(&Measurement, Range<usize>)],
 ) -> Result<Reduction, IdentifyError> {
-    let experiment = experiment(cell, measurement, counted)?;
+    let experiment = joined(cell, measurements)?;
     let (robot, base) = (&cell.robot, &cell.base);
     Ok(essential_parameters(robot, base, &experiment, &cell.options, SIGNIFICANCE)?)
 }

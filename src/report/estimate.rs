@@ -2,20 +2,31 @@
 
 use didim_core::identification::{Estimate, ParameterEstimate};
 
-use super::convergence;
+use super::{convergence, uses};
 use crate::text::{aligned, significant, to_uncertainty};
 
 /// The value a parameter really has, when it is known: a simulated arm's truth.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
-/// The parameters, one line each: value, standard deviation, relative standard deviation.
+/// The parameters, one line each: value, statistical and combined uncertainty, and both relative to it.
 pub fn parameter_table(estimate: &Estimate) -> String {
     let rows: Vec<Vec<String>> = estimate
         .parameters
         .iter()
-        .map(|p| vec![p.name.clone(), value(p), significant(p.standard_deviation, 2), relative(p)])
+        .map(|p| {
+            let share = 100.0 * p.combined_standard_deviation / p.value.abs();
+            vec![
+                p.name.clone(),
+                value(p),
+                significant(p.standard_deviation, 2),
+                significant(p.combined_standard_deviation, 2),
+                relative(p),
+                format!("{} %", significant(share, 2)),
+            ]
+        })
         .collect();
-    aligned(&["parameter", "value", "σ", "relative σ"], &rows)
+    let header = ["parameter", "value", "± statistical", "± combined", "relative", "combined"];
+    aligned(&header, &rows)
 }
 
 /// The parameters against the truth: truth, estimate, relative standard deviation and the deviation
@@ -79,6 +90,13 @@ pub fn summary(estimate: &Estimate) -> String {
         100.0 * estimate.relative_error,
         estimate.condition_number
     );
+    let uses = uses::lines(estimate).map(|line| {
+        let what = format!("{}: {}", line.of, line.meaning);
+        vec![what, line.answer.into(), line.figure, line.limit]
+    });
+    text += "\n";
+    text += &aligned(&["use: what decides", "good", "figure", "limit"], &uses.collect::<Vec<_>>());
+    text += "\n";
     if estimate.verdict.applicable {
         text += "verdict: applicable\n";
     } else {

@@ -9,6 +9,7 @@ pub mod html;
 mod panel;
 pub mod reduction;
 pub mod terminal;
+mod uses;
 
 use didim_core::identification::Identification;
 use didim_core::robot::Robot;

@@ -167,7 +167,8 @@ pub fn configuration(
         let provenance = WindowProvenance::of(window);
         let report = has_folder.then(|| {
             let samples = SampleRange::Window(provenance.clone());
-            let origin = Origin { input: None, samples, note: window.note.clone() };
+            let origin =
+                Origin { input: None, samples, further: Vec::new(), note: window.note.clone() };
             Report { cell, identification: &identification, origin: &origin }.to_html()
         });
         let estimate = identification.estimate.clone();

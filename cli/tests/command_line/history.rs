@@ -124,11 +124,11 @@ fn what_is_not_there_is_said_with_what_is() {
     // A result that may not be used is no baseline.
     let history = Path::new(&state).join("history.jsonl");
     let line = std::fs::read_to_string(&history).unwrap();
-    std::fs::write(&history, line.replace("\"applicable\":true", "\"applicable\":false")).unwrap();
+    std::fs::write(&history, line.replace("\"monitoring\":true", "\"monitoring\":false")).unwrap();
     let set = didim(&["baseline", "set", "--state", &state, "0"]);
-    set.refused(1, &["result 0 is not applicable"]);
+    set.refused(1, &["result 0 is not good for monitoring"]);
     didim(&["baseline", "set", "--state", &state])
-        .refused(1, &["no result in the history is applicable"]);
+        .refused(1, &["no result in the history is good for monitoring"]);
 }
 
 #[test]

@@ -59,7 +59,9 @@ fn one_object_with_the_promised_keys() {
         "ljung_box_per_joint",
         "effective_rows_per_joint",
         "torque_delay_per_joint",
-        "model_checks",
+        "freedoms",
+        "elsewhere",
+        "held_out",
         "iterations",
         "simulations",
         "elapsed_ms",
@@ -124,9 +126,14 @@ fn a_position_filter_that_biases_is_told_by_the_verdict() {
     let output = identify(&configuration.packed_cell(), &data().packed_log, &[]);
     let deviations = deviations(&output);
     assert!(deviations.iter().any(|(_, z)| z.abs() > 2.5), "{deviations:.2?}");
-    assert_eq!(output["verdict"]["applicable"], false);
-    let reasons = output["verdict"]["reasons"].to_string();
-    assert!(reasons.contains("position filter distorts the motion"), "{reasons}");
+    let notes = output["verdict"]["notes"].to_string();
+    assert!(notes.contains("position filter distorts the motion"), "{notes}");
+    // The bias is in the combined uncertainty.
+    for ((name, z), parameter) in deviations.iter().zip(output["parameters"].as_array().unwrap()) {
+        let ratio = number(parameter, "standard_deviation")
+            / number(parameter, "combined_standard_deviation");
+        assert!((z * ratio).abs() <= 2.0, "{name}: {z} {ratio}");
+    }
 }
 
 /// Who iterates says how; who does not has no such keys.

@@ -68,6 +68,13 @@ impl Model {
         self
     }
 
+    /// The same model with another geometry at one joint, counted from 0, of the same kind.
+    #[must_use]
+    pub(crate) fn with_joint(mut self, index: usize, joint: Joint) -> Self {
+        self.chain[index] = joint;
+        self
+    }
+
     #[inline(always)]
     pub(super) fn link<T: Scalar>(&self, parameters: &[T], link: usize) -> Inertia<T> {
         let first = self.first_columns[link];

@@ -23,18 +23,19 @@ mod observation;
 pub use closed_loop::mean_joint_inertia;
 pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
 pub use equation_error::{
-    Reduction, ReductionStep, UncheckedEstimate, essential_parameters, idim_ls_unchecked,
+    Reduction, ReductionStep, UncheckedEstimate, UncheckedParameter, essential_parameters,
+    idim_ls_unchecked,
 };
 pub use given::{
     ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure, IdentificationError,
     IterationError, LimitError, Method, Optimiser, Options, PositionFilter, Selection,
-    SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start, UnknownMethod,
-    VerdictLimits,
+    SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start, ToleranceError, Tolerances,
+    UnknownMethod, Use, VerdictLimits,
 };
 pub use identify::identify;
 pub use judgement::{
-    Alternative, ConvergenceStep, Estimate, Fit, Identification, Information, ModelCheck, Note,
-    Output, ParameterEstimate, Reason, ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
-    Verdict,
+    ConvergenceStep, Elsewhere, Estimate, Fit, Freedom, FreedomEstimate, HeldOut, Identification,
+    Information, Note, Output, ParameterEstimate, PositionBias, Quantity, Reason, ReferenceSource,
+    ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};

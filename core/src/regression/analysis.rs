@@ -18,7 +18,7 @@ pub struct ResidualAnalysis<'a> {
     pub(super) filter: &'a RowFilter,
     /// Q (r × b), the columns of `Ω^{-1/2} X` as combinations of orthonormal ones.
     pub(super) basis: DMatrix<f64>,
-    basis_transforms: Transforms,
+    pub(super) basis_transforms: Transforms,
     pub(super) leverage: Vec<Vec<f64>>,
     spectrum: ResidualSpectrum<'a>,
 }
@@ -41,6 +41,15 @@ impl<'a> ResidualAnalysis<'a> {
         &self.spectrum
     }
 
+    /// Rows of zeros on both sides.
+    pub fn rows_without_equation(&self) -> Vec<usize> {
+        let (matrix, measured) = (self.system.matrix(), self.system.measurements());
+        let is_zero = |row: &usize| {
+            measured[*row] == 0.0 && matrix.row(*row).iter().all(|value| *value == 0.0)
+        };
+        (0..matrix.nrows()).filter(is_zero).collect()
+    }
+
     /// `Z = Ω⁻¹X (XᵀΩ⁻¹X)⁻¹` (r × b): the estimate is Zᵀy, and a change of y by d moves it by Zᵀd.
     pub fn influence(&self) -> DMatrix<f64> {
         // Ω^{-1/2} Q R⁻ᵀ
@@ -59,12 +68,7 @@ impl<'a> ResidualAnalysis<'a> {
     /// Covariance `ZᵀVZ` of the parameters (b × b), V the covariance of the errors: right also
     /// where the residuals are not white, where equation 10 is not.
     pub fn covariance(&self) -> DMatrix<f64> {
-        // Z = Ω^{-1/2} Q R⁻ᵀ, so that the transforms of Q do.
-        let r_inverse = &self.solution.r_inverse;
-        let levels = &self.solution.noise_levels;
-        let of_basis = self.spectrum.covariance_of(&self.basis_transforms, levels);
-        let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
-        (&covariance + covariance.transpose()) * 0.5
+        self.covariance_by(&self.spectrum)
     }
 
     /// The rows (r) of each joint divided by its noise level.

@@ -247,6 +247,45 @@ impl<'a> ResidualSpectrum<'a> {
         symmetric_product(&parts, &common)
     }
 
+    /// Multiplies the power of each joint whose errors have a smaller standard deviation than this.
+    pub(super) fn raise_to(&mut self, deviations: &[f64]) {
+        let length = self.filter.fourier.length() as f64;
+        for (joint, deviation) in self.joints.iter_mut().zip(deviations) {
+            let power = joint.power.iter().enumerate();
+            let sum: f64 = power.map(|(k, power)| self.filter.multiplicity(k) * power).sum();
+            let raised = deviation * deviation * length / sum;
+            if raised > 1.0 {
+                joint.power.iter_mut().for_each(|power| *power *= raised);
+            }
+        }
+    }
+
+    /// The transforms of a joint's rows at the frequencies that tell something, divided by the
+    /// root of their mean power. Not by that of each frequency: what the model lacks is at those of the motion,
+    /// and is no noise that the others could outweigh.
+    pub(super) fn weighted(&self, joint: usize, rows: &Transforms) -> DMatrix<f64> {
+        let (inside, frequencies) = (self.filter.inside, self.filter.fourier.frequencies());
+        let length = self.filter.fourier.length() as f64;
+        let power = &self.joints[joint].power[..inside];
+        let mean = power.iter().sum::<f64>() / inside as f64;
+        let roots: Vec<f64> =
+            (0..inside).map(|k| (self.filter.multiplicity(k) / (mean * length)).sqrt()).collect();
+        let parts = |part: usize, column: usize| {
+            let first = (2 * column + part) * frequencies;
+            rows.values.as_slice()[first..first + inside].iter().zip(&roots)
+        };
+        let columns = rows.values.ncols();
+        let mut weighted = DMatrix::zeros(2 * inside, columns);
+        for (column, to) in weighted.as_mut_slice().chunks_exact_mut(2 * inside).enumerate() {
+            for (part, to) in to.chunks_exact_mut(inside).enumerate() {
+                for (to, (value, root)) in to.iter_mut().zip(parts(part, column)) {
+                    *to = value * root;
+                }
+            }
+        }
+        weighted
+    }
+
     /// Independent rows of all joints, by the filter alone: rows times the passband.
     pub(super) fn independent_rows(&self) -> f64 {
         self.filter.independent(self.rows) * self.joints.len() as f64

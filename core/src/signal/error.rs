@@ -66,3 +66,14 @@ pub enum SignalError {
     #[error("a decimation factor of 0 keeps no sample")]
     Factor,
 }
+
+impl SignalError {
+    /// The same of a signal that is the part of another from this sample on.
+    #[must_use]
+    pub(crate) fn later_by(self, samples: usize) -> Self {
+        match self {
+            Self::NotFinite { index } => Self::NotFinite { index: index + samples },
+            other => other,
+        }
+    }
+}

@@ -27,5 +27,6 @@ pub use error::SignalError;
 pub use interpolation::delay_linear;
 pub use limits::MAX_ORDER;
 pub use record::Group;
+pub(crate) use record::group_of;
 pub use sections::SecondOrderSections;
 pub use zero_phase::OddPadding;

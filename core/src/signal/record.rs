@@ -86,3 +86,12 @@ impl<'a> Record<'a> {
         }
     }
 }
+
+/// The samples of a signal from `first` on; beyond the last sample, the last.
+#[inline(always)]
+pub(crate) fn group_of(signal: &[f64], first: usize) -> Group {
+    match signal[first..].first_chunk() {
+        Some(samples) => Lanes(*samples),
+        None => Lanes::from_fn(|l| signal[(first + l).min(signal.len() - 1)]),
+    }
+}

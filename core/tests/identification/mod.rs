@@ -5,6 +5,7 @@ mod cross_validation;
 mod exact;
 mod noise;
 mod recording;
+mod recordings;
 mod refusals;
 mod robust;
 mod timing;

@@ -187,12 +187,7 @@ fn a_torque_of_the_wrong_sign_is_not_applicable() {
         .estimate
         .verdict;
     assert!(!verdict.applicable);
-    for what in ["viscous friction fv1", "Coulomb friction fc1", "drive inertia ia"] {
-        assert!(
-            verdict.reasons.iter().any(|reason| reason.to_string().contains(what)),
-            "{verdict:?}"
-        );
-    }
+    assert!(matches!(verdict.reasons[0], Reason::WrongSigns { .. }), "{verdict:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Outliers in the record: what they do to least squares, and not to the M-estimate.
 
 use didim_core::identification::{
-    self, Estimate, Experiment, IdentificationError, Method, Note, Options, Reason, VerdictLimits,
+    self, Estimate, Experiment, IdentificationError, Method, Note, Options, VerdictLimits,
 };
 use didim_core::regression::RobustLoss;
 
@@ -132,12 +132,12 @@ fn a_glitch_is_no_motion_that_the_filter_distorts() {
     let (found, _) = identify(glitch, &LOSSES);
     let limit = VerdictLimits::default().position_filter_deviations;
     for (clean, found) in clean.iter().zip(&found).skip(1) {
-        let [before, after] = [clean, found].map(|of| of.model_checks[0].shift_deviations.abs());
+        let [before, after] =
+            [clean, found].map(|of| of.position_bias.as_ref().unwrap().deviations.abs());
         println!("position filter: {before:.2} σ, with glitches {after:.2} σ");
         assert!(before < limit && after < limit, "{before} {after}");
-        let filter = ["position filter", "noise of the positions"];
-        let blames = |reason: &Reason| filter.iter().any(|what| reason.to_string().contains(what));
-        assert!(!found.verdict.reasons.iter().any(blames), "{:?}", found.verdict.reasons);
+        let blames = |note: &Note| matches!(note, Note::PositionBias { .. });
+        assert!(!found.verdict.notes.iter().any(blames), "{:?}", found.verdict.notes);
     }
 }
 

@@ -27,7 +27,13 @@ fn unchecked_parameters_are_those_of_the_result_to_the_bit() {
             let checked = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options)
                 .unwrap()
                 .estimate;
-            assert_eq!(found.parameters, checked.parameters);
+            assert_eq!(found.parameters.len(), checked.parameters.len());
+            for (found, checked) in found.parameters.iter().zip(&checked.parameters) {
+                assert_eq!(found.name, checked.name);
+                assert_eq!(found.value.to_bits(), checked.value.to_bits());
+                let deviations = [found.standard_deviation, checked.standard_deviation];
+                assert_eq!(deviations[0].to_bits(), deviations[1].to_bits());
+            }
             assert_eq!(found.condition_number.to_bits(), checked.condition_number.to_bits());
             let residuals = &found.residuals;
             assert_eq!(residuals.relative_error.to_bits(), checked.relative_error.to_bits());

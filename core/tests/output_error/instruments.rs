@@ -69,6 +69,6 @@ fn every_start_leads_to_nearly_the_same_instruments() {
         println!("{} simulations, least correlation {correlation:.4}", estimate.simulations);
         assert!((0.9..=1.0).contains(&correlation), "{correlation}");
         assert_eq!(estimate.method, "idim-iv");
-        assert!(!estimate.model_checks.is_empty());
+        assert!(!estimate.freedoms.is_empty());
     }
 }

@@ -7,6 +7,8 @@ use didim_sim::Scenario;
 pub(crate) struct Run {
     /// z = (value − truth)/σ of every parameter, by name.
     pub(crate) deviations: Vec<(String, f64)>,
+    /// Parameters within two combined uncertainties of the truth.
+    covered: usize,
     /// Σ z² with the classical σ.
     classical: f64,
     pub(crate) applicable: bool,
@@ -22,7 +24,13 @@ impl Run {
         let classical = (deviations.iter().zip(&estimate.parameters))
             .map(|((_, z), p)| (z * p.standard_deviation / p.classical_standard_deviation).powi(2))
             .sum();
-        Self { deviations, classical, applicable: estimate.verdict.applicable }
+        let covered = deviations.iter().zip(&estimate.parameters);
+        let covered = covered
+            .filter(|((_, z), p)| {
+                (z * p.standard_deviation).abs() <= 2.0 * p.combined_standard_deviation
+            })
+            .count();
+        Self { deviations, covered, classical, applicable: estimate.verdict.applicable }
     }
 }
 
@@ -67,6 +75,8 @@ pub(crate) struct Summary {
     /// Root mean square over the parameters of the standard deviation of z about its mean: what
     /// the rms would be without bias.
     pub(crate) scatter: f64,
+    /// Share of parameters within two combined uncertainties of the truth \[%\].
+    pub(crate) within_2_combined: f64,
     /// Runs that were called applicable.
     pub(crate) applicable: usize,
 }
@@ -99,6 +109,10 @@ impl Summary {
             within_2: share(2.0),
             within_3: share(3.0),
             largest_mean: (means[index], names[index].clone()),
+            within_2_combined: {
+                let covered: usize = runs.iter().map(|run| run.covered).sum();
+                100.0 * covered as f64 / all.len() as f64
+            },
             // (count / (count − 1)) makes the variance about an estimated mean unbiased.
             scatter: ((mean_square - squared_mean) * count / (count - 1.0)).sqrt(),
             applicable: runs.iter().filter(|run| run.applicable).count(),

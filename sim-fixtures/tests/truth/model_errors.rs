@@ -6,7 +6,7 @@ use didim_core::simulation::{Stribeck, Unmodelled};
 use didim_sim::{Payload, Scenario};
 
 use super::cells::{Cell, Noise, Parameters};
-use super::deviations::Run;
+use super::deviations::{Run, Summary};
 use super::methods::{Method, methods};
 use crate::common::experiment::{experiment, hold_ignored};
 use crate::common::parallel::in_parallel;
@@ -14,14 +14,15 @@ use crate::common::table::{Column, Table};
 
 const SEEDS: usize = 3;
 
-/// What the verdict can make of an error.
+/// What the result can make of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Expected {
-    /// There is no error.
-    Right,
-    /// The data show it: a result that is more than 5 σ off must not be called applicable.
-    Detectable,
-    /// No data show it: the parameters are those of what was measured.
+    /// It is within what is taken for possible: nothing speaks against the result, and its combined uncertainty
+    /// covers the truth.
+    Covered,
+    /// Something stated is contradicted, or the controller is not the recorded one: named.
+    Refused,
+    /// Beyond what is stated, and no data show it.
     Invisible,
 }
 
@@ -52,23 +53,23 @@ impl Wrong {
 
     fn expected(self, method: &Method) -> Expected {
         match self {
-            Self::Nothing => Expected::Right,
+            Self::Nothing | Self::SignModel | Self::Stribeck | Self::Hold => Expected::Covered,
+            Self::GainOfJoint3 => Expected::Refused,
             // Who simulates the loop knows the controller, and what command it makes.
-            Self::AllGains if !method.simulates => Expected::Invisible,
-            Self::PayloadAllParameters => Expected::Invisible,
-            _ => Expected::Detectable,
+            Self::AllGains if method.simulates => Expected::Refused,
+            // A payload is no parameter of the arm: 28 of 60 are those of the two together.
+            Self::AllGains | Self::Payload | Self::PayloadAllParameters => Expected::Invisible,
         }
     }
 
-    /// What the verdict has to speak of, where the data show the error.
+    /// What a refusal, or what the data want most, has to speak of.
     fn named(self) -> &'static str {
         match self {
             Self::SignModel | Self::Stribeck => "friction law",
-            Self::GainOfJoint3 => "torque gain",
+            Self::GainOfJoint3 => "torque gain of joint 3",
             Self::Payload => "parameters left out",
-            Self::Hold => "delay of the torques",
             Self::AllGains => "described controller of joint 1",
-            Self::Nothing | Self::PayloadAllParameters => "",
+            Self::Nothing | Self::Hold | Self::PayloadAllParameters => "",
         }
     }
 
@@ -144,7 +145,11 @@ struct Effect {
     /// z of the parameter that is farthest off in any run.
     largest: (String, f64),
     relative_error: f64,
+    /// Share of parameters within two combined uncertainties \[%\].
+    covered: f64,
     applicable: usize,
+    /// What the data want most in the first run.
+    most_wanted: String,
     first_reason: Option<String>,
     /// The reasons of each run, in one text.
     reasons: Vec<String>,
@@ -155,10 +160,13 @@ impl Effect {
         let deviations = estimates.iter().flat_map(|(_, run)| &run.deviations);
         let largest = deviations.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).unwrap();
         let relative = estimates.iter().map(|(estimate, _)| estimate.relative_error);
+        let summary = Summary::new(estimates.iter().map(|(_, run)| run));
         Self {
             largest: largest.clone(),
             relative_error: relative.sum::<f64>() / estimates.len() as f64,
-            applicable: estimates.iter().filter(|(_, run)| run.applicable).count(),
+            covered: summary.within_2_combined,
+            applicable: summary.applicable,
+            most_wanted: estimates[0].0.freedoms[0].freedom.to_string(),
             reasons: estimates
                 .iter()
                 .map(|(estimate, _)| {
@@ -199,10 +207,10 @@ fn effects(methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
     effects
 }
 
-/// Whoever is told that a result is applicable must not be far from the truth, as far as data can
-/// show it.
+/// What is wrong is within the combined uncertainty, or refused by its name, or beyond what is stated and
+/// in no data.
 #[test]
-fn errors_put_in_on_purpose_are_not_applicable() {
+fn errors_put_in_on_purpose_are_covered_or_named() {
     // The paper's position filter is an error of its own, and has its own table.
     let methods: Vec<Method> = methods().into_iter().filter(|method| !method.distorts).collect();
     let effects = effects(&methods);
@@ -210,17 +218,25 @@ fn errors_put_in_on_purpose_are_not_applicable() {
     for (wrong, method, effect) in &effects {
         let name = methods[*method].name;
         let right = match wrong.expected(&methods[*method]) {
-            // 84 normal values have one beyond 5 once in 20 000 times.
-            Expected::Right => effect.applicable == SEEDS && effect.largest.1.abs() < 5.0,
-            Expected::Detectable => {
+            Expected::Covered => {
+                let named = wrong.named();
+                effect.applicable == SEEDS
+                    && effect.covered >= 85.0
+                    && effect.most_wanted.contains(named)
+            }
+            Expected::Refused => {
                 effect.applicable == 0 && effect.reasons.iter().all(|r| r.contains(wrong.named()))
             }
-            Expected::Invisible => effect.applicable == SEEDS && effect.largest.1.abs() > 5.0,
+            Expected::Invisible => effect.largest.1.abs() > 5.0,
         };
         if !right {
             wrong_verdicts.push(format!(
-                "{wrong:?}, {name}: {} of {SEEDS} applicable, {:?}, {:?}",
-                effect.applicable, effect.largest, effect.first_reason
+                "{wrong:?}, {name}: {} of {SEEDS} applicable, {:.0} % covered, {}, {:?}, {:?}",
+                effect.applicable,
+                effect.covered,
+                effect.most_wanted,
+                effect.largest,
+                effect.first_reason
             ));
         }
     }
@@ -230,13 +246,15 @@ fn errors_put_in_on_purpose_are_not_applicable() {
             methods[*method].name.to_owned(),
             format!("{:.1} {}", effect.largest.1, effect.largest.0),
             match wrong.expected(&methods[*method]) {
-                Expected::Right => "–",
-                Expected::Detectable => "yes",
-                Expected::Invisible => "no",
+                Expected::Covered => "covered",
+                Expected::Refused => "refused",
+                Expected::Invisible => "in no data",
             }
             .to_owned(),
+            format!("{:.1}", effect.covered),
             format!("{:.2}", 100.0 * effect.relative_error),
             format!("{} of {SEEDS}", effect.applicable),
+            effect.most_wanted.clone(),
             effect.first_reason.clone().unwrap_or_else(|| "none".to_owned()),
         ]
     };
@@ -245,9 +263,11 @@ fn errors_put_in_on_purpose_are_not_applicable() {
         Column::exact("method"),
         // Deviations in σ reach hundreds.
         Column::share("largest z", 0.02),
-        Column::exact("data show it"),
+        Column::exact("has to be"),
+        Column::within("within 2 combined [%]", 0.05),
         Column::within("relative error [%]", 0.02),
         Column::exact("applicable"),
+        Column::exact("wanted most"),
         Column::share("first reason", 0.02),
     ];
     let table = Table {

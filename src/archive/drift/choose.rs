@@ -14,18 +14,18 @@ pub enum ChooseError {
     /// The baseline cannot be written.
     #[error(transparent)]
     Baseline(#[from] BaselineError),
-    /// No result is applicable. Wait for one that is, or look at the reasons of the verdicts.
-    #[error("no result in the history is applicable; {known}")]
-    NoneApplicable {
+    /// No result is good for monitoring. Wait for one that is, or look at the reasons of the verdicts.
+    #[error("no result in the history is good for monitoring; {known}")]
+    NoneGood {
         /// What there is.
         known: String,
     },
-    /// The result is not applicable. Choose another.
+    /// The result is not good for monitoring. Choose another.
     #[error(
-        "result {result} is not applicable, so that no result can be compared with it; choose \
-         another, `didim history` lists them"
+        "result {result} is not good for monitoring, so that no result can be compared with it; \
+         choose another, `didim history` lists them"
     )]
-    NotApplicable {
+    NotGood {
         /// Its number.
         result: u64,
     },
@@ -40,7 +40,7 @@ pub enum ChooseError {
 }
 
 /// Makes a result of the folder's history its baseline: the one with this number, or the last one
-/// that is applicable.
+/// that is good for monitoring.
 ///
 /// # Errors
 /// [`ChooseError`]; the previous baseline stays.
@@ -59,12 +59,12 @@ fn choose(folder: &Path, number: Option<u64>) -> Result<HistoryLine, ChooseError
     // Numbers begin anew in an emptied folder: the last one of a number is meant.
     let mut newest_first = lines.into_iter().rev();
     let Some(result) = number else {
-        let applicable = newest_first.find(|line| line.applicable);
-        return applicable.ok_or(ChooseError::NoneApplicable { known });
+        let good = newest_first.find(HistoryLine::is_good_for_monitoring);
+        return good.ok_or(ChooseError::NoneGood { known });
     };
     match newest_first.find(|line| line.result == result) {
-        Some(line) if line.applicable => Ok(line),
-        Some(_) => Err(ChooseError::NotApplicable { result }),
+        Some(line) if line.is_good_for_monitoring() => Ok(line),
+        Some(_) => Err(ChooseError::NotGood { result }),
         None => Err(ChooseError::Unknown { result, known }),
     }
 }

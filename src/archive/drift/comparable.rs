@@ -10,9 +10,9 @@ const NAMES: usize = 6;
 /// Why a result is not compared with another.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotComparable {
-    /// It is not applicable.
-    #[error("result {result} is not applicable")]
-    NotApplicable {
+    /// It is not good for monitoring.
+    #[error("result {result} is not good for monitoring")]
+    NotGood {
         /// Its number.
         result: u64,
     },
@@ -82,7 +82,7 @@ pub enum NotComparable {
 impl NotComparable {
     /// Whether no later result will be comparable either, if nothing is done.
     pub fn is_lasting(&self) -> bool {
-        !matches!(self, Self::NotApplicable { .. } | Self::OtherPayload { .. })
+        !matches!(self, Self::NotGood { .. } | Self::OtherPayload { .. })
     }
 }
 
@@ -96,8 +96,8 @@ impl NotComparable {
 /// [`NotComparable`] says why not.
 pub fn comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<(), NotComparable> {
     let (result, other) = (line.result, baseline.result);
-    if !line.applicable {
-        return Err(NotComparable::NotApplicable { result });
+    if !line.is_good_for_monitoring() {
+        return Err(NotComparable::NotGood { result });
     }
     if line.robot != baseline.robot {
         let (robot, other_robot) = (line.robot.clone(), baseline.robot.clone());

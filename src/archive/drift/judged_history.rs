@@ -109,7 +109,8 @@ impl JudgedHistory {
     /// results that may be used and were stored with a set clock, in the order of their times.
     pub fn points(&self, parameter: &str) -> Vec<(f64, f64, f64)> {
         let Some((start, _)) = self.extent() else { return Vec::new() };
-        let usable = |entry: &&Entry| entry.line.applicable && entry.line.time.is_set();
+        let usable =
+            |entry: &&Entry| entry.line.is_good_for_monitoring() && entry.line.time.is_set();
         let point = |entry: &Entry| {
             let found = entry.line.parameter(parameter)?;
             let days = entry.line.time.days_after(start);

@@ -11,7 +11,12 @@ const START_S: u64 = 1_795_331_849; // 2026-11-22T07:17:29Z
 const DAY_S: u64 = 86_400;
 
 fn value(name: &str, value: f64, standard_deviation: f64) -> ParameterValue {
-    ParameterValue { name: name.into(), value, standard_deviation }
+    ParameterValue {
+        name: name.into(),
+        value,
+        standard_deviation,
+        combined_standard_deviation: None,
+    }
 }
 
 /// A result a day.
@@ -25,6 +30,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         regrouping: "r".into(),
         method: "idim-ls".into(),
         applicable: true,
+        monitoring: None,
         relative_error: Some(0.05),
         note: None,
         parameters: vec![value("fc3", fc3, 0.01), value("zz1r", 1.24, 0.001)],
@@ -115,7 +121,8 @@ fn what_is_not_comparable_is_said_and_changes_no_alarm() {
         line
     };
     for (line, says) in [
-        (other(&|line| line.applicable = false), "result 2 is not applicable"),
+        (other(&|line| line.applicable = false), "result 2 is not good for monitoring"),
+        (other(&|line| line.monitoring = Some(false)), "result 2 is not good for monitoring"),
         (
             other(&|line| line.robot = "rx160".into()),
             "is of the robot rx160, result 0 of tx40; set a new baseline",

@@ -121,6 +121,17 @@ struct Estimate {
 #[derive(Deserialize)]
 struct Verdict {
     applicable: bool,
+    uses: Option<Uses>,
+}
+
+#[derive(Deserialize)]
+struct Uses {
+    monitoring: Use,
+}
+
+#[derive(Deserialize)]
+struct Use {
+    applicable: Option<bool>,
 }
 
 /// The line of a result that has none, as far as its file tells: without what was noted with it. Its
@@ -144,6 +155,7 @@ pub(super) fn line_of(
         configuration,
         method,
         applicable: verdict.applicable,
+        monitoring: verdict.uses.map(|uses| uses.monitoring.applicable == Some(true)),
         relative_error,
         note: None,
         parameters,
@@ -164,6 +176,7 @@ mod tests {
             configuration: String::new(),
             method: String::new(),
             applicable: true,
+            monitoring: None,
             relative_error: None,
             note: None,
             parameters: Vec::new(),

@@ -48,10 +48,13 @@ pub struct EstimateSummary {
     pub relative_error: Option<f64>,
     /// Condition number; nothing when it is not finite.
     pub condition_number: Option<f64>,
-    /// Whether it may be used.
+    /// Whether it may be used for all that the cell asks for.
     pub applicable: bool,
     /// The reasons against it.
     pub reasons: Vec<String>,
+    /// The reasons against monitoring with it.
+    #[serde(default)]
+    pub monitoring_reasons: Vec<String>,
 }
 
 impl EstimateSummary {
@@ -67,6 +70,9 @@ impl EstimateSummary {
             condition_number: finite(estimate.condition_number),
             applicable: estimate.verdict.applicable,
             reasons: estimate.verdict.reasons.iter().map(ToString::to_string).collect(),
+            monitoring_reasons: (estimate.verdict.uses.monitoring.reasons.iter())
+                .map(ToString::to_string)
+                .collect(),
         }
     }
 }

@@ -54,16 +54,14 @@ impl Difference {
         let line = |number| history.result(number).ok_or(DifferenceError::Unknown(number));
         let (first, second) = (line(then)?, line(now)?);
         let mut caveats = Vec::new();
-        if !first.applicable {
-            caveats.push(NotComparable::NotApplicable { result: then }.to_string());
+        if !first.is_good_for_monitoring() {
+            caveats.push(NotComparable::NotGood { result: then }.to_string());
         }
         match comparable(first, second) {
-            Err(
-                why @ (NotComparable::NotApplicable { .. } | NotComparable::OtherPayload { .. }),
-            ) => {
+            Err(why @ (NotComparable::NotGood { .. } | NotComparable::OtherPayload { .. })) => {
                 caveats.push(why.to_string());
                 // What was judged after it.
-                let usable = HistoryLine { applicable: true, note: None, ..second.clone() };
+                let usable = HistoryLine { monitoring: Some(true), note: None, ..second.clone() };
                 comparable(first, &usable)?;
             }
             other => other?,

@@ -11,6 +11,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         name: name.into(),
         value,
         standard_deviation,
+        combined_standard_deviation: None,
     };
     HistoryLine {
         schema: HISTORY_SCHEMA,
@@ -21,6 +22,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         regrouping: "r".into(),
         method: "idim-ls".into(),
         applicable: true,
+        monitoring: None,
         relative_error: Some(0.0564),
         note: None,
         parameters: vec![value("fc3", fc3, 0.01), value("mx4", -0.02, 0.0001)],
@@ -94,8 +96,8 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
     let error = Difference::new(&other, [1, 7]).unwrap_err().to_string();
     assert_eq!(error, "nothing to compare: result 7 is by didim, result 1 by idim-ls");
     let caveats = |numbers| Difference::new(&history, numbers).unwrap().caveats;
-    assert_eq!(caveats([1, 4]), ["result 4 is not applicable"]);
-    assert_eq!(caveats([4, 1]), ["result 4 is not applicable"]);
+    assert_eq!(caveats([1, 4]), ["result 4 is not good for monitoring"]);
+    assert_eq!(caveats([4, 1]), ["result 4 is not good for monitoring"]);
     assert!(caveats([1, 5])[0].contains("a payload of 2 kg was noted with result 5"));
 }
 

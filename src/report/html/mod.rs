@@ -5,8 +5,8 @@
 //! same bytes. What comes from files is escaped by the builder, without exception.
 
 mod chart;
-mod checks;
 mod comparison;
+mod freedoms;
 mod history;
 mod information;
 mod joints;
@@ -54,14 +54,14 @@ impl Report<'_> {
                 body {
                     (summary::heading(self))
                     main {
-                        (summary::verdict(&estimate.verdict))
+                        (summary::verdict(estimate))
                         (summary::key_figures(self))
                         (parameters::section(self))
                         (joints::torques(self))
                         (joints::residuals(self))
                         (joints::delays(estimate))
                         (information::section(self))
-                        (checks::section(self))
+                        (freedoms::section(self))
                         (summary::convergence(&estimate.convergence))
                         (summary::singular_values(self))
                         (provenance::section(self))

@@ -18,7 +18,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let scale = Scale::of(
         parameters.iter().flat_map(|p| [p.relative_standard_deviation, relative_classical(p)]),
     );
-    let columns = if has_nominal { 8 } else { 7 };
+    let columns = if has_nominal { 9 } else { 8 };
     let table = html! {
         table.parameters {
             thead { tr {
@@ -29,6 +29,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th.number.relative scope="col" { "Relative σ" }
                 th.bar scope="col" { (scale.labels()) }
                 th.number scope="col" { "Classical" }
+                th.number scope="col" { "Combined" }
                 @if has_nominal { th.number scope="col" { "Nominal" } }
             } }
             @for joint in 0..report.cell.robot.joints() {
@@ -46,7 +47,8 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let explanation = format!(
         "σ is the standard deviation, corrected for coloured residuals; “classical” is the \
          relative one that assumes white residuals, the mark in the bar. The bars are on a \
-         logarithmic scale. A name that ends in r stands for several parameters that no motion \
+         logarithmic scale. “Combined” is the relative uncertainty with what the model lacks and how \
+         well what is stated is known. A name that ends in r stands for several parameters that no motion \
          distinguishes.{}",
         if has_nominal { " Nominal values are those of the robot file." } else { "" }
     );
@@ -70,6 +72,7 @@ fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f
             td.number.relative { (percent(p.relative_standard_deviation, 2)) }
             td.bar { (scale.bar(p.relative_standard_deviation, classical)) }
             td.number.classical { (percent(classical, 2)) }
+            td.number.combined { (percent(p.combined_standard_deviation / p.value.abs(), 2)) }
             @if let Some(nominal) = nominal {
                 td.number.nominal { (nominal.map_or("–".into(), |value| number(value, 4))) }
             }

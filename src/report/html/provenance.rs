@@ -20,6 +20,8 @@ pub struct Origin {
     pub input: Option<InputFile>,
     /// Which of its samples.
     pub samples: SampleRange,
+    /// The files after the first, and which of their samples.
+    pub further: Vec<(InputFile, SampleRange)>,
     /// What a person noted with them.
     pub note: Option<Note>,
 }
@@ -86,6 +88,11 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
             div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
         }
         (samples(&origin.samples))
+        @for (input, of) in &origin.further {
+            div { dt { "Input" } dd { (input.name) } }
+            div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
+            (samples(of))
+        }
         @if let Some(note) = &origin.note {
             @if let Some(payload) = note.payload_kg {
                 div { dt { "Payload, as noted" } dd { (payload) " kg" } }

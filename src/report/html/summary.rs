@@ -1,10 +1,11 @@
 //! What is read first: which arm, may the result be used, how good is it; and last, how it was
 //! found.
 
-use didim_core::identification::{ConvergenceStep, Method, Verdict};
+use didim_core::identification::{ConvergenceStep, Estimate, Method};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
+use super::super::uses;
 use super::{Report, chart, number, percent, section};
 
 pub(super) fn heading(report: &Report<'_>) -> Markup {
@@ -22,7 +23,8 @@ pub(super) fn heading(report: &Report<'_>) -> Markup {
     }
 }
 
-pub(super) fn verdict(verdict: &Verdict) -> Markup {
+pub(super) fn verdict(estimate: &Estimate) -> Markup {
+    let verdict = &estimate.verdict;
     let (class, heading) = if verdict.applicable {
         ("applicable", "Applicable")
     } else {
@@ -37,6 +39,22 @@ pub(super) fn verdict(verdict: &Verdict) -> Markup {
                 p { "These parameters must not be used as they are:" }
                 ul { @for reason in &verdict.reasons { li { (sentence(&reason.to_string())) } } }
             }
+            div.scroll { table.uses {
+                thead { tr {
+                    th scope="col" { "Use" }
+                    th scope="col" { "Good" }
+                    th.number scope="col" { "Figure" }
+                    th.number scope="col" { "Limit" }
+                    th scope="col" { "Which is" }
+                } }
+                tbody { @for line in uses::lines(estimate) { tr {
+                    th scope="row" { (line.of) }
+                    td.refused[line.answer == "no"] { (line.answer) }
+                    td.number { (line.figure) }
+                    td.number { (line.limit) }
+                    td { (line.meaning) }
+                } } }
+            } }
             @if !verdict.notes.is_empty() {
                 p { "Notes on the result:" }
                 ul { @for note in &verdict.notes { li { (sentence(&note.to_string())) } } }

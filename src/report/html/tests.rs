@@ -1,8 +1,8 @@
 use std::path::Path;
 
 use didim_core::identification::{
-    Alternative, ConvergenceStep, Estimate, Fit, Information, ModelCheck, Note, ParameterEstimate,
-    Reason, TorqueDelay, Verdict,
+    ConvergenceStep, Estimate, Fit, Freedom, FreedomEstimate, Information, Note, ParameterEstimate,
+    Quantity, Reason, TorqueDelay, Verdict,
 };
 use didim_core::regression::NoiseAutocorrelation;
 
@@ -17,6 +17,7 @@ fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
         regrouped: name.ends_with('r'),
         value,
         standard_deviation: deviation,
+        combined_standard_deviation: 2.0,
         classical_standard_deviation: 0.5 * deviation,
         relative_standard_deviation: deviation / value.abs(),
     }
@@ -32,13 +33,14 @@ pub(super) fn identification() -> Identification {
         parameter_change,
         halvings: 0,
     };
-    let check = |alternative, probability, shift_deviations| ModelCheck {
-        alternative,
-        probability,
-        parameter: "fc1".to_owned(),
-        shift_deviations,
-        shift_uncertainty: None,
+    let freedom = |freedom, relative_torque, quantity| FreedomEstimate {
+        freedom,
+        torque_nm: 0.1,
+        joint: 2,
+        relative_torque,
+        quantity,
     };
+    let zero = Quantity { value: 3.0, standard_deviation: f64::NAN, stated: 0.5, unit: "deg" };
     let delay = TorqueDelay { delay_s: 3e-5, standard_deviation_s: 1e-5 };
     let estimate = Estimate {
         method: "didim".to_owned(),
@@ -66,10 +68,10 @@ pub(super) fn identification() -> Identification {
             None,
             Some(TorqueDelay { standard_deviation_s: f64::NAN, ..delay }),
         ],
-        model_checks: vec![
-            check(Alternative::TorqueGain(2), Some(0.3), 1.5),
-            check(Alternative::JointFriction(1), Some(1e-9), -7.5),
-            check(Alternative::PositionFilter, None, f64::NAN),
+        freedoms: vec![
+            freedom(Freedom::JointFriction(1), 0.1, None),
+            freedom(Freedom::Zero(2), f64::NAN, Some(zero)),
+            freedom(Freedom::Twist(3), 1e-5, None),
         ],
         iterations: 4,
         simulations: 3,
@@ -78,7 +80,7 @@ pub(super) fn identification() -> Identification {
             applicable: false,
             reasons: vec![Reason::OtherParameters { name: HOSTILE.to_owned(), deviations: 5.0 }],
             notes: vec![Note::NoReference],
-            failure: None,
+            ..Verdict::default()
         },
         ..Estimate::default()
     };
@@ -114,7 +116,12 @@ pub(super) fn cell() -> Cell {
 
 pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
-    Origin { input: Some(input), samples: SampleRange::Measurement(100..900, 1000.0), note: None }
+    Origin {
+        input: Some(input),
+        samples: SampleRange::Measurement(100..900, 1000.0),
+        further: Vec::new(),
+        note: None,
+    }
 }
 
 fn html() -> String {
@@ -199,7 +206,7 @@ fn headings_and_headers() {
         for row in body.split("<tr").skip(1) {
             let (header, cells) = (row.matches("<th").count(), row.matches("<td").count());
             assert_eq!(header, 1, "{row}");
-            let whole = row.contains("colspan=\"8\"");
+            let whole = row.contains("colspan=\"9\"");
             assert!(whole || header + cells == columns, "{columns} columns: {row}");
         }
     }
@@ -239,16 +246,24 @@ fn parameters_stand_by_joint_with_unit_and_nominal_value() {
 }
 
 #[test]
-fn the_largest_shift_comes_first_and_what_matters_is_marked() {
+fn what_is_taken_for_known_is_listed_with_what_the_data_say_of_it() {
     let html = html();
-    let checks = html.split_once("Model checks").unwrap().1;
+    let freedoms = html.split_once("What the model takes for known").unwrap().1;
+    let freedoms = freedoms.split_once("</table>").unwrap().0;
     let [first, second] =
-        ["friction law of joint 1", "torque gain of joint 2"].map(|of| checks.find(of).unwrap());
+        ["friction law of joint 1", "zero of joint 2"].map(|of| freedoms.find(of).unwrap());
     assert!(first < second);
-    // What is no number matters too.
-    let checks = checks.split_once("Provenance").unwrap().0;
-    assert_eq!(checks.matches("<tr class=\"matters\">").count(), 2);
-    assert!(checks.contains("−7.5") && checks.contains("&lt; 0.0001"));
+    assert!(freedoms.contains("3.0 ± – deg") && freedoms.contains("0.50 deg"), "{freedoms}");
+}
+
+#[test]
+fn each_use_has_its_verdict() {
+    let html = html();
+    let uses = html.split_once("table class=\"uses\"").unwrap().1;
+    let uses = uses.split_once("</table>").unwrap().0;
+    for of in didim_core::identification::Use::ALL {
+        assert!(uses.contains(of.name()), "{of}: {uses}");
+    }
 }
 
 #[test]
@@ -259,7 +274,7 @@ fn a_robot_without_nominal_values_has_no_such_column() {
     cell.robot = didim_core::robot::Robot::from_toml(without).unwrap();
     let origin = origin();
     let html = Report { cell: &cell, identification: &identification, origin: &origin }.to_html();
-    assert!(!html.contains("Nominal") && html.contains("colspan=\"7\""));
+    assert!(!html.contains("Nominal") && html.contains("colspan=\"8\""));
 }
 
 #[test]

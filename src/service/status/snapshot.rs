@@ -157,11 +157,11 @@ impl Health {
                 }
             }
             if let Some(estimate) = &estimation.last_estimate
-                && !estimate.applicable
+                && !estimate.monitoring_reasons.is_empty()
             {
                 reasons.push(format!(
-                    "the last estimate is not applicable: {}",
-                    estimate.reasons.join("; ")
+                    "the last estimate is not good for monitoring: {}",
+                    estimate.monitoring_reasons.join("; ")
                 ));
             }
             if let Some(why) = &estimation.results_wait_for {

@@ -54,7 +54,7 @@ fn row(
     looks: Looks,
     width: u16,
 ) -> Line<'static> {
-    let ParameterValue { name, value, standard_deviation } = parameter;
+    let ParameterValue { name, value, standard_deviation, .. } = parameter;
     let mut text =
         format!("{:8}{:>12}", clean(name), to_uncertainty(*value, *standard_deviation, 7));
     if width >= WITHOUT_CHANGES {

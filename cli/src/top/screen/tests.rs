@@ -102,6 +102,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
         name: (*name).to_owned(),
         value: *value,
         standard_deviation: *sigma,
+        combined_standard_deviation: None,
     });
     let estimation = EstimationStatus {
         buffer_to_worker: Some(latency(21_503)),
@@ -118,6 +119,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
             condition_number: Some(174.9),
             applicable: true,
             reasons: vec![],
+            monitoring_reasons: Vec::new(),
         }),
         drift,
         ..EstimationStatus::default()

@@ -81,6 +81,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     // What is not a number is weak, too.
     let strong = correlation >= LEAST_CORRELATION;
     let weak = (!strong).then_some(Reason::WeakInstruments { correlation });
-    found.estimate.verdict = found.estimate.verdict.with_reasons(weak);
+    found.estimate.verdict =
+        found.estimate.verdict.with_reasons(&context.options.required_uses, weak);
     Ok(found)
 }

@@ -9,5 +9,5 @@ mod weighting;
 pub(crate) use fit::EquationErrorFit;
 pub(crate) use idim_ls::idim_ls;
 pub use reduction::{Reduction, ReductionStep, essential_parameters};
-pub use unchecked::{UncheckedEstimate, idim_ls_unchecked};
+pub use unchecked::{UncheckedEstimate, UncheckedParameter, idim_ls_unchecked};
 pub(crate) use weighting::Weighting;

@@ -3,9 +3,20 @@
 use super::fit::EquationErrorFit;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::{Context, Experiment, IdentificationError, Method, Options};
-use crate::identification::judgement::ParameterEstimate;
 use crate::regression::ResidualStatistics;
 use crate::robot::Robot;
+
+/// A parameter that nobody has checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UncheckedParameter {
+    /// The field's name in lower case.
+    pub name: String,
+    /// SI value.
+    pub value: f64,
+    /// Standard deviation, in the unit of the value, corrected for the colour of the residuals: the
+    /// uncertainty of a model that is right, and of nothing else.
+    pub standard_deviation: f64,
+}
 
 /// Parameters that nobody has checked: where a simulation may start, or what a study of noise counts.
 ///
@@ -13,9 +24,8 @@ use crate::robot::Robot;
 /// result is wanted that may be applied to an arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UncheckedEstimate {
-    /// The parameters, in the model's order, with the standard deviations that
-    /// IDIM-LS gives them. They are the uncertainty only of a model that is right.
-    pub parameters: Vec<ParameterEstimate>,
+    /// The parameters, in the model's order.
+    pub parameters: Vec<UncheckedParameter>,
     /// Condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
     /// What the parameters leave of the filtered, decimated torques \[N·m or N\].
@@ -43,8 +53,12 @@ pub fn idim_ls_unchecked(
     let robust = weighted.torque_rows(observations);
     let residuals = robust.map_or(&solution.residuals, |rows| rows.residuals);
     let deviations = fit.standard_deviations(&context);
+    let names = context.selection.names().iter().zip(solution.parameters.iter());
+    let parameters = names.zip(deviations.iter()).map(|((name, value), deviation)| {
+        UncheckedParameter { name: name.clone(), value: *value, standard_deviation: *deviation }
+    });
     Ok(UncheckedEstimate {
-        parameters: ParameterEstimate::of(&context.selection, solution, &deviations),
+        parameters: parameters.collect(),
         condition_number: solution.condition_number(),
         residuals: observations.residual_statistics(residuals),
     })

@@ -1,16 +1,18 @@
 //! What every method works with: the arguments of an identification, found to fit each other.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentificationError;
-use super::experiment::Experiment;
+use super::experiment::{Experiment, Recording};
 use super::method::Method;
 use super::options::Options;
 use super::selection::Selection;
 use crate::dynamics::{BaseParameters, Model};
 use crate::regression::RowFilter;
 use crate::robot::Robot;
-use crate::signal::{ParallelDecimation, SignalError};
+use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 
 /// Entries of an observation matrix without decimation: 160 MB, and up to twelve times as much while
 /// the model is checked, which looks at every column's spectrum.
@@ -61,8 +63,19 @@ impl<'a> Context<'a> {
             });
         }
         options.limits.validate()?;
+        options.tolerances.validate()?;
         let selection = Selection::new(robot, base, options.parameters.as_deref())?;
-        let kept: Vec<usize> = decimation.kept(experiment.counted()).collect();
+        if method.simulates() && experiment.recordings().len() > 1 {
+            return Err(IdentificationError::SeveralRecordings { method });
+        }
+        options.validate_required(&selection)?;
+        let kept: Vec<usize> = (experiment.recordings().iter())
+            .flat_map(|Recording { samples, counted }| {
+                let start = samples.start;
+                let own = counted.start - start..counted.end - start;
+                decimation.kept(own).map(move |sample| start + sample)
+            })
+            .collect();
         let fitted = experiment.has_held_out().then(|| {
             (0..kept.len()).filter(|&row| !experiment.is_held_out(kept[row])).collect::<Vec<_>>()
         });
@@ -81,7 +94,76 @@ impl<'a> Context<'a> {
         Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
     }
 
-    /// Of signals behind the decimation filter, the rows that are fitted.
+    /// Of so many signals behind the decimation filter, each recording's by itself, the rows that are fitted
+    /// (rows × signals). `read` is that of
+    /// [`decimate_groups`](ParallelDecimation::decimate_groups) for the whole experiment.
+    ///
+    /// # Errors
+    /// As `decimate_groups`.
+    pub(crate) fn decimate(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [Group]),
+    ) -> Result<DMatrix<f64>, SignalError> {
+        let [rows] = self.decimate_each(|decimation, samples, counted, first| {
+            let mut own = |at: usize, group: &mut [Group]| read(first + at, group);
+            decimation.decimate_groups(samples, signals, counted, &mut own).map(|rows| [rows])
+        })?;
+        Ok(rows)
+    }
+
+    /// The same, and the differences of
+    /// [`decimate_with_differences`](ParallelDecimation::decimate_with_differences).
+    ///
+    /// # Errors
+    /// As `decimate_groups`.
+    pub(crate) fn decimate_with_differences(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [Group]),
+    ) -> Result<[DMatrix<f64>; 2], SignalError> {
+        self.decimate_each(|decimation, samples, counted, first| {
+            let mut own = |at: usize, group: &mut [Group]| read(first + at, group);
+            decimation.decimate_with_differences(samples, signals, counted, &mut own)
+        })
+    }
+
+    /// What a filter makes of each recording, which it takes for the whole record: its samples, those that
+    /// count, and where it begins in the experiment.
+    fn decimate_each<const N: usize>(
+        &self,
+        mut filter: impl FnMut(
+            &ParallelDecimation,
+            usize,
+            Range<usize>,
+            usize,
+        ) -> Result<[DMatrix<f64>; N], SignalError>,
+    ) -> Result<[DMatrix<f64>; N], SignalError> {
+        let mut all: Vec<[DMatrix<f64>; N]> = Vec::new();
+        for Recording { samples, counted } in self.experiment.recordings() {
+            let first = samples.start;
+            let counted = counted.start - first..counted.end - first;
+            let rows = filter(&self.decimation, samples.len(), counted, first);
+            all.push(rows.map_err(|error| error.later_by(first))?);
+        }
+        // Nothing to copy in most experiments.
+        if let [one] = all.as_mut_slice() {
+            return Ok(one.each_mut().map(core::mem::take).map(|rows| self.fitted(rows)));
+        }
+        let stacked = |which: usize| {
+            let rows = all.iter().map(|of| of[which].nrows()).sum();
+            let mut stacked = DMatrix::zeros(rows, all.first().map_or(0, |of| of[which].ncols()));
+            let mut next = 0;
+            for part in all.iter().map(|of| &of[which]) {
+                stacked.rows_mut(next, part.nrows()).copy_from(part);
+                next += part.nrows();
+            }
+            self.fitted(stacked)
+        };
+        Ok(core::array::from_fn(stacked))
+    }
+
+    /// Of rows behind the decimation filter, those that are fitted.
     pub(crate) fn fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
         match &self.fitted {
             None => rows,
@@ -99,7 +181,13 @@ impl<'a> Context<'a> {
         signals: &DMatrix<f64>,
         signal: &'static str,
     ) -> Result<DVector<f64>, IdentificationError> {
-        let rows = self.decimation.decimate_columns(signals, self.experiment.counted());
+        let samples = signals.nrows();
+        let mut read = |first: usize, group: &mut [Group]| {
+            for (group, signal) in group.iter_mut().zip(signals.as_slice().chunks(samples)) {
+                *group = group_of(signal, first);
+            }
+        };
+        let rows = self.decimate(signals.ncols(), &mut read);
         let rows = rows.map_err(|cause| {
             let joint = match cause {
                 SignalError::NotFinite { index } => {
@@ -110,13 +198,18 @@ impl<'a> Context<'a> {
             let joint = joint.unwrap_or_default() + 1;
             IdentificationError::Signal { signal, joint, cause }
         })?;
-        Ok(DVector::from_column_slice(self.fitted(rows).as_slice()))
+        Ok(DVector::from_column_slice(rows.as_slice()))
     }
 
     /// What the rows of a joint have passed.
     pub(crate) fn row_filter(&self) -> RowFilter {
         let passband = self.decimation.cutoff_ratio().min(1.0);
         RowFilter::new(self.samples.len(), passband, |ratio| self.decimation.noise_power(ratio))
+    }
+
+    /// How many rows of a joint come in a second.
+    pub(crate) fn rows_hz(&self) -> f64 {
+        self.experiment.sample_rate_hz() / self.decimation.factor() as f64
     }
 
     /// Time of each row of a joint since the first sample \[s\].

@@ -9,6 +9,7 @@ use super::failure::Failure;
 use super::iteration_error::IterationError;
 use super::limits::LimitError;
 use super::method::Method;
+use super::tolerances::ToleranceError;
 use crate::regression::RegressionError;
 use crate::signal::SignalError;
 use crate::simulation::SetupError;
@@ -93,6 +94,9 @@ pub enum IdentificationError {
     /// A limit of the verdict makes no sense. Remedy: correct the named limit.
     #[error(transparent)]
     Limit(#[from] LimitError),
+    /// A tolerance makes no sense.
+    #[error(transparent)]
+    Tolerance(#[from] ToleranceError),
     /// The observation matrix holds a value that is not finite. Remedy: look for absurd positions
     /// near that sample.
     #[error("the regressor at sample {sample} is not finite; look for absurd positions there")]
@@ -226,6 +230,29 @@ pub enum IdentificationError {
     /// method, or no robust weights.
     #[error("{method} has no robust weights; leave robust out, or choose idim-ls or didim")]
     NotRobust {
+        /// The method.
+        method: Method,
+    },
+    /// No use is asked for. Remedy: name one, or leave `required_uses` out.
+    #[error("required_uses is empty; name a use, or leave it out for monitoring and prediction")]
+    NoUse,
+    /// A parameter is asked for that is not identified. Remedy: name one that is, or leave
+    /// `required_parameters` out.
+    #[error(
+        "required_parameters: `{name}` is not identified; known are {}; leave the key out for those \
+         that carry torque", known.join(", ")
+    )]
+    NotIdentified {
+        /// Its name, empty where none is given.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// A method that simulates takes one recording. Remedy: idim-ls takes several.
+    #[error(
+        "{method} simulates one recording at a time; give one, or choose idim-ls, which takes several"
+    )]
+    SeveralRecordings {
         /// The method.
         method: Method,
     },

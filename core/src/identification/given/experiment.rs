@@ -10,10 +10,21 @@ use super::timing::SignalTiming;
 use crate::MAX_JOINTS;
 use crate::robot::Transmission;
 
-/// Joint-side signals of one window on a uniform grid: one row per sample, one column per joint.
+/// One recording in an experiment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Recording {
+    /// Its samples.
+    pub(crate) samples: Range<usize>,
+    /// Those of them that count.
+    pub(crate) counted: Range<usize>,
+}
+
+/// Joint-side signals of one window on a uniform grid, or of several one after the other: one row per sample, one
+/// column per joint.
 ///
 /// Everything is finite, sizes agree, and the counted samples lie inside: guaranteed by its
-/// constructors. Positions are measured at the instants of the grid.
+/// constructors. Positions are measured at the instants of the grid. No filter goes from one recording to
+/// the next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
     sample_rate_hz: f64,
@@ -22,7 +33,8 @@ pub struct Experiment {
     reference_rad: Option<DMatrix<f64>>,
     torque_timing: SignalTiming,
     reference_timing: SignalTiming,
-    counted: Range<usize>,
+    /// In the order of their samples, without gaps; at least one.
+    recordings: Vec<Recording>,
     /// Samples whose rows are not fitted.
     held_out: Vec<Range<usize>>,
 }
@@ -57,7 +69,7 @@ impl Experiment {
             reference_rad: reference.map(|columns| matrix("reference", columns)).transpose()?,
             torque_timing: SignalTiming::INSTANTANEOUS,
             reference_timing: SignalTiming::INSTANTANEOUS,
-            counted: 0..samples,
+            recordings: vec![Recording { samples: 0..samples, counted: 0..samples }],
             held_out: Vec::new(),
         })
     }
@@ -111,17 +123,70 @@ impl Experiment {
         Ok(self)
     }
 
+    /// Several recordings of one arm as one experiment, each with the samples that count in it. References
+    /// are kept where all have them.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Empty`] without any, [`ExperimentError::Different`] where one has another sample
+    /// rate, another number of joints or other timings than the first.
+    pub fn joined(recordings: &[Self]) -> Result<Self, ExperimentError> {
+        let first = recordings.first().ok_or(ExperimentError::Empty)?;
+        for (recording, other) in (1..).zip(recordings).skip(1) {
+            let different = |what| Err(ExperimentError::Different { recording, what });
+            if other.joints() != first.joints() {
+                return different("number of joints");
+            }
+            if (other.sample_rate_hz / first.sample_rate_hz - 1.0).abs() > SAME_RATE {
+                return different("sample rate");
+            }
+            let timing = |of: &Self| (of.torque_timing, of.reference_timing);
+            if timing(other) != timing(first) {
+                return different("timing");
+            }
+        }
+        let stacked = |signal: &dyn Fn(&Self) -> Option<&DMatrix<f64>>| -> Option<DMatrix<f64>> {
+            let parts = recordings.iter().map(signal).collect::<Option<Vec<_>>>()?;
+            let samples = parts.iter().map(|part| part.nrows()).sum();
+            let mut all = DMatrix::zeros(samples, first.joints());
+            let mut next = 0;
+            for part in parts {
+                all.rows_mut(next, part.nrows()).copy_from(part);
+                next += part.nrows();
+            }
+            Some(all)
+        };
+        let mut joined = first.clone();
+        joined.reference_rad = stacked(&|of| of.reference_rad.as_ref());
+        joined.position_rad = stacked(&|of| Some(&of.position_rad)).unwrap_or_default();
+        joined.torque_nm = stacked(&|of| Some(&of.torque_nm)).unwrap_or_default();
+        (joined.recordings, joined.held_out) = (Vec::new(), Vec::new());
+        let mut start = 0;
+        for part in recordings {
+            let moved = |range: &Range<usize>| start + range.start..start + range.end;
+            joined.recordings.extend(
+                part.recordings.iter().map(|of| Recording {
+                    samples: moved(&of.samples),
+                    counted: moved(&of.counted),
+                }),
+            );
+            joined.held_out.extend(part.held_out.iter().map(moved));
+            start += part.samples();
+        }
+        Ok(joined)
+    }
+
     /// States which samples may become rows of the observation matrix. All samples are filtered,
-    /// so that the ends of the counted part have neighbours.
+    /// so that the ends of the counted part have neighbours. Of several recordings, those that are joined
+    /// say it themselves.
     ///
     /// # Errors
     /// [`ExperimentError::Counted`].
     pub fn with_counted(mut self, counted: Range<usize>) -> Result<Self, ExperimentError> {
         let samples = self.samples();
-        if counted.is_empty() || counted.end > samples {
+        if counted.is_empty() || counted.end > samples || self.recordings.len() > 1 {
             return Err(ExperimentError::Counted { counted, samples });
         }
-        self.counted = counted;
+        self.recordings[0].counted = counted;
         Ok(self)
     }
 
@@ -193,9 +258,26 @@ impl Experiment {
         self.reference_timing
     }
 
-    /// The samples that may become rows of the observation matrix.
+    /// The samples that may become rows of the observation matrix; of several recordings, from the
+    /// first of the first to the last of the last.
     pub fn counted(&self) -> Range<usize> {
-        self.counted.clone()
+        let [first, last] = [self.recordings.first(), self.recordings.last()];
+        first.map_or(0, |of| of.counted.start)..last.map_or(0, |of| of.counted.end)
+    }
+
+    /// The samples that count, of each recording in turn.
+    pub(crate) fn counted_samples(&self) -> impl Iterator<Item = usize> {
+        self.recordings.iter().flat_map(|of| of.counted.clone())
+    }
+
+    /// The recordings, one as a rule.
+    pub(crate) fn recordings(&self) -> &[Recording] {
+        &self.recordings
+    }
+
+    /// The recording of a sample.
+    pub(crate) fn recording_of(&self, sample: usize) -> usize {
+        self.recordings.partition_point(|of| of.samples.end <= sample)
     }
 
     fn check_timing(
@@ -212,6 +294,9 @@ impl Experiment {
         }
     }
 }
+
+/// Rates that differ by less are the same: times in a file are rounded.
+const SAME_RATE: f64 = 3e-4;
 
 fn to_matrix(
     signal: &'static str,

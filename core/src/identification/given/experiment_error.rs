@@ -65,6 +65,14 @@ pub enum ExperimentError {
         /// The timing given.
         timing: SignalTiming,
     },
+    /// Recordings do not go together. Remedy: identify from each by itself, or resample.
+    #[error("the {what} of recording {recording} is not that of the first")]
+    Different {
+        /// Which one, from 1.
+        recording: usize,
+        /// What is different.
+        what: &'static str,
+    },
     /// The counted samples are none, or not all in the record. Remedy: a non-empty part of
     /// `0..samples`.
     #[error("samples {} to {} are not a part of the record's {samples} samples", counted.start, counted.end)]

@@ -13,6 +13,8 @@ mod selection;
 mod signals;
 mod simulation;
 mod timing;
+mod tolerances;
+mod uses;
 
 pub(crate) use context::Context;
 pub use error::IdentificationError;
@@ -27,3 +29,5 @@ pub use selection::Selection;
 pub use signals::Signals;
 pub use simulation::{ConvergenceLimits, Optimiser, SensitivityMethod, SimulationOptions, Start};
 pub use timing::SignalTiming;
+pub use tolerances::{ToleranceError, Tolerances};
+pub use uses::Use;

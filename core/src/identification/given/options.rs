@@ -5,7 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::error::IdentificationError;
 use super::limits::VerdictLimits;
 use super::method::Method;
+use super::selection::Selection;
 use super::simulation::SimulationOptions;
+use super::tolerances::Tolerances;
+use super::uses::Use;
 use crate::control::SimulatedController;
 use crate::regression::RobustLoss;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
@@ -29,6 +32,16 @@ pub struct Options {
     /// What a result must satisfy to be called applicable.
     #[serde(default)]
     pub limits: VerdictLimits,
+    /// What results are for: a result is applicable that is good for all of these. Monitoring and
+    /// prediction unless stated.
+    #[serde(default = "Use::usual")]
+    pub required_uses: Vec<Use>,
+    /// Names of the parameters whose values are asked for; those that carry torque unless stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub required_parameters: Option<Vec<String>>,
+    /// How well known is what cell and robot state.
+    #[serde(default)]
+    pub tolerances: Tolerances,
     /// What controls the arm, and the simulated one: methods that simulate the closed loop need it.
     /// CLIE and CLOE keep its gains through all simulations; those that follow an inertia take the one
     /// of IDIM-LS.
@@ -49,6 +62,9 @@ impl Options {
             parameters: None,
             robust: None,
             limits: VerdictLimits::default(),
+            required_uses: Use::usual(),
+            required_parameters: None,
+            tolerances: Tolerances::default(),
             controller: None,
             simulation: SimulationOptions::default(),
         }
@@ -60,6 +76,27 @@ impl Options {
     /// [`IdentificationError::NoController`] where a method that needs it is not told.
     pub fn controller(&self, method: Method) -> Result<&SimulatedController, IdentificationError> {
         self.controller.as_ref().ok_or(IdentificationError::NoController { method })
+    }
+
+    /// Whether uses and parameters that are asked for are there.
+    ///
+    /// # Errors
+    /// [`IdentificationError::NoUse`] and [`IdentificationError::NotIdentified`].
+    pub(crate) fn validate_required(
+        &self,
+        selection: &Selection,
+    ) -> Result<(), IdentificationError> {
+        if self.required_uses.is_empty() {
+            return Err(IdentificationError::NoUse);
+        }
+        let Some(required) = &self.required_parameters else { return Ok(()) };
+        let unknown = required.iter().find(|name| !selection.names().contains(name));
+        let name = match (unknown, required.is_empty()) {
+            (Some(name), _) => name.clone(),
+            (None, true) => String::new(),
+            (None, false) => return Ok(()),
+        };
+        Err(IdentificationError::NotIdentified { name, known: selection.names().to_vec() })
     }
 
     /// Whether a method has the robust weights that are asked for, if any are.

@@ -3,10 +3,13 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::alternative::{ModelCheck, TorqueDelay};
+use super::bias::PositionBias;
+use super::elsewhere::Elsewhere;
+use super::freedoms::FreedomEstimate;
+use super::held_out::HeldOut;
 use super::information::Information;
-use super::reasons::{Note, Reason};
-use crate::identification::given::{Failure, Selection};
+use super::uses::Verdict;
+use crate::identification::given::Selection;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 
 /// Version of [`Estimate`]'s layout in JSON.
@@ -24,6 +27,9 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
     pub standard_deviation: f64,
+    /// Combined standard uncertainty, in the unit of the value: with what the model does not have and
+    /// how well what was stated is known.
+    pub combined_standard_deviation: f64,
     /// The classical one, which takes the residuals for white (equation 10).
     pub classical_standard_deviation: f64,
     /// `standard_deviation / |value|`.
@@ -36,6 +42,7 @@ impl ParameterEstimate {
         selection: &Selection,
         solution: &Solution,
         deviations: &DVector<f64>,
+        combined: &DVector<f64>,
     ) -> Vec<Self> {
         let classical = solution.standard_deviations();
         let names = selection.names().iter().zip(selection.regrouped());
@@ -44,11 +51,21 @@ impl ParameterEstimate {
             regrouped,
             value: solution.parameters[k],
             standard_deviation: deviations[k],
+            combined_standard_deviation: combined[k].max(deviations[k]),
             classical_standard_deviation: classical[k],
             relative_standard_deviation: deviations[k] / solution.parameters[k].abs(),
         });
         parameters.collect()
     }
+}
+
+/// When the torque of a joint acts, over what its timing says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TorqueDelay {
+    /// Later than stated by this \[s\]; earlier where negative.
+    pub delay_s: f64,
+    /// Its corrected standard deviation \[s\].
+    pub standard_deviation_s: f64,
 }
 
 /// The extreme singular values of an observation matrix.
@@ -65,36 +82,6 @@ impl SingularValues {
     pub(crate) fn of(solution: &Solution) -> Self {
         let (max, min) = solution.extreme_singular_values();
         Self { max, min }
-    }
-}
-
-/// Whether a result may be used, and if not, why not.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Verdict {
-    /// True when no reason speaks against use.
-    pub applicable: bool,
-    /// The reasons against.
-    pub reasons: Vec<Reason>,
-    /// Notes on the result that do not speak against its use.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub notes: Vec<Note>,
-    /// How the method failed although it has a result, where it did; the first of the reasons that
-    /// says so.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub failure: Option<Failure>,
-}
-
-impl Verdict {
-    /// A verdict with these reasons against the result and these notes.
-    pub fn new(reasons: Vec<Reason>, notes: Vec<Note>) -> Self {
-        let failure = reasons.iter().find_map(Reason::failure);
-        Self { applicable: reasons.is_empty(), reasons, notes, failure }
-    }
-
-    /// The same verdict with further reasons.
-    #[must_use]
-    pub(crate) fn with_reasons(self, more: impl IntoIterator<Item = Reason>) -> Self {
-        Self::new(self.reasons.into_iter().chain(more).collect(), self.notes)
     }
 }
 
@@ -151,6 +138,9 @@ pub struct Estimate {
     pub relative_error: f64,
     /// The same per joint.
     pub relative_error_per_joint: Vec<f64>,
+    /// The same over all joints of each recording, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub relative_error_per_recording: Vec<f64>,
     /// Root mean square of the residual per joint \[N·m or N\].
     pub rms_error_per_joint_nm: Vec<f64>,
     /// How uncertain the parameters make the torque of each joint along this motion: root mean
@@ -169,8 +159,14 @@ pub struct Estimate {
     pub effective_rows_per_joint: Vec<f64>,
     /// Delay of each joint's torque beyond the stated one; null where it is not identifiable.
     pub torque_delay_per_joint: Vec<Option<TorqueDelay>>,
-    /// Effects of alternative models.
-    pub model_checks: Vec<ModelCheck>,
+    /// What the data say of what the model takes for known, the largest torques first.
+    pub freedoms: Vec<FreedomEstimate>,
+    /// How uncertain the torque is where the arm has not been.
+    pub elsewhere: Elsewhere,
+    /// How well pieces of the motion are predicted without them.
+    pub held_out: HeldOut,
+    /// What position filter and position noise do, where that could be found.
+    pub position_bias: Option<PositionBias>,
     /// Linear least-squares steps taken.
     pub iterations: u32,
     /// Closed-loop simulations of the iteration, those that failed included; the check for position

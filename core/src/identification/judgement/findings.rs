@@ -2,15 +2,20 @@
 
 use core::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::checks::{Checks, FittedModel, PositionError};
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
-    SingularValues, Verdict,
+    SingularValues,
 };
+use super::held_out::HeldOut;
 use super::information::Information;
 use super::outliers::DownweightedRows;
+use super::pieces::Pieces;
+use super::uncertainty::Uncertainty;
+use super::uses::Verdict;
+use super::verdict::Known;
 use super::workspace::indefinite_posture;
 use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::observation::{BesideObservation, Motion};
@@ -87,9 +92,17 @@ impl Findings<'_> {
         let deviations = covariance.diagonal().map(f64::sqrt);
         let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
+        let pieces = Pieces::of(context, self.motion);
         let mut other = None;
-        let checks = match self.torque.as_ref().and_then(|rows| rows.own) {
-            None => self.checks(context, torque, &analysis, &solution.parameters, &deviations)?,
+        let (checks, uncertainty) = match self.torque.as_ref().and_then(|rows| rows.own) {
+            None => self.checks(
+                context,
+                torque,
+                &analysis,
+                &solution.parameters,
+                &deviations,
+                pieces.copies,
+            )?,
             Some(own) => {
                 let analysis = ResidualAnalysis::new(torque, own, &filter);
                 let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
@@ -98,10 +111,21 @@ impl Findings<'_> {
                     &(&own.parameters - &solution.parameters),
                     &own_deviations.zip_map(&deviations, f64::hypot),
                 );
-                self.checks(context, torque, &analysis, &own.parameters, &own_deviations)?
+                self.checks(
+                    context,
+                    torque,
+                    &analysis,
+                    &own.parameters,
+                    &own_deviations,
+                    pieces.copies,
+                )?
             }
         };
 
+        let counted = if self.downweighted.is_some() { observations } else { torque };
+        let left = if self.downweighted.is_some() { &solution.residuals } else { residuals };
+        let held_out =
+            HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
         let statistics = torque.residual_statistics(residuals);
         let ljung_box = analysis.spectrum().ljung_box_per_joint();
         let own_statistics = observations.residual_statistics(&solution.residuals);
@@ -112,13 +136,19 @@ impl Findings<'_> {
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
             rows: observations.matrix().nrows(),
-            parameters: ParameterEstimate::of(&context.selection, solution, &deviations),
+            parameters: ParameterEstimate::of(
+                &context.selection,
+                solution,
+                &deviations,
+                &uncertainty.combined,
+            ),
             condition_number: solution.condition_number(),
             singular_values: SingularValues::of(solution),
             unweighted_condition_number: self.unweighted.condition_number(),
             unweighted_singular_values: SingularValues::of(self.unweighted),
             relative_error: statistics.relative_error,
             relative_error_per_joint: statistics.relative_error_per_joint,
+            relative_error_per_recording: per_recording(context, torque, residuals),
             rms_error_per_joint_nm: statistics.rms_per_joint,
             relative_prediction_deviation_per_joint: prediction_deviations(torque, &covariance),
             durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
@@ -127,7 +157,10 @@ impl Findings<'_> {
             ljung_box_per_joint: ljung_box,
             effective_rows_per_joint: analysis.spectrum().effective_rows_per_joint(),
             torque_delay_per_joint: checks.torque_delay_per_joint,
-            model_checks: checks.model_checks,
+            position_bias: checks.position_bias,
+            freedoms: uncertainty.freedoms,
+            elsewhere: uncertainty.elsewhere,
+            held_out,
             iterations: iteration.linear_steps,
             simulations: iteration.simulations,
             convergence: iteration.steps.clone(),
@@ -140,15 +173,26 @@ impl Findings<'_> {
             smallest_instrument_correlation: iteration.instrument_correlation,
             verdict: Verdict::default(),
         };
-        let standard = context.selection.standard(&solution.parameters);
-        let indefinite = indefinite_posture(context.robot, &context.model, &standard);
-        let mut reasons = limits.reasons(context, &estimate, indefinite);
-        reasons.extend(other);
+        let indefinite = indefinite_posture(
+            context.robot,
+            &context.model,
+            &context.selection,
+            &solution.parameters,
+            &covariance,
+        )?;
+        let known = Known {
+            context,
+            largest_torque: largest_torques(context),
+            carried: carried(torque, &solution.parameters),
+            indefinite,
+            further: other.into_iter().collect(),
+        };
+        let uses = limits.uses(&known, &estimate);
         let time_s = context.time_s();
         let mut notes = limits.notes(context, &estimate);
         notes.extend(checks.notes);
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
-        estimate.verdict = Verdict::new(reasons, notes);
+        estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
         let measured = torque.measurements();
         let information = Information::new(
             observations,
@@ -178,7 +222,8 @@ impl Findings<'_> {
         analysis: &ResidualAnalysis<'_>,
         parameters: &DVector<f64>,
         deviations: &DVector<f64>,
-    ) -> Result<Checks, IdentificationError> {
+        copies: f64,
+    ) -> Result<(Checks, Uncertainty), IdentificationError> {
         let fitted = FittedModel {
             context,
             motion: self.motion,
@@ -190,7 +235,9 @@ impl Findings<'_> {
             parameters,
             deviations,
         };
-        fitted.check()
+        let checks = fitted.check()?;
+        let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), copies)?;
+        Ok((checks, uncertainty))
     }
 }
 
@@ -203,6 +250,52 @@ fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>)
         (x * covariance).dot(&x).max(0.0).sqrt() / y.rows_range(range).norm()
     };
     (0..observations.joints()).map(deviation).collect()
+}
+
+/// ‖y − Xθ‖ / ‖y‖ of each recording, where there are several.
+fn per_recording(
+    context: &Context<'_>,
+    observations: &Observations,
+    residuals: &DVector<f64>,
+) -> Vec<f64> {
+    let recordings = context.experiment.recordings().len();
+    if recordings < 2 {
+        return Vec::new();
+    }
+    let mut sums = vec![[0.0; 2]; recordings];
+    for joint in 0..observations.joints() {
+        for (row, &sample) in observations.joint_rows(joint).zip(&context.samples) {
+            let [errors, torques] = &mut sums[context.experiment.recording_of(sample)];
+            *errors += residuals[row].powi(2);
+            *torques += observations.measurements()[row].powi(2);
+        }
+    }
+    sums.into_iter().map(|[errors, torques]| (errors / torques).sqrt()).collect()
+}
+
+/// The largest torque that was recorded on each joint \[N·m or N\].
+fn largest_torques(context: &Context<'_>) -> Vec<f64> {
+    let torque = context.experiment.torque_nm().column_iter();
+    let largest = |torque: DVectorView<'_, f64>| {
+        let samples = context.experiment.counted_samples();
+        samples.map(|sample| torque[sample].abs()).fold(0.0, f64::max)
+    };
+    torque.map(largest).collect()
+}
+
+/// The share of a joint's torque that each parameter carries, the largest of all joints.
+fn carried(observations: &Observations, parameters: &DVector<f64>) -> Vec<f64> {
+    let torque = observations.measurements();
+    let share = |(column, value): (usize, &f64)| {
+        let own = observations.matrix().column(column);
+        let of_joint = |joint: usize| {
+            let range = observations.joint_rows(joint);
+            let torque = torque.rows_range(range.clone()).norm();
+            own.rows_range(range).norm() * value.abs() / torque
+        };
+        (0..observations.joints()).map(of_joint).fold(0.0, f64::max)
+    };
+    parameters.iter().enumerate().map(share).collect()
 }
 
 fn per_joint(observations: &Observations, rows: &DVector<f64>) -> Vec<Vec<f64>> {

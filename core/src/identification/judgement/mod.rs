@@ -1,23 +1,33 @@
 //! What a solution is worth: its uncertainty, what alternative models would change, and whether it may
 //! be used.
 
-mod alternative;
+mod bias;
 mod checks;
+mod elsewhere;
 mod estimate;
 mod findings;
+mod freedoms;
+mod held_out;
 mod information;
 mod outliers;
+mod pieces;
 mod reasons;
+mod uncertainty;
+mod uses;
 mod verdict;
 mod workspace;
 
-pub use alternative::{Alternative, ModelCheck, TorqueDelay};
+pub use bias::PositionBias;
 pub(crate) use checks::PositionError;
+pub use elsewhere::Elsewhere;
 pub use estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
-    SingularValues, Verdict,
+    SingularValues, TorqueDelay,
 };
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
+pub use freedoms::{Freedom, FreedomEstimate, Quantity};
+pub use held_out::{HeldOut, ResidualQuantiles};
 pub use information::Information;
 pub(crate) use outliers::DownweightedRows;
 pub use reasons::{Note, Output, Reason};
+pub use uses::{UseVerdict, Uses, Verdict};

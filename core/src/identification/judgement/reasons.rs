@@ -5,7 +5,8 @@ use core::ops::Range;
 
 use serde::{Serialize, Serializer};
 
-use super::alternative::{Alternative, ModelCheck};
+use super::bias::PositionBias;
+use super::freedoms::FreedomEstimate;
 use crate::identification::given::Failure;
 
 /// What speaks against the use of a result. Joints are numbered from 1; errors and deviations are
@@ -32,10 +33,25 @@ pub enum Reason {
     NotDecimated,
     /// A parameter that stands for itself alone is below zero and cannot be.
     Negative { quantity: &'static str, name: String, value: f64, standard_deviation: f64 },
-    /// The mass matrix is not positive definite at a posture \[rad or m\].
-    Indefinite { posture: Vec<f64> },
-    /// Alternative models of one kind that the data support.
-    Model { checks: Vec<ModelCheck> },
+    /// The mass matrix is not positive definite at a posture \[rad or m\], by so many standard
+    /// deviations.
+    Indefinite { posture: Vec<f64>, deviations: f64 },
+    /// So many parameters that cannot be negative are.
+    WrongSigns { negative: usize, of: usize },
+    /// The torque of a joint is many times its limit \[N·m or N\].
+    OtherUnit { joint: usize, torque: f64, limit: f64 },
+    /// What is stated is not what the data show.
+    Contradicted { freedom: FreedomEstimate },
+    /// The torque is uncertain where the arm has not been; what the data want most of the freedoms.
+    Elsewhere { error: f64, limit: f64, freedoms: Vec<FreedomEstimate> },
+    /// The same of one joint.
+    JointElsewhere { joint: usize, error: f64, limit: f64 },
+    /// Pieces of the motion are predicted badly without them.
+    HeldOut { error: f64, limit: f64 },
+    /// The motion cannot be held out in pieces.
+    TooFewMotions,
+    /// Parameters with their combined uncertainty, relative to their values.
+    Uncertain { parameters: Vec<(String, f64)>, limit: f64 },
     /// Torques along the simulated motion give other parameters than the positions do.
     OtherParameters { name: String, deviations: f64 },
     /// The instruments are hardly correlated with the measured motion.
@@ -62,8 +78,10 @@ pub enum Note {
     PositionNoiseIgnored,
     /// The loop could not be simulated with the noise of the positions.
     PositionNoiseNotSimulated,
-    /// The alternatives could not be checked.
+    /// The delays of the torques could not be checked.
     DelayUnchecked,
+    /// Position filter and position noise move a parameter.
+    PositionBias { bias: PositionBias },
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
     /// Rows were weighted down throughout the motion: joints, from 1, with how many of the rows
@@ -92,6 +110,11 @@ impl Display for Output {
 }
 
 impl Reason {
+    /// Whether it says that something cannot be told, and nothing against the result.
+    pub fn is_untold(&self) -> bool {
+        matches!(self, Self::TooFewMotions)
+    }
+
     /// The failure of the method, where the reason is one.
     pub fn failure(&self) -> Option<Failure> {
         match self {
@@ -152,13 +175,72 @@ impl Display for Reason {
                 "{quantity} {name} is negative, {value:.4} with a standard deviation of \
                  {standard_deviation:.2e}: check the signs of torque and transmission"
             ),
-            Self::Indefinite { posture } => write!(
+            Self::Indefinite { posture, deviations } => write!(
                 f,
-                "the mass matrix is not positive definite at q = ({}): no arm has these inertias; \
-                 move along a richer trajectory or identify fewer parameters",
+                "the mass matrix is not positive definite at q = ({}), by {deviations:.1} standard \
+                 deviations: no arm has these inertias; move along a richer trajectory or identify \
+                 fewer parameters",
                 listed(posture.iter().map(|q| format!("{q:.2}")))
             ),
-            Self::Model { checks } => model(f, checks),
+            Self::WrongSigns { negative, of } => write!(
+                f,
+                "{negative} of {of} drive inertias and friction coefficients are negative: the \
+                 torques have the wrong sign, or the positions; turn the sign of one of the two"
+            ),
+            Self::OtherUnit { joint, torque, limit } => write!(
+                f,
+                "the torque of joint {joint} reaches {torque:.4}, {:.0} times its limit of \
+                 {limit:.4} in the robot file: check the unit of the torques and the drive's gain, or \
+                 correct the limit",
+                torque / limit
+            ),
+            Self::Contradicted { freedom } => contradicted(f, freedom),
+            Self::Elsewhere { error, limit, freedoms } => {
+                write!(
+                    f,
+                    "the torque is uncertain by {:.1} % where the arm has not been, above {:.1} %: \
+                     record more and other motions, all joints over their range",
+                    100.0 * error,
+                    100.0 * limit
+                )?;
+                let wanted = |found: &FreedomEstimate| {
+                    let percent = 100.0 * found.relative_torque;
+                    format!(
+                        "{} ({:.3} N·m, {percent:.0} % at joint {})",
+                        found.freedom, found.torque_nm, found.joint
+                    )
+                };
+                write!(f, "; the data want most of: {}", listed(freedoms.iter().map(wanted)))
+            }
+            Self::JointElsewhere { joint, error, limit } => write!(
+                f,
+                "the torque of joint {joint} is uncertain by {:.1} % where the arm has not been, \
+                 above {:.1} %: move this joint more, together with the others",
+                100.0 * error,
+                100.0 * limit
+            ),
+            Self::HeldOut { error, limit } => write!(
+                f,
+                "parts of the motion are predicted with an error of {:.1} % by parameters that were \
+                 found without them, above {:.1} %: record more and other motions",
+                100.0 * error,
+                100.0 * limit
+            ),
+            Self::TooFewMotions => f.write_str(
+                "there are fewer than two distinct motions that tell the parameters, one without the \
+                 other, so that it cannot be told how well others are predicted: record more and \
+                 other motions",
+            ),
+            Self::Uncertain { parameters, limit } => write!(
+                f,
+                "uncertain by more than {:.0} % with what is stated and what the model lacks: {}",
+                100.0 * limit,
+                listed(
+                    parameters
+                        .iter()
+                        .map(|(name, share)| { format!("{name} ({:.0} %)", 100.0 * share) })
+                )
+            ),
             Self::OtherParameters { name, deviations } => write!(
                 f,
                 "the torques along the simulated motion give other parameters than the positions: \
@@ -191,42 +273,35 @@ impl Display for Reason {
     }
 }
 
-/// Alternatives of one kind: where they all are, and which parameter the worst would change.
-fn model(f: &mut fmt::Formatter<'_>, checks: &[ModelCheck]) -> fmt::Result {
-    let by_shift = |a: &&ModelCheck, b: &&ModelCheck| {
-        a.shift_deviations.abs().total_cmp(&b.shift_deviations.abs())
-    };
-    let Some(worst) = checks.iter().max_by(by_shift) else { return Ok(()) };
-    let (problem, remedy) = match worst.alternative {
-        Alternative::JointFriction(_) | Alternative::MotorFriction(_) => {
-            ("is not that of the model", "choose another sign model, one that fits no worse")
-        }
-        Alternative::TorqueDelay => {
-            ("is not as stated", "check the torque's hold and delay, with didim the controller too")
-        }
-        Alternative::TorqueGain(_) => {
-            ("does not fit those of the others", "check drive gain and gear ratio")
-        }
-        Alternative::LeftOutParameters => {
-            ("are not zero", "identify more parameters, and check for a payload")
-        }
-        Alternative::PositionFilter => ("distorts the motion", "raise its cut-off"),
-        Alternative::PositionNoise => (
-            "distorts the friction law",
-            "measure positions with less noise; with idim-ls, lower the cut-off of the position \
-             filter",
-        ),
-    };
-    // "friction law of joint 1, joint 2": what it is of, from the second on.
-    let first = checks.iter().take(1).map(|check| check.alternative.to_string());
-    let others = checks.iter().skip(1).filter_map(|check| check.alternative.place());
-    write!(
-        f,
-        "the {} {problem}: allowing for it, {} would change by {:.1} standard deviations; {remedy}",
-        listed(first.chain(others)),
-        worst.parameter,
-        worst.shift_deviations.abs()
-    )
+/// How far a stated quantity is off, and what to do.
+fn contradicted(f: &mut fmt::Formatter<'_>, found: &FreedomEstimate) -> fmt::Result {
+    let Some(quantity) = found.quantity else { return write!(f, "{}", found.freedom) };
+    let (value, sd, stated) = (quantity.value, quantity.standard_deviation, quantity.stated);
+    let freedom = found.freedom;
+    match quantity.unit {
+        // Measured torques are what the gain makes of those that act.
+        "1" => write!(
+            f,
+            "the {freedom} would be {:.3} ± {sd:.3} of what is stated (to {:.1} %): check the \
+             drive's gain and the gear ratio",
+            1.0 + value,
+            100.0 * stated
+        )?,
+        "s" => write!(
+            f,
+            "the {freedom} would be {:.2} ± {:.2} ms more than stated (to {:.2} ms): check hold and \
+             delay of the torques",
+            1e3 * value,
+            1e3 * sd,
+            1e3 * stated
+        )?,
+        unit => write!(
+            f,
+            "the {freedom} would be {value:.3} ± {sd:.2} {unit} off (stated to {stated:.3} {unit}): \
+             check it"
+        )?,
+    }
+    write!(f, "; it makes {:.3} N·m at joint {}", found.torque_nm, found.joint)
 }
 
 impl Display for Note {
@@ -261,8 +336,26 @@ impl Display for Note {
                 "the effect of the noise of the positions on the loop could not be simulated",
             ),
             Self::DelayUnchecked => f.write_str(
-                "the delay of the torques and some other assumptions could not be checked: too few \
-                 rows are left over, or nothing moves",
+                "the delay of the torques could not be checked: too few rows are left over, or \
+                 nothing moves",
+            ),
+            Self::PositionBias { bias } => write!(
+                f,
+                "{} moves {} by {:.1} standard deviations, which its combined uncertainty allows \
+                 for: {}",
+                if bias.by_filter {
+                    "the position filter distorts the motion and"
+                } else {
+                    "the noise of the positions distorts the friction law and"
+                },
+                bias.parameter,
+                bias.deviations.abs(),
+                if bias.by_filter {
+                    "raise its cut-off"
+                } else {
+                    "measure positions with less noise; with idim-ls, lower the cut-off of the \
+                     position filter"
+                }
             ),
             Self::Outliers { rows, of, times_s, more } => {
                 let times = times_s.iter().map(|t| format!("{:.2} to {:.2} s", t.start, t.end));

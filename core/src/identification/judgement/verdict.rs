@@ -1,108 +1,254 @@
-//! Whether a result may be used: what exceeds which limit.
+//! What a result may be used for: what exceeds which limit.
 
 use nalgebra::DVector;
 
-use super::alternative::{Alternative, ModelCheck};
 use super::estimate::{Estimate, ReferenceSource};
+use super::freedoms::{Freedom, FreedomEstimate};
 use super::reasons::{Note, Reason};
+use super::uses::{UseVerdict, Uses};
+use super::workspace::Indefinite;
 use crate::identification::given::{Context, VerdictLimits};
 use crate::robot::ParameterKind;
-
-/// A shift counts when it is this many times its own uncertainty.
-pub(super) const CERTAIN: f64 = 3.0;
 
 /// A parameter within this many standard deviations of zero could be zero.
 const INSIGNIFICANT: f64 = 2.0;
 
+/// What is stated is wrong where the data have it further off than so many standard deviations of both.
+const CONTRADICTED: f64 = 3.0;
+
+/// A smaller share of a joint's torque is less than what a rigid model leaves.
+const DUST: f64 = 0.01;
+
+/// A parameter that carries this share of a joint's torque is asked for its value.
+const CARRYING: f64 = 0.05;
+
+/// A torque may be as small as this share of what a joint can do, and need not be known better.
+const SMALL: f64 = 0.05;
+
+/// Robot files state limits that nobody has ever reached: what a joint can do is at most this many times
+/// the largest torque recorded.
+const REACHED: f64 = 3.0;
+
+/// Torques beyond this many times the limit of a joint are in another unit.
+const OTHER_UNIT: f64 = 20.0;
+
+/// What the verdict needs to know beside the estimate.
+pub(super) struct Known<'a> {
+    pub(super) context: &'a Context<'a>,
+    /// The largest torque that was recorded on each joint \[N·m or N\].
+    pub(super) largest_torque: Vec<f64>,
+    /// The share of a joint's torque that each parameter carries, the largest of all joints.
+    pub(super) carried: Vec<f64>,
+    /// The posture where the mass matrix is furthest from positive definite, if it is not everywhere.
+    pub(super) indefinite: Option<Indefinite>,
+    /// What only some methods find.
+    pub(super) further: Vec<Reason>,
+}
+
+impl Known<'_> {
+    /// Whether a torque of a joint, numbered from 1, is little beside what the joint can do.
+    fn is_small(&self, joint: usize, torque_nm: f64) -> bool {
+        let limit = self.context.robot.chain()[joint - 1].limits.torque_max;
+        torque_nm <= SMALL * limit.min(REACHED * self.largest_torque[joint - 1])
+    }
+}
+
 impl VerdictLimits {
-    /// What speaks against an estimate; `indefinite` is a posture where the mass matrix is not positive
-    /// definite. A figure that is not a number fails.
-    pub(super) fn reasons(
-        &self,
-        context: &Context<'_>,
-        estimate: &Estimate,
-        indefinite: Option<Vec<f64>>,
-    ) -> Vec<Reason> {
-        // First what others may follow from.
-        let errors = estimate.controller_error_per_joint.iter().flatten();
-        let mut reasons: Vec<Reason> = exceeding(errors, self.controller_error)
-            .map(|(joint, error)| Reason::Controller { joint, error })
+    /// The verdict for each use. A figure that is not a number fails.
+    pub(super) fn uses(&self, known: &Known<'_>, estimate: &Estimate) -> Uses {
+        let wrong = self.wrong(known, estimate);
+        Uses {
+            monitoring: self.monitoring(known, estimate, &wrong),
+            prediction: self.prediction(known, estimate, &wrong),
+            contact_detection: contact_detection(estimate, &wrong),
+            physical_values: self.physical_values(known, estimate, &wrong),
+            rigid_body: self.rigid_body(known, &wrong),
+        }
+    }
+
+    /// What makes a result useless: the method failed, or the data are in another unit or of another sign.
+    fn wrong(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
+        let mut reasons = known.further.clone();
+        let limits = known.context.robot.limits().map(|limits| limits.torque_max);
+        let joints = (1..).zip(known.largest_torque.iter().zip(limits));
+        reasons.extend(
+            joints.filter(|(_, (torque, limit))| **torque > OTHER_UNIT * limit).map(
+                |(joint, (torque, limit))| Reason::OtherUnit { joint, torque: *torque, limit },
+            ),
+        );
+        let kinds = known.context.selection.kinds();
+        let positive: Vec<bool> = (estimate.parameters.iter().zip(kinds))
+            .filter(|(p, kind)| !p.regrouped && positive_quantity(**kind).is_some())
+            .filter(|(p, _)| p.value.abs() > self.negative_deviations * p.standard_deviation)
+            .map(|(p, _)| p.value < 0.0)
             .collect();
-        self.excitation_and_error(estimate, &mut reasons);
-        let independent = context.decimation.cutoff_ratio() * estimate.rows as f64;
-        let per_parameter = independent / estimate.parameters.len() as f64;
-        if exceeds(self.rows_per_parameter, per_parameter) {
-            reasons.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
+        let negative = positive.iter().filter(|negative| **negative).count();
+        if 2 * negative > positive.len() {
+            reasons.push(Reason::WrongSigns { negative, of: positive.len() });
         }
-        if context.decimation.is_none() {
-            reasons.push(Reason::NotDecimated);
-        }
-        self.impossible_signs(estimate, context.selection.kinds(), &mut reasons);
-        reasons.extend(indefinite.map(|posture| Reason::Indefinite { posture }));
-        self.model_errors(&estimate.model_checks, &mut reasons);
         reasons
     }
 
-    /// Too little excitation, too large an error.
-    fn excitation_and_error(&self, estimate: &Estimate, reasons: &mut Vec<Reason>) {
+    /// By what the data tell with this cell, whatever the model lacks: windows of the same motion lack
+    /// the same.
+    fn monitoring(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
         let (value, limit) = (estimate.condition_number, self.condition_number);
         if exceeds(value, limit) {
             reasons.push(Reason::ConditionNumber { value, limit });
         }
-        let (deviations, limit) =
-            (&estimate.relative_prediction_deviation_per_joint, self.prediction_deviation);
+        let deviations = &estimate.relative_prediction_deviation_per_joint;
+        let limit = self.prediction_deviation;
+        let in_nm = |joint: usize, share: f64| {
+            let relative = estimate.relative_error_per_joint[joint - 1];
+            share * estimate.rms_error_per_joint_nm[joint - 1] / relative
+        };
         reasons.extend(
-            exceeding(deviations, limit).map(|(joint, deviation)| Reason::PredictionDeviation {
-                joint,
-                deviation,
-                limit,
-            }),
+            exceeding(deviations, limit)
+                .filter(|&(joint, share)| !known.is_small(joint, in_nm(joint, share)))
+                .map(|(joint, deviation)| Reason::PredictionDeviation { joint, deviation, limit }),
         );
+        let decimation = &known.context.decimation;
+        let independent = decimation.cutoff_ratio() * estimate.rows as f64;
+        let per_parameter = independent / estimate.parameters.len() as f64;
+        if exceeds(self.rows_per_parameter, per_parameter) {
+            reasons.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
+        }
+        if decimation.is_none() {
+            reasons.push(Reason::NotDecimated);
+        }
+        // Of the joints that are judged.
+        let judged: Vec<f64> = (1..)
+            .zip(deviations)
+            .filter(|&(joint, &share)| !known.is_small(joint, in_nm(joint, share)))
+            .map(|(_, share)| *share)
+            .collect();
+        let figure = largest(if judged.is_empty() { deviations } else { &judged });
+        UseVerdict::new(figure, "1", Some(limit), reasons)
+    }
+
+    /// By the uncertainty of the torque elsewhere, and by what was held out.
+    fn prediction(&self, known: &Known<'_>, estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        // First what the others may follow from.
+        let errors = estimate.controller_error_per_joint.iter().flatten();
+        reasons.extend(
+            exceeding(errors, self.controller_error)
+                .map(|(joint, error)| Reason::Controller { joint, error }),
+        );
+        // Friction that follows a reversal late looks like a delay, and a delay stays with the record.
+        let of_the_arm =
+            |found: &&FreedomEstimate| !matches!(found.freedom, Freedom::TorqueDelay(_));
+        reasons.extend(contradicted(estimate.freedoms.iter().filter(of_the_arm)));
+        reasons.extend(self.negative(known, estimate, wrong));
         let (error, limit) = (estimate.relative_error, self.relative_error);
         if exceeds(error, limit) {
             reasons.push(Reason::RelativeError { error, limit });
         }
         let (errors, limit) = (&estimate.relative_error_per_joint, self.relative_error_per_joint);
-        reasons.extend(exceeding(errors, limit).map(|(joint, error)| Reason::JointError {
-            joint,
-            error,
-            limit,
-        }));
+        reasons.extend(
+            exceeding(errors, limit)
+                .filter(|(joint, _)| {
+                    !known.is_small(*joint, estimate.rms_error_per_joint_nm[joint - 1])
+                })
+                .map(|(joint, error)| Reason::JointError { joint, error, limit }),
+        );
+        let (elsewhere, limit) = (&estimate.elsewhere, self.error_elsewhere);
+        if exceeds(elsewhere.relative_error, limit) {
+            let error = elsewhere.relative_error;
+            let freedoms = estimate.freedoms.iter().take(3).cloned().collect();
+            reasons.push(Reason::Elsewhere { error, limit, freedoms });
+        } else {
+            let joints =
+                exceeding(&elsewhere.relative_error_per_joint, limit).filter(|(joint, _)| {
+                    !known.is_small(*joint, elsewhere.error_per_joint_nm[joint - 1])
+                });
+            reasons.extend(joints.map(|(joint, error)| Reason::JointElsewhere {
+                joint,
+                error,
+                limit,
+            }));
+        }
+        match estimate.held_out.relative_error {
+            Some(error) if exceeds(error, self.held_out_error) => {
+                reasons.push(Reason::HeldOut { error, limit: self.held_out_error });
+            }
+            Some(_) => {}
+            None => reasons.push(Reason::TooFewMotions),
+        }
+        UseVerdict::new(Some(elsewhere.relative_error), "1", Some(limit), reasons)
     }
 
-    /// Friction and drive inertia below zero.
-    fn impossible_signs(
+    /// Friction and drive inertia below zero, whatever the model lacks.
+    fn negative(
         &self,
+        known: &Known<'_>,
         estimate: &Estimate,
-        kinds: &[ParameterKind],
-        reasons: &mut Vec<Reason>,
-    ) {
+        wrong: &[Reason],
+    ) -> impl Iterator<Item = Reason> {
         // A regrouped parameter may be negative: others are subtracted in it.
+        let kinds = known.context.selection.kinds();
         let alone = estimate.parameters.iter().zip(kinds).filter(|(p, _)| !p.regrouped);
-        for (parameter, &kind) in alone {
-            let (value, standard_deviation) = (parameter.value, parameter.standard_deviation);
-            let Some(quantity) = positive_quantity(kind) else { continue };
-            if exceeds(-value, self.negative_deviations * standard_deviation) {
+        let follows = has_wrong_signs(wrong);
+        alone.filter(move |_| !follows).filter_map(|(parameter, &kind)| {
+            let quantity = positive_quantity(kind)?;
+            let (value, standard_deviation) =
+                (parameter.value, parameter.combined_standard_deviation);
+            exceeds(-value, self.negative_deviations * standard_deviation).then(|| {
                 let name = parameter.name.clone();
-                reasons.push(Reason::Negative { quantity, name, value, standard_deviation });
-            }
-        }
+                Reason::Negative { quantity, name, value, standard_deviation }
+            })
+        })
     }
 
-    /// Effects that the model lacks and the data support, one reason for all of a kind.
-    fn model_errors(&self, checks: &[ModelCheck], reasons: &mut Vec<Reason>) {
-        let mut kinds: Vec<Vec<ModelCheck>> = Vec::new();
-        for check in checks.iter().filter(|check| self.fails(check)) {
-            let quantity = check.alternative.quantity();
-            match kinds.iter_mut().find(|kind| kind[0].alternative.quantity() == quantity) {
-                Some(kind) => kind.push(check.clone()),
-                None => kinds.push(vec![check.clone()]),
-            }
+    /// By the combined uncertainty of what carries torque.
+    fn physical_values(
+        &self,
+        known: &Known<'_>,
+        estimate: &Estimate,
+        wrong: &[Reason],
+    ) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        reasons.extend(contradicted(estimate.freedoms.iter()));
+        reasons.extend(self.negative(known, estimate, wrong));
+        let options = known.context.options;
+        let asked = |index: usize| match &options.required_parameters {
+            Some(names) => names.contains(&estimate.parameters[index].name),
+            None => known.carried[index] >= CARRYING,
+        };
+        let uncertain = |index: usize| {
+            let parameter = &estimate.parameters[index];
+            parameter.combined_standard_deviation / parameter.value.abs()
+        };
+        let asked: Vec<usize> = (0..estimate.parameters.len()).filter(|&k| asked(k)).collect();
+        let limit = self.parameter_uncertainty;
+        let names: Vec<(String, f64)> = (asked.iter())
+            .filter(|&&index| exceeds(uncertain(index), limit))
+            .map(|&index| (estimate.parameters[index].name.clone(), uncertain(index)))
+            .collect();
+        if !names.is_empty() {
+            reasons.push(Reason::Uncertain { parameters: names, limit });
         }
-        reasons.extend(kinds.into_iter().map(|checks| Reason::Model { checks }));
+        let figures: Vec<f64> = asked.into_iter().map(uncertain).collect();
+        UseVerdict::new(largest(&figures), "1", Some(limit), reasons)
     }
 
-    /// Parameters that the torques along the motion want otherwise than the positions do: with the right
+    /// By the mass matrix.
+    fn rigid_body(&self, known: &Known<'_>, wrong: &[Reason]) -> UseVerdict {
+        let mut reasons = wrong.to_vec();
+        let limit = self.negative_deviations;
+        let figure = known.indefinite.as_ref().map_or(0.0, |found| found.deviations);
+        let follows = has_wrong_signs(wrong);
+        if let Some(found) =
+            known.indefinite.as_ref().filter(|_| !follows && exceeds(figure, limit))
+        {
+            let posture = found.posture.clone();
+            reasons.push(Reason::Indefinite { posture, deviations: figure });
+        }
+        UseVerdict::new(Some(figure), "standard deviations below zero", Some(limit), reasons)
+    }
+
+    /// Parameters that the torques along the simulated motion want otherwise than the positions do: with the right
     /// model and controller both are the arm's. `deviations` are those of their `difference` as if they
     /// had no errors in common, which makes them too large.
     pub(super) fn other_parameters(
@@ -118,25 +264,16 @@ impl VerdictLimits {
             .then(|| Reason::OtherParameters { name: name.clone(), deviations })
     }
 
-    /// Whether an alternative matters: the data support it, and it changes a parameter too much.
-    pub fn fails(&self, check: &ModelCheck) -> bool {
-        let limit = match check.alternative {
-            Alternative::PositionFilter | Alternative::PositionNoise => {
-                self.position_filter_deviations
-            }
-            _ => self.model_shift_deviations,
-        };
-        let by_chance = check.probability.is_some_and(|p| p >= self.model_probability);
-        let shift = check.shift_deviations.abs();
-        let uncertain = check.shift_uncertainty.is_some_and(|u| shift <= CERTAIN * u);
-        !by_chance && !uncertain && exceeds(shift, limit)
-    }
-
     /// What must be known with a result and does not speak against its use.
     pub(super) fn notes(&self, context: &Context<'_>, estimate: &Estimate) -> Vec<Note> {
         let mut notes = Vec::new();
         if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
             notes.push(Note::NoReference);
+        }
+        if let Some(bias) = &estimate.position_bias
+            && exceeds(bias.deviations.abs(), self.position_filter_deviations)
+        {
+            notes.push(Note::PositionBias { bias: bias.clone() });
         }
         let names: Vec<String> = (estimate.parameters.iter())
             .filter(|p| exceeds(INSIGNIFICANT * p.standard_deviation, p.value.abs()))
@@ -156,6 +293,41 @@ impl VerdictLimits {
         }
         notes
     }
+}
+
+/// By the residuals that were held out, which are for whoever sets thresholds.
+fn contact_detection(estimate: &Estimate, wrong: &[Reason]) -> UseVerdict {
+    let quantiles = &estimate.held_out.quantiles_per_joint;
+    let of_999: Vec<f64> = quantiles.iter().map(|of| of.of_999).collect();
+    let mut reasons = wrong.to_vec();
+    reasons.extend(quantiles.is_empty().then_some(Reason::TooFewMotions));
+    UseVerdict {
+        applicable: None,
+        quantiles_per_joint: quantiles.clone(),
+        ..UseVerdict::new(largest(&of_999), "N·m", None, reasons)
+    }
+}
+
+/// What is stated and the data contradict, the largest torques first.
+fn contradicted<'a>(
+    freedoms: impl Iterator<Item = &'a FreedomEstimate>,
+) -> impl Iterator<Item = Reason> {
+    freedoms.filter_map(|found| {
+        let quantity = found.quantity?;
+        let least = CONTRADICTED * quantity.stated.hypot(quantity.standard_deviation);
+        // Whoever knows less than what is stated contradicts nothing, nor does dust.
+        let told = quantity.standard_deviation <= quantity.stated && found.relative_torque >= DUST;
+        (told && quantity.value.abs() > least)
+            .then(|| Reason::Contradicted { freedom: found.clone() })
+    })
+}
+
+fn has_wrong_signs(reasons: &[Reason]) -> bool {
+    reasons.iter().any(|reason| matches!(reason, Reason::WrongSigns { .. }))
+}
+
+fn largest(values: &[f64]) -> Option<f64> {
+    values.iter().copied().reduce(f64::max)
 }
 
 /// Joints, numbered from 1, whose value exceeds the limit.

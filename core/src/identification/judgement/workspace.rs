@@ -1,8 +1,10 @@
 //! Whether an estimate is an arm wherever it may go.
 
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use crate::dynamics::{Model, Workspace};
+use crate::identification::given::{IdentificationError, Selection};
+use crate::identification::observation::{Motion, regressor_rows};
 use crate::numeric::{Lanes, Scalar, WIDTH};
 use crate::robot::Robot;
 
@@ -15,19 +17,69 @@ const TOGETHER: usize = WIDTH;
 /// Bases of the low-discrepancy sequence, one per joint.
 const PRIMES: [u32; crate::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
 
-/// A posture \[rad or m\] within the robot's limits where the mass matrix of these standard
-/// parameters is not positive definite, if one of a thousand postures is such: those of Halton's
+/// Where the mass matrix is not positive definite.
+pub(super) struct Indefinite {
+    /// The posture \[rad or m\].
+    pub(super) posture: Vec<f64>,
+    /// By how many standard deviations its smallest eigenvalue is below zero.
+    pub(super) deviations: f64,
+}
+
+/// The posture within the robot's limits where the mass matrix of these parameters is furthest from
+/// positive definite, beside the statistical uncertainty, if one of a thousand postures is such: those of Halton's
 /// sequence (*Numer. Math.* 2, 1960), which fill the workspace evenly.
 pub(super) fn indefinite_posture(
     robot: &Robot,
     model: &Model,
-    standard: &[f64],
-) -> Option<Vec<f64>> {
+    selection: &Selection,
+    parameters: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+) -> Result<Option<Indefinite>, IdentificationError> {
+    let mut worst: Option<Indefinite> = None;
+    let standard = selection.standard(parameters);
+    for (posture, mass) in indefinite(robot, model, &standard) {
+        let eigen = SymmetricEigen::new(mass);
+        let (index, value) = eigen.eigenvalues.argmin();
+        let direction: DVector<f64> = eigen.eigenvectors.column(index).into_owned();
+        // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
+        let n = posture.len();
+        let both = |of: &[f64]| DMatrix::from_fn(2, n, |_, joint| of[joint]);
+        let states = Motion {
+            position: both(&posture),
+            velocity: DMatrix::zeros(2, n),
+            acceleration: DMatrix::from_fn(
+                2,
+                n,
+                |k, joint| {
+                    if k == 0 { direction[joint] } else { 0.0 }
+                },
+            ),
+        };
+        let rows = regressor_rows(model, selection.columns(), &states)?;
+        let mut along = DVector::zeros(parameters.len());
+        for (joint, share) in direction.iter().enumerate() {
+            let difference = rows.row(2 * joint) - rows.row(2 * joint + 1);
+            along.axpy(*share, &difference.transpose(), 1.0);
+        }
+        let variance = along.dot(&(covariance * &along));
+        let deviations = -value / variance.sqrt();
+        let further = |worst: &Indefinite| deviations.is_nan() || deviations > worst.deviations;
+        if worst.as_ref().is_none_or(further) {
+            worst = Some(Indefinite { posture, deviations });
+        }
+    }
+    Ok(worst)
+}
+
+/// Postures where the mass matrix of these standard parameters is not positive definite, with their
+/// matrices.
+fn indefinite(robot: &Robot, model: &Model, standard: &[f64]) -> Vec<(Vec<f64>, DMatrix<f64>)> {
     let n = robot.joints();
     let standard: Vec<_> = standard.iter().map(|&value| Lanes::constant(value)).collect();
     let mut workspace = Workspace::new();
     let mut mass = vec![Lanes::<TOGETHER>::zero(); n * n];
-    (1..=POSTURES).step_by(TOGETHER).find_map(|first| {
+    let mut found = Vec::new();
+    for first in (1..=POSTURES).step_by(TOGETHER) {
         let limits = robot.limits().zip(PRIMES);
         let q: Vec<Lanes<TOGETHER>> = limits
             .map(|(limit, prime)| {
@@ -40,9 +92,11 @@ pub(super) fn indefinite_posture(
             .collect();
         model.mass_matrix(&mut workspace, &standard, &q, &mut mass);
         let mass_at = |l: usize| DMatrix::from_fn(n, n, |i, j| mass[i * n + j].0[l]);
-        let indefinite = (0..TOGETHER).find(|l| Cholesky::new(mass_at(*l)).is_none())?;
-        Some(q.iter().map(|q| q.0[indefinite]).collect())
-    })
+        for l in (0..TOGETHER).filter(|l| Cholesky::new(mass_at(*l)).is_none()) {
+            found.push((q.iter().map(|q| q.0[l]).collect(), mass_at(l)));
+        }
+    }
+    found
 }
 
 /// The digits of `index` mirrored at the point: between 0 and 1.

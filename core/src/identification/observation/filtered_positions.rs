@@ -11,6 +11,8 @@ use crate::signal::neighbours;
 /// where they are asked for: memory for all of them takes longer to get than they take to compute.
 pub(crate) struct FilteredPositions {
     rate_hz: f64,
+    /// Where each recording ends, the last one too.
+    ends: Vec<usize>,
     /// 0 beyond the joints.
     samples: Vec<[f64; MAX_JOINTS]>,
 }
@@ -19,10 +21,11 @@ impl FilteredPositions {
     /// Memory for the positions of an experiment, all 0 yet.
     pub(crate) fn of(experiment: &Experiment) -> Self {
         let samples = vec![[0.0; MAX_JOINTS]; experiment.samples()];
-        Self { rate_hz: experiment.sample_rate_hz(), samples }
+        let ends = experiment.recordings().iter().map(|of| of.samples.end).collect();
+        Self { rate_hz: experiment.sample_rate_hz(), ends, samples }
     }
 
-    /// Filters the positions of the experiment without phase over the whole record.
+    /// Filters the positions of the experiment without phase, each recording over its whole length.
     ///
     /// # Errors
     /// [`IdentificationError::PositionFilter`] and [`IdentificationError::Signal`].
@@ -33,9 +36,18 @@ impl FilteredPositions {
     ) -> Result<(), IdentificationError> {
         let sections = filter.design(self.rate_hz).map_err(IdentificationError::PositionFilter)?;
         side_by_side(experiment.position_rad(), &mut self.samples);
-        sections
-            .filter_zero_phase_lanes(&mut self.samples, sections.default_padding())
-            .map_err(|cause| IdentificationError::Signal { signal: "position", joint: 1, cause })
+        let mut start = 0;
+        for &end in &self.ends {
+            sections
+                .filter_zero_phase_lanes(&mut self.samples[start..end], sections.default_padding())
+                .map_err(|cause| IdentificationError::Signal {
+                    signal: "position",
+                    joint: 1,
+                    cause: cause.later_by(start),
+                })?;
+            start = end;
+        }
+        Ok(())
     }
 
     /// Their number.
@@ -73,8 +85,17 @@ impl FilteredPositions {
         sample: usize,
         value: impl Fn(&Self, usize) -> [f64; MAX_JOINTS],
     ) -> [f64; MAX_JOINTS] {
-        let (before, after, factor) = neighbours(sample, self.samples.len(), self.rate_hz);
-        let (before, after) = (value(self, before), value(self, after));
+        // Most experiments are one recording.
+        let (start, end) = match self.ends.as_slice() {
+            [end] => (0, *end),
+            ends => {
+                let recording = ends.partition_point(|end| *end <= sample);
+                let start = recording.checked_sub(1).map_or(0, |before| ends[before]);
+                (start, ends[recording])
+            }
+        };
+        let (before, after, factor) = neighbours(sample - start, end - start, self.rate_hz);
+        let (before, after) = (value(self, start + before), value(self, start + after));
         each(
             #[inline(always)]
             |joint| (after[joint] - before[joint]) * factor,

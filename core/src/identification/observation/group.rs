@@ -4,7 +4,7 @@ use super::filtered_positions::FilteredPositions;
 use super::motion::Motion;
 use crate::MAX_JOINTS;
 use crate::numeric::{Lanes, WIDTH, vectorised};
-use crate::signal::Group;
+use crate::signal::{Group, group_of};
 
 /// q, q̇ and q̈ of every joint at so many consecutive samples.
 pub(crate) struct MotionGroup {
@@ -57,15 +57,6 @@ impl MotionGroup {
 
     fn of_the_joints(&self) -> [&[Group]; 3] {
         self.quantities.each_ref().map(|quantity| &quantity[..self.joints])
-    }
-}
-
-/// The samples of a signal from `first` on; beyond the last sample, the last.
-#[inline(always)]
-pub(crate) fn group_of(signal: &[f64], first: usize) -> Group {
-    match signal[first..].first_chunk() {
-        Some(samples) => Lanes(*samples),
-        None => Lanes::from_fn(|l| signal[(first + l).min(signal.len() - 1)]),
     }
 }
 

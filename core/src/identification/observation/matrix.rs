@@ -39,10 +39,27 @@ pub(crate) fn fitted_matrix(
     context: &Context<'_>,
     motion: &Motion,
 ) -> Result<DMatrix<f64>, IdentificationError> {
-    let Context { model, selection, decimation, .. } = context;
+    let Context { model, selection, .. } = context;
     let columns = model.regressor_entries(selection.columns());
-    let entries = entries(model, &columns, motion, decimation, context.experiment.counted())?;
-    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &context.fitted(entries)))
+    let mut read = entries_along(model, &columns, motion);
+    let entries = context.decimate(columns.entries().len(), &mut read).map_err(named)?;
+    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
+}
+
+/// The rows of each joint together, of these columns of the regressor at the states of a motion (states · n ×
+/// columns).
+///
+/// # Errors
+/// [`IdentificationError::Regressor`] when the regressor is not finite.
+pub(crate) fn regressor_rows(
+    model: &Model,
+    columns: &[usize],
+    states: &Motion,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let columns = model.regressor_entries(columns);
+    let (all, none) = (0..states.position.nrows(), ParallelDecimation::none());
+    let entries = entries(model, &columns, states, &none, all)?;
+    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
 }
 
 /// The columns of all base parameters along a motion, behind the parallel filter, at the rows that are
@@ -68,12 +85,10 @@ impl BaseColumns {
         let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
         let all: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
         let columns = model.regressor_entries(&all);
-        let (samples, joints) = motion.position.shape();
-        let (signals, counted) = (columns.entries().len(), experiment.counted());
+        let joints = motion.position.ncols();
         let mut read = entries_along(model, &columns, motion);
-        let filtered =
-            context.decimation.decimate_with_differences(samples, signals, counted, &mut read);
-        let [entries, differences] = filtered.map_err(named)?.map(|rows| context.fitted(rows));
+        let filtered = context.decimate_with_differences(columns.entries().len(), &mut read);
+        let [entries, differences] = filtered.map_err(named)?;
         let selected = matrix_of(&columns, 0..width, joints, &entries);
         let left_out = matrix_of(&columns, width..all.len(), joints, &entries);
         let differences = matrix_of(&columns, 0..width, joints, &differences);

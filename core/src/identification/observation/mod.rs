@@ -9,8 +9,8 @@ mod motion;
 mod torque;
 
 pub(crate) use filtered_positions::FilteredPositions;
-pub(crate) use group::{MotionGroup, group_of};
+pub(crate) use group::MotionGroup;
 pub use matrix::observation_matrix;
-pub(crate) use matrix::{BaseColumns, BesideObservation, fitted_matrix};
+pub(crate) use matrix::{BaseColumns, BesideObservation, fitted_matrix, regressor_rows};
 pub use motion::{Motion, filtered_motion};
-pub(crate) use torque::{delayed_torque, filtered_torque};
+pub(crate) use torque::{delayed, delayed_torque, filtered_torque};

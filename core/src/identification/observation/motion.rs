@@ -27,27 +27,34 @@ pub fn filtered_motion(
     experiment: &Experiment,
     filter: &PositionFilter,
 ) -> Result<Motion, IdentificationError> {
-    let rate = experiment.sample_rate_hz();
     let mut positions = FilteredPositions::of(experiment);
     positions.filter(experiment, filter)?;
     let position = positions.joint_after_joint(experiment.joints());
-    let velocity = derivatives(&position, rate, "position")?;
-    let acceleration = derivatives(&velocity, rate, "position")?;
+    let velocity = derivatives(experiment, &position, "position")?;
+    let acceleration = derivatives(experiment, &velocity, "position")?;
     Ok(Motion { position, velocity, acceleration })
 }
 
-/// The [`central_difference`] of every joint's signal.
+/// The [`central_difference`] of every joint's signal, each recording's by itself.
 fn derivatives(
+    experiment: &Experiment,
     signals: &DMatrix<f64>,
-    rate_hz: f64,
     signal: &'static str,
 ) -> Result<DMatrix<f64>, IdentificationError> {
+    let rate_hz = experiment.sample_rate_hz();
     let mut derivatives = DMatrix::zeros(signals.nrows(), signals.ncols());
     for (joint, (from, mut to)) in
         signals.column_iter().zip(derivatives.column_iter_mut()).enumerate()
     {
-        central_difference(from.as_slice(), rate_hz, to.as_mut_slice())
-            .map_err(|cause| IdentificationError::Signal { signal, joint: joint + 1, cause })?;
+        for of in experiment.recordings() {
+            let (from, to) = (from.as_slice(), to.as_mut_slice());
+            central_difference(&from[of.samples.clone()], rate_hz, &mut to[of.samples.clone()])
+                .map_err(|cause| IdentificationError::Signal {
+                    signal,
+                    joint: joint + 1,
+                    cause: cause.later_by(of.samples.start),
+                })?;
+        }
     }
     Ok(derivatives)
 }

@@ -29,23 +29,41 @@ pub(crate) fn delayed_torque(
     delay: f64,
 ) -> Result<DVector<f64>, IdentificationError> {
     check_inside(context.experiment, delay)?;
-    let logged = context.experiment.torque_nm();
-    let mut torque = Vec::with_capacity(logged.len());
-    for (joint, logged) in (1..).zip(logged.column_iter()) {
-        let delayed = delay_linear(logged.as_slice(), delay)
-            .map_err(|cause| IdentificationError::Signal { signal: "torque", joint, cause })?;
-        torque.extend(delayed);
+    context.rows_of(&delayed(context.experiment, delay)?, "torque")
+}
+
+/// The torques at every sample that were logged so many samples before, samples × joints, each recording's
+/// by itself.
+///
+/// # Errors
+/// [`IdentificationError::Signal`].
+pub(crate) fn delayed(
+    experiment: &Experiment,
+    delay: f64,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let mut torque = experiment.torque_nm().clone();
+    for (joint, mut signal) in (1..).zip(torque.column_iter_mut()) {
+        for of in experiment.recordings() {
+            let own = &mut signal.as_mut_slice()[of.samples.clone()];
+            let delayed = delay_linear(own, delay).map_err(|cause| {
+                let cause = cause.later_by(of.samples.start);
+                IdentificationError::Signal { signal: "torque", joint, cause }
+            })?;
+            own.copy_from_slice(&delayed);
+        }
     }
-    context.rows_of(&DMatrix::from_vec(logged.nrows(), logged.ncols(), torque), "torque")
+    Ok(torque)
 }
 
 /// Whether the record holds the torque of every counted sample, but for one at either end.
 fn check_inside(experiment: &Experiment, shift_samples: f64) -> Result<(), IdentificationError> {
-    let (counted, samples) = (experiment.counted(), experiment.samples());
-    let first = counted.start as f64 - shift_samples;
-    let last = counted.end as f64 - 1.0 - shift_samples;
-    if first >= -1.0 && last <= samples as f64 {
-        return Ok(());
+    for of in experiment.recordings() {
+        let first = of.counted.start as f64 - shift_samples;
+        let last = of.counted.end as f64 - 1.0 - shift_samples;
+        if first < of.samples.start as f64 - 1.0 || last > of.samples.end as f64 {
+            let (counted, samples) = (of.counted.clone(), experiment.samples());
+            return Err(IdentificationError::TorqueOutside { shift_samples, counted, samples });
+        }
     }
-    Err(IdentificationError::TorqueOutside { shift_samples, counted, samples })
+    Ok(())
 }

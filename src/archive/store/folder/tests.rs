@@ -20,7 +20,7 @@ fn estimate(value: f64) -> Estimate {
         relative_error_per_joint: vec![0.1],
         rms_error_per_joint_nm: vec![f64::NAN],
         durbin_watson_per_joint: vec![2.0],
-        verdict: Verdict { applicable: true, ..Verdict::default() },
+        verdict: good(),
         ..Estimate::default()
     }
 }
@@ -348,4 +348,12 @@ fn a_line_that_cannot_be_appended_is_written_later() {
         read_history(folder.path()).unwrap().0.iter().map(|line| line.result).collect();
     assert_eq!(results, [0, 1, 2]);
     assert!(!folder.path().join(".owed.jsonl").exists());
+}
+
+/// A verdict that speaks for every use that is asked for.
+fn good() -> Verdict {
+    let mut verdict = Verdict { applicable: true, ..Verdict::default() };
+    verdict.uses.monitoring.applicable = Some(true);
+    verdict.uses.prediction.applicable = Some(true);
+    verdict
 }

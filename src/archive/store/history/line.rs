@@ -22,6 +22,9 @@ pub struct ParameterValue {
     /// Standard deviation in the unit of the value, corrected for the colour of the residuals.
     #[serde(deserialize_with = "number")]
     pub standard_deviation: f64,
+    /// Combined standard uncertainty, in the same unit; nothing in lines of versions that had none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub combined_standard_deviation: Option<f64>,
 }
 
 /// JSON has no NaN and no infinity: they are written as null.
@@ -36,6 +39,8 @@ impl ParameterValue {
             name: p.name.clone(),
             value: p.value,
             standard_deviation: p.standard_deviation,
+            combined_standard_deviation: Some(p.combined_standard_deviation)
+                .filter(|uncertainty| uncertainty.is_finite()),
         };
         estimate.parameters.iter().map(one).collect()
     }
@@ -60,8 +65,12 @@ pub struct HistoryLine {
     pub regrouping: String,
     /// Method.
     pub method: String,
-    /// Whether the result may be used.
+    /// Whether the result may be used for all that its cell asks for.
     pub applicable: bool,
+    /// Whether it is good for monitoring; nothing in lines of versions that had one verdict for every
+    /// use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub monitoring: Option<bool>,
     /// ‖y − Xθ‖ / ‖y‖; nothing when it is not a number.
     pub relative_error: Option<f64>,
     /// What was noted with its window.
@@ -84,10 +93,16 @@ impl HistoryLine {
             regrouping: beside.regrouping.clone(),
             method: estimate.method.clone(),
             applicable: estimate.verdict.applicable,
+            monitoring: Some(estimate.verdict.uses.monitoring.applicable == Some(true)),
             relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
             note: beside.note.clone(),
             parameters: ParameterValue::of(estimate),
         }
+    }
+
+    /// Whether it may be a baseline, and be compared with one.
+    pub fn is_good_for_monitoring(&self) -> bool {
+        self.monitoring.unwrap_or(self.applicable)
     }
 
     /// A parameter by its name.

@@ -16,12 +16,14 @@ fn line(result: u64) -> HistoryLine {
         regrouping: String::new(),
         method: "idim-ls".into(),
         applicable: true,
+        monitoring: Some(true),
         relative_error: Some(0.05),
         note: Some(Note { text: Some("warm \"arm\"".into()), ..Note::default() }),
         parameters: vec![ParameterValue {
             name: "fc3".into(),
             value: 6.48,
             standard_deviation: 0.003,
+            combined_standard_deviation: None,
         }],
     }
 }

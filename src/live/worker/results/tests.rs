@@ -42,10 +42,11 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
             regrouped: false,
             value: fc3,
             standard_deviation: 0.003,
+            combined_standard_deviation: 2.0,
             classical_standard_deviation: 0.003,
             relative_standard_deviation: 0.0005,
         }],
-        verdict: Verdict { applicable: true, ..Verdict::default() },
+        verdict: good(),
         ..Estimate::default()
     };
     let samples = vec![didim_core::JointSample::zero(0, 0)];
@@ -225,4 +226,12 @@ fn a_baseline_that_cannot_be_read_is_a_reason_until_it_can_be_or_is_cleared() {
     assert!(results.look() && health(&results).len() == 1);
     std::fs::write(&path, &whole).unwrap();
     assert!(results.look() && health(&results).is_empty() && results.drift().is_some());
+}
+
+/// A verdict that speaks for every use that is asked for.
+fn good() -> Verdict {
+    let mut verdict = Verdict { applicable: true, ..Verdict::default() };
+    verdict.uses.monitoring.applicable = Some(true);
+    verdict.uses.prediction.applicable = Some(true);
+    verdict
 }

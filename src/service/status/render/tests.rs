@@ -81,11 +81,13 @@ fn snapshot() -> Snapshot {
                 name: "fc3".into(),
                 value: 6.48,
                 standard_deviation: 0.003,
+                combined_standard_deviation: None,
             }],
             relative_error: Some(0.0564),
             condition_number: Some(174.9),
             applicable: true,
             reasons: vec![],
+            monitoring_reasons: vec![],
         }),
         ..EstimationStatus::default()
     };

@@ -129,6 +129,9 @@ fn identify(
     if output == Output::Position {
         reasons.reverse();
     }
-    found.estimate.verdict = found.estimate.verdict.with_reasons(reasons.into_iter().flatten());
+    found.estimate.verdict = found
+        .estimate
+        .verdict
+        .with_reasons(&context.options.required_uses, reasons.into_iter().flatten());
     Ok(found)
 }

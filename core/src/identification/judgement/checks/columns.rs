@@ -1,85 +1,16 @@
-//! The columns of what the model does not have, filtered and decimated as its own.
-
-use core::ops::Range;
+//! The torques of another motion than the filtered one, filtered and decimated as the model's own.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::FittedModel;
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
-use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{FilteredPositions, MotionGroup, group_of};
-use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
-use crate::signal::Group;
-
-/// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
-const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
+use crate::identification::given::IdentificationError;
+use crate::identification::observation::{FilteredPositions, MotionGroup};
+use crate::numeric::{Lanes, Scalar, WIDTH};
+use crate::signal::{Group, group_of};
 
 impl FittedModel<'_> {
-    /// Friction of other shapes over the speed `u = directionᵀ q̇`, acting in this direction on the
-    /// joints: tanh(u/w) less the model's own sign function, for bends w far apart. For each
-    /// direction; none where nothing moves.
-    ///
-    /// Above the last bend all of them vanish: what the model calls Coulomb friction stays what it
-    /// is there, and moves only as far as the shape below is another.
-    pub(super) fn friction_columns(
-        &self,
-        directions: &[Vec<f64>],
-    ) -> Result<Vec<Option<DMatrix<f64>>>, IdentificationError> {
-        let Context { experiment, decimation, robot, .. } = self.context;
-        let speeds: Vec<Speed<'_>> = directions.iter().map(|of| self.speed(of)).collect();
-        let highest: Vec<f64> =
-            speeds.iter().map(|speed| speed.highest(experiment.counted())).collect();
-        let moving: Vec<(&Speed<'_>, [f64; BENDS.len()])> = (speeds.iter().zip(&highest))
-            .filter(|(_, highest)| **highest > 0.0)
-            .map(|(speed, highest)| (speed, BENDS.map(|bend| 1.0 / (bend * highest))))
-            .collect();
-        let sign = robot.sign_model();
-        let mut read = |first, laws: &mut [Group]| {
-            vectorised(
-                #[inline(always)]
-                || {
-                    for (laws, &(speed, scales)) in laws.chunks_exact_mut(BENDS.len()).zip(&moving)
-                    {
-                        let u = speed.at(first);
-                        let model = sign.value(u);
-                        for (law, scale) in laws.iter_mut().zip(scales) {
-                            *law = (u * Lanes::constant(scale)).tanh() - model;
-                        }
-                    }
-                },
-            );
-        };
-        let samples = self.motion.velocity.nrows();
-        let signals = moving.len() * BENDS.len();
-        let laws = decimation
-            .decimate_groups(samples, signals, experiment.counted(), &mut read)
-            .map_err(IdentificationError::RegressorFilter)?;
-        let laws = self.context.fitted(laws);
-        let rows = laws.nrows();
-        let mut next = 0;
-        let columns = directions.iter().zip(highest).map(|(direction, highest)| {
-            if highest <= 0.0 {
-                return None;
-            }
-            let laws = laws.columns(next, BENDS.len());
-            next += BENDS.len();
-            let mut columns = DMatrix::zeros(rows * direction.len(), laws.ncols());
-            for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                columns.rows_mut(joint * rows, rows).copy_from(&(laws * *share));
-            }
-            Some(columns)
-        });
-        Ok(columns.collect())
-    }
-
-    /// `directionᵀ q̇` along the motion.
-    fn speed(&self, direction: &[f64]) -> Speed<'_> {
-        let velocity = &self.motion.velocity;
-        let joints = direction.iter().copied().zip(velocity.as_slice().chunks(velocity.nrows()));
-        Speed { shares: joints.filter(|(share, _)| *share != 0.0).collect() }
-    }
-
     /// The rows of what the estimate predicts along the motion, less those of another.
     /// Without the glitches of the positions, which are no motion that a filter could distort.
     pub(super) fn torque_difference(
@@ -160,38 +91,8 @@ impl FittedModel<'_> {
         signals: usize,
         read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<DMatrix<f64>, IdentificationError> {
-        let Context { experiment, decimation, .. } = self.context;
-        let filtered =
-            decimation.decimate_groups(experiment.samples(), signals, experiment.counted(), read);
-        let filtered = filtered.map_err(IdentificationError::RegressorFilter)?;
-        Ok(self.context.fitted(filtered))
-    }
-}
-
-/// A sum of joints' speeds.
-struct Speed<'a> {
-    /// How much of which.
-    shares: Vec<(f64, &'a [f64])>,
-}
-
-impl Speed<'_> {
-    /// From a sample on.
-    #[inline(always)]
-    fn at(&self, first: usize) -> Group {
-        let mut speed = Lanes::zero();
-        for (share, joint) in &self.shares {
-            speed += group_of(joint, first) * Lanes::constant(*share);
-        }
-        speed
-    }
-
-    /// The highest of these samples, whatever its sign.
-    fn highest(&self, samples: Range<usize>) -> f64 {
-        let groups = samples.clone().step_by(WIDTH).map(|first| {
-            let inside = samples.end - first;
-            self.at(first).0.iter().take(inside).fold(0.0, |most: f64, u| most.max(u.abs()))
-        });
-        groups.fold(0.0, f64::max)
+        let filtered = self.context.decimate(signals, read);
+        filtered.map_err(IdentificationError::RegressorFilter)
     }
 }
 

@@ -1,9 +1,4 @@
-//! Whether the model is the arm's: what alternative models would change.
-//!
-//! Residuals of a few per cent are usual on an arm, and their colour alone does not tell harmless
-//! noise from a model that is wrong. So each error that has a name gets columns of its own: if the
-//! data want them, and the parameters would move by more than their standard deviations allow, the
-//! standard deviations are not the uncertainty.
+//! When the torques act, and what the position filter and the noise of the positions do.
 
 mod columns;
 
@@ -11,12 +6,12 @@ use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::alternative::{Alternative, ModelCheck, TorqueDelay};
+use super::bias::PositionBias;
+use super::estimate::TorqueDelay;
 use super::reasons::Note;
-use super::verdict::CERTAIN;
 use crate::identification::given::{Context, IdentificationError, PositionFilter};
 use crate::identification::observation::{BesideObservation, FilteredPositions, Motion};
-use crate::regression::{Extension, Observations, ResidualAnalysis};
+use crate::regression::{Observations, ResidualAnalysis};
 
 /// The position filter is held against one with so many times its cut-off, where the sample rate
 /// allows, and one in between.
@@ -65,7 +60,10 @@ pub(super) struct FittedModel<'a> {
 
 /// What they found.
 pub(super) struct Checks {
-    pub(super) model_checks: Vec<ModelCheck>,
+    /// How far position filter and position noise have moved each parameter.
+    pub(super) bias: Option<DVector<f64>>,
+    /// The largest of it.
+    pub(super) position_bias: Option<PositionBias>,
     /// Of each joint; none where the motion does not tell it.
     pub(super) torque_delay_per_joint: Vec<Option<TorqueDelay>>,
     /// What has not been checked, and why.
@@ -73,85 +71,33 @@ pub(super) struct Checks {
 }
 
 impl FittedModel<'_> {
-    /// Every alternative in turn.
+    /// Both in turn.
     pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
-        let robot = self.context.robot;
-        let (joints, transmission) = (robot.joints(), robot.transmission());
-        // What explains much comes first: a filter or a delay also bends every friction law.
-        let mut model_checks = Vec::new();
         let mut notes = Vec::new();
-        match self.position_check()? {
-            Some(check) => model_checks.push(check),
-            None => notes.push(self.position_unchecked()),
+        let (position_bias, bias) = self.position_check()?.unzip();
+        if bias.is_none() {
+            notes.push(self.position_unchecked());
         }
-        let mut add = |alternative, columns: Option<&DMatrix<f64>>| {
-            let extension = match columns {
-                Some(columns) => self.analysis.extended(columns),
-                None => Ok(None),
-            };
-            let extension = extension.map_err(IdentificationError::Regression)?;
-            model_checks
-                .extend(extension.iter().map(|extension| self.shifted(alternative, extension)));
-            Ok::<_, IdentificationError>(extension)
-        };
-        let delays = add(Alternative::TorqueDelay, Some(&self.delays()))?;
-        add(Alternative::LeftOutParameters, Some(&self.beside.left_out))?;
-        let coupled: Vec<usize> =
-            (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
-        let of_joints = (0..joints).map(|joint| unit(joint, joints));
-        let of_motors =
-            coupled.iter().map(|&motor| transmission.direction(motor)[..joints].to_vec());
-        let frictions = (0..joints).map(|joint| Alternative::JointFriction(joint + 1));
-        let frictions =
-            frictions.chain(coupled.iter().map(|motor| Alternative::MotorFriction(motor + 1)));
-        let directions: Vec<Vec<f64>> = of_joints.chain(of_motors).collect();
-        for (alternative, friction) in frictions.zip(self.friction_columns(&directions)?) {
-            add(alternative, friction.as_ref())?;
-        }
-        let predicted = self.predicted();
-        for joint in 0..joints {
-            add(Alternative::TorqueGain(joint + 1), Some(&self.gain(&predicted, joint)))?;
-        }
+        let delays = self.analysis.extended(&self.delays());
+        let delays = delays.map_err(IdentificationError::Regression)?;
         if delays.is_none() {
             notes.push(Note::DelayUnchecked);
         }
-
-        let mut torque_delay_per_joint = vec![None; joints];
+        let mut torque_delay_per_joint = vec![None; self.context.robot.joints()];
         for (k, &joint) in delays.iter().flat_map(|d| d.columns.iter().enumerate()) {
             torque_delay_per_joint[joint] = delays.as_ref().map(|found| TorqueDelay {
                 delay_s: found.coefficients[k],
                 standard_deviation_s: found.covariance[(k, k)].sqrt(),
             });
         }
-        Ok(Checks { model_checks, torque_delay_per_joint, notes })
+        Ok(Checks { bias, position_bias, torque_delay_per_joint, notes })
     }
 
-    fn shifted(&self, alternative: Alternative, extension: &Extension) -> ModelCheck {
-        let uncertainty = Some(&extension.shift_deviation);
-        self.check_of(alternative, Some(extension.probability), &extension.shift, uncertainty)
-    }
-
-    fn check_of(
-        &self,
-        alternative: Alternative,
-        probability: Option<f64>,
-        shift: &DVector<f64>,
-        uncertainty: Option<&DVector<f64>>,
-    ) -> ModelCheck {
-        let relative = shift.component_div(self.deviations);
-        let certain = |k: usize| uncertainty.is_none_or(|u| shift[k].abs() > CERTAIN * u[k]);
-        let furthest = (0..relative.len()).max_by(|&a, &b| {
-            let order = certain(a).cmp(&certain(b));
-            order.then(relative[a].abs().total_cmp(&relative[b].abs()))
-        });
-        let furthest = furthest.unwrap_or_default();
-        ModelCheck {
-            alternative,
-            probability,
-            parameter: self.context.selection.names()[furthest].clone(),
-            shift_deviations: relative[furthest],
-            shift_uncertainty: uncertainty.map(|u| u[furthest] / self.deviations[furthest]),
-        }
+    /// The parameter that a bias moves furthest in its standard deviations, and by how many.
+    fn furthest(&self, bias: &DVector<f64>) -> (usize, f64) {
+        let relative = bias.component_div(self.deviations);
+        let index = if relative.is_empty() { 0 } else { relative.iamax() };
+        (index, relative[index])
     }
 
     /// What of the noise of the positions was not looked at.
@@ -164,15 +110,6 @@ impl FittedModel<'_> {
             PositionError::NotLookedAt => Note::PositionNoiseIgnored,
             PositionError::Unknown | PositionError::InTheLoop(_) => Note::PositionNoiseNotSimulated,
         }
-    }
-
-    /// The predicted torque of one joint in its own rows: a gain that is wrong by a factor 1 + g
-    /// adds g times this.
-    fn gain(&self, predicted: &DVector<f64>, joint: usize) -> DMatrix<f64> {
-        let range = self.observations.joint_rows(joint);
-        DMatrix::from_fn(predicted.len(), 1, |row, _| {
-            if range.contains(&row) { predicted[row] } else { 0.0 }
-        })
     }
 
     /// X θ.
@@ -192,7 +129,7 @@ impl FittedModel<'_> {
     }
 
     /// What the noise of the positions does.
-    fn position_check(&self) -> Result<Option<ModelCheck>, IdentificationError> {
+    fn position_check(&self) -> Result<Option<(PositionBias, DVector<f64>)>, IdentificationError> {
         match self.position_error {
             PositionError::Unknown | PositionError::NotLookedAt => Ok(None),
             PositionError::InTheRegressor => self.position_filter_check(),
@@ -201,7 +138,9 @@ impl FittedModel<'_> {
             PositionError::InTheLoop([half, all]) => {
                 let even = (self.rows_of(&(all - half * 2.0))? + self.predicted()) * 2.0;
                 let shift = -self.analysis.estimate_shift(&even);
-                Ok(Some(self.check_of(Alternative::PositionNoise, None, &shift, None)))
+                let (index, deviations) = self.furthest(&shift);
+                let parameter = self.context.selection.names()[index].clone();
+                Ok(Some((PositionBias { parameter, deviations, by_filter: false }, shift)))
             }
         }
     }
@@ -215,7 +154,9 @@ impl FittedModel<'_> {
     /// ```
     ///
     /// Two wider filters give s and n, and −(s + n) is how far the parameter is from θ₀.
-    fn position_filter_check(&self) -> Result<Option<ModelCheck>, IdentificationError> {
+    fn position_filter_check(
+        &self,
+    ) -> Result<Option<(PositionBias, DVector<f64>)>, IdentificationError> {
         let (experiment, filter) = (self.context.experiment, self.context.options.position_filter);
         let nyquist_hz = 0.5 * experiment.sample_rate_hz();
         let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
@@ -244,22 +185,15 @@ impl FittedModel<'_> {
         let determinant = s1 * n2 - s2 * n1;
         let smoothing = (&shift_1 * n2 - &shift_2 * n1) / determinant;
         let noise = (&shift_2 * s1 - &shift_1 * s2) / determinant;
-        let back = self.check_of(Alternative::PositionFilter, None, &-(&smoothing + &noise), None);
-        let parameter =
-            self.context.selection.names().iter().position(|name| *name == back.parameter);
-        let smoothed = parameter.is_none_or(|k| smoothing[k].abs() >= noise[k].abs());
-        let alternative =
-            if smoothed { Alternative::PositionFilter } else { Alternative::PositionNoise };
-        Ok(Some(ModelCheck { alternative, ..back }))
+        let shift = -(&smoothing + &noise);
+        let (index, deviations) = self.furthest(&shift);
+        let parameter = self.context.selection.names()[index].clone();
+        let by_filter = smoothing[index].abs() >= noise[index].abs();
+        Ok(Some((PositionBias { parameter, deviations, by_filter }, shift)))
     }
 }
 
 /// What smoothing and noise change when the cut-off is multiplied by a ratio, per unit of each.
 fn effects(ratio: f64) -> [f64; 2] {
     [ratio.powi(-2) - 1.0, ratio.powi(3) - 1.0]
-}
-
-/// The direction of a joint's own speed.
-fn unit(joint: usize, joints: usize) -> Vec<f64> {
-    (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect()
 }

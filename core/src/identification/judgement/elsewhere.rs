@@ -1,0 +1,105 @@
+//! How far the model's torque may be off where the arm has not been.
+
+use nalgebra::{DMatrix, DVector, DVectorView};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, Uniform};
+use serde::Serialize;
+
+use super::freedoms::Columns;
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::observation::{Motion, regressor_rows};
+use crate::regression::JointSolution;
+
+/// States that are looked at.
+const STATES: usize = 1500;
+
+/// The same states for every result of an arm.
+const SEED: u64 = 1;
+
+/// How uncertain the torque is where the arm has not been: at positions anywhere within the arm's limits,
+/// at speeds and accelerations up to those of the record. Root mean squares.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Elsewhere {
+    /// Relative to the torque there, over all joints.
+    pub relative_error: f64,
+    /// The same of each joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// Of each joint \[N·m or N\].
+    pub error_per_joint_nm: Vec<f64>,
+}
+
+impl Elsewhere {
+    /// The difference to what the data say with the freedoms, and what they leave open. What stays with
+    /// the arm, as the zero of an encoder does, is in both and cancels.
+    pub(super) fn new(
+        context: &Context<'_>,
+        motion: &Motion,
+        columns: &Columns<'_>,
+        parameters: &DVector<f64>,
+        solution: &JointSolution,
+    ) -> Result<Self, IdentificationError> {
+        let states = states(context, motion);
+        let own = regressor_rows(&context.model, context.selection.columns(), &states)?;
+        let of_freedoms = columns.at(&states, &columns.left_out_at(&states)?);
+        let (count, joints) = states.position.shape();
+        let off = &own * &solution.change + &of_freedoms * &solution.freedoms;
+        let predicted = &own * parameters;
+        let rows = {
+            let mut rows = DMatrix::zeros(own.nrows(), own.ncols() + of_freedoms.ncols());
+            rows.columns_mut(0, own.ncols()).copy_from(&own);
+            rows.columns_mut(own.ncols(), of_freedoms.ncols()).copy_from(&of_freedoms);
+            rows
+        };
+        let spread = &rows * &solution.covariance;
+        let mean = |joint: usize, square: &dyn Fn(usize) -> f64| {
+            (joint * count..(joint + 1) * count).map(square).sum::<f64>() / count as f64
+        };
+        let squares: Vec<[f64; 2]> = (0..joints)
+            .map(|joint| {
+                let error = |row: usize| off[row].powi(2) + rows.row(row).dot(&spread.row(row));
+                [mean(joint, &error), mean(joint, &|row| predicted[row].powi(2))]
+            })
+            .collect();
+        let sum = |which: usize| squares.iter().map(|of| of[which]).sum::<f64>();
+        let relative = |[error, torque]: [f64; 2]| (error / torque).sqrt();
+        Ok(Self {
+            relative_error: relative([sum(0), sum(1)]),
+            relative_error_per_joint: squares.iter().copied().map(relative).collect(),
+            error_per_joint_nm: squares.iter().map(|[error, _]| error.sqrt()).collect(),
+        })
+    }
+}
+
+/// Positions within the limits of the robot, velocities and accelerations within those of the counted
+/// samples, all of them uniform.
+fn states(context: &Context<'_>, motion: &Motion) -> Motion {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let joints = context.robot.joints();
+    let mut uniform = |ranges: &[[f64; 2]]| {
+        let mut values = DMatrix::zeros(STATES, joints);
+        for (mut column, [low, high]) in values.column_iter_mut().zip(ranges) {
+            let range = Uniform::new_inclusive(low.min(*high), low.max(*high));
+            for value in &mut column {
+                *value = range.map_or(*low, |range| range.sample(&mut random));
+            }
+        }
+        values
+    };
+    let positions: Vec<[f64; 2]> =
+        (context.robot.limits()).map(|limits| [limits.position_min, limits.position_max]).collect();
+    let reached = |signals: &DMatrix<f64>| -> Vec<[f64; 2]> {
+        let counted: Vec<usize> = context.experiment.counted_samples().collect();
+        let range = |signal: DVectorView<'_, f64>| {
+            let values = counted.iter().map(|&sample| signal[sample]);
+            values.fold([f64::MAX, f64::MIN], |[least, most], value| {
+                [least.min(value), most.max(value)]
+            })
+        };
+        signals.column_iter().map(range).collect()
+    };
+    let position = uniform(&positions);
+    let velocity = uniform(&reached(&motion.velocity));
+    let acceleration = uniform(&reached(&motion.acceleration));
+    Motion { position, velocity, acceleration }
+}

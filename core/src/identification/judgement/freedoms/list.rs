@@ -1,0 +1,229 @@
+//! Which freedoms an arm has, and how large each may be before the data are looked at.
+
+use nalgebra::DVector;
+
+use super::Freedom;
+use crate::dynamics::Model;
+use crate::identification::given::Context;
+use crate::identification::observation::Motion;
+use crate::robot::{Angle, Joint, JointKind, ParameterKind};
+
+/// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
+const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
+
+/// A friction law may differ by this share of Coulomb friction at each bend.
+const BEND_SHARE: f64 = 0.5;
+
+/// Viscous friction at the highest speed may be larger or smaller by this share.
+const CURVATURE_SHARE: f64 = 0.2;
+
+/// A neighbour may act on a joint with this share of what the joint's own motion does.
+const COUPLING_SHARE: f64 = 0.5;
+
+/// A joint without Coulomb friction in its model may have this share of its torque.
+const UNMODELLED_FRICTION: f64 = 0.1;
+
+/// Each parameter that is left out may be worth this share of a joint's torque.
+const LEFT_OUT_SHARE: f64 = 0.02;
+
+/// Of the largest share of a unit of any, what one needs to be looked at.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// Steps of the differences over geometry \[rad and m\]: their error is of 1e-8.
+const STEP: f64 = 1e-4;
+
+/// One column: a torque over the motion.
+pub(super) struct Column {
+    pub(super) freedom: Freedom,
+    /// Its standard deviation beforehand, in the unit of the column's coefficient.
+    pub(super) deviation: f64,
+    pub(super) acts: Acts,
+}
+
+/// How the torque of a column follows from the motion. Joints are counted from 0.
+pub(super) enum Acts {
+    /// tanh(u/w) less the model's own sign function, with u the speed along a direction.
+    Bend { direction: usize, bend: usize },
+    /// |u| u over the highest speed.
+    Curvature { direction: usize },
+    /// On `row`, as a neighbour moves.
+    Neighbour { row: usize, of: usize, by: Motive },
+    /// The predicted torque of one joint, or of all.
+    Gain(Option<usize>),
+    /// The rate of a joint's predicted torque.
+    Delay(usize),
+    /// Of the predicted torques, what a step of a joint's position makes.
+    Zero(usize),
+    /// Of the predicted torques, the difference between two other geometries, over their distance.
+    Geometry(Box<[Model; 2]>),
+    /// The column of a base parameter that is not selected, by its number among these.
+    LeftOut(usize),
+}
+
+/// What of a neighbour's motion acts.
+#[derive(Clone, Copy)]
+pub(super) enum Motive {
+    Speed,
+    Sign,
+    Acceleration,
+}
+
+/// A joint's or a coupled motor's own motion.
+pub(super) struct Direction {
+    /// How much each joint's speed adds to it, and how much of its friction acts on each.
+    pub(super) shares: Vec<f64>,
+    /// The highest speed along the motion.
+    pub(super) highest: f64,
+    freedom: Freedom,
+    coulomb: f64,
+    viscous: f64,
+}
+
+impl Direction {
+    /// w of a bend, inverted.
+    pub(super) fn scale(&self, bend: usize) -> f64 {
+        1.0 / (BENDS[bend] * self.highest)
+    }
+}
+
+/// What each joint has of its own, by the estimate or, where that has nothing, by its size.
+pub(super) struct Sizes<'a> {
+    context: &'a Context<'a>,
+    parameters: &'a DVector<f64>,
+    /// Root mean square of the measured torque of each joint.
+    torque: &'a [f64],
+}
+
+impl<'a> Sizes<'a> {
+    pub(super) fn new(
+        context: &'a Context<'a>,
+        parameters: &'a DVector<f64>,
+        torque: &'a [f64],
+    ) -> Self {
+        Self { context, parameters, torque }
+    }
+
+    fn of(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
+        let column = self.context.robot.parameters().column(kind, joint)?;
+        let index = self.context.selection.columns().iter().position(|own| *own == column)?;
+        Some(self.parameters[index].abs())
+    }
+
+    fn coulomb(&self, joint: usize) -> f64 {
+        self.of(ParameterKind::Fc, joint).unwrap_or(UNMODELLED_FRICTION * self.torque[joint])
+    }
+
+    fn viscous(&self, joint: usize) -> f64 {
+        self.of(ParameterKind::Fv, joint).unwrap_or_default()
+    }
+
+    /// Joints, and the motors that are geared to several, with those that move.
+    pub(super) fn directions(&self, motion: &Motion) -> Vec<Direction> {
+        let robot = self.context.robot;
+        let (joints, transmission) = (robot.joints(), robot.transmission());
+        let of_joints = (0..joints).map(|joint| {
+            let shares = (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect();
+            let (coulomb, viscous) = (self.coulomb(joint), self.viscous(joint));
+            (Freedom::JointFriction(joint + 1), shares, coulomb, viscous)
+        });
+        let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
+        let of_motors = coupled.map(|motor| {
+            let shares: Vec<f64> = transmission.direction(motor)[..joints].to_vec();
+            let own = |kind| self.of(kind, motor).unwrap_or_default();
+            let (coulomb, viscous) = (own(ParameterKind::FcMotor), own(ParameterKind::FvMotor));
+            (Freedom::MotorFriction(motor + 1), shares, coulomb, viscous)
+        });
+        let moving = of_joints.chain(of_motors).map(|(freedom, shares, coulomb, viscous)| {
+            let counted = self.context.experiment.counted_samples();
+            let highest = highest(motion, counted, &shares);
+            Direction { shares, highest, freedom, coulomb, viscous }
+        });
+        moving.filter(|direction| direction.highest > 0.0).collect()
+    }
+
+    /// Every column. `left_out` has the largest share of a joint's torque that a unit of each parameter
+    /// that is left out makes.
+    pub(super) fn columns(&self, directions: &[Direction], left_out: &[f64]) -> Vec<Column> {
+        let context = self.context;
+        let (joints, tolerances) = (context.robot.joints(), &context.options.tolerances);
+        let mut columns = Vec::new();
+        let mut add = |freedom, deviation: f64, acts| {
+            columns.push(Column { freedom, deviation, acts });
+        };
+        for (index, direction) in directions.iter().enumerate() {
+            for bend in 0..BENDS.len() {
+                let acts = Acts::Bend { direction: index, bend };
+                add(direction.freedom, BEND_SHARE * direction.coulomb, acts);
+            }
+            let acts = Acts::Curvature { direction: index };
+            add(direction.freedom, CURVATURE_SHARE * direction.viscous, acts);
+        }
+        for row in 0..joints {
+            for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
+                let Some(of) = of else { continue };
+                let freedom = Freedom::Coupling { joint: row + 1, neighbour: of + 1 };
+                let sizes = [
+                    (Motive::Speed, self.viscous(row)),
+                    (Motive::Sign, self.of(ParameterKind::Fc, row).unwrap_or_default()),
+                    (Motive::Acceleration, self.of(ParameterKind::Ia, row).unwrap_or_default()),
+                ];
+                for (by, size) in sizes {
+                    add(freedom, COUPLING_SHARE * size, Acts::Neighbour { row, of, by });
+                }
+            }
+        }
+        add(Freedom::CommonGain, tolerances.torque_gain, Acts::Gain(None));
+        for joint in 0..joints {
+            let number = joint + 1;
+            add(Freedom::TorqueGain(number), tolerances.torque_gain, Acts::Gain(Some(joint)));
+            add(Freedom::TorqueDelay(number), tolerances.torque_delay_s, Acts::Delay(joint));
+            let own = context.model.chain()[joint];
+            let zero = match own.kind {
+                JointKind::Revolute => tolerances.zero_deg.to_radians(),
+                JointKind::Prismatic => tolerances.length_m,
+            };
+            add(Freedom::Zero(number), zero, Acts::Zero(joint));
+            let geometry = |change: &dyn Fn(&mut Joint, f64)| {
+                Acts::Geometry(Box::new([-STEP, STEP].map(|step| {
+                    let mut other = own;
+                    change(&mut other, step);
+                    context.model.clone().with_joint(joint, other)
+                })))
+            };
+            let twist = geometry(&|joint, step| joint.alpha = turned(joint.alpha, step));
+            add(Freedom::Twist(number), tolerances.twist_deg.to_radians(), twist);
+            let distance = geometry(&|joint, step| joint.d_m += step);
+            add(Freedom::Distance(number), tolerances.length_m, distance);
+            // That of a prismatic joint is its zero.
+            if own.kind == JointKind::Revolute {
+                let offset = geometry(&|joint, step| joint.r_m += step);
+                add(Freedom::Offset(number), tolerances.length_m, offset);
+            }
+        }
+        // One that does nothing along this motion may be anything: nobody could say how large.
+        let least = LEAST_SHARE * left_out.iter().copied().fold(0.0, f64::max);
+        for (index, share) in left_out.iter().enumerate().filter(|(_, share)| **share > least) {
+            add(Freedom::LeftOutParameters, LEFT_OUT_SHARE / share, Acts::LeftOut(index));
+        }
+        columns
+    }
+}
+
+/// How far the joint's position is moved for a difference.
+pub(super) fn step() -> f64 {
+    STEP
+}
+
+fn turned(angle: Angle, by: f64) -> Angle {
+    let (sin, cos) = by.sin_cos();
+    Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
+}
+
+/// The highest speed along a direction.
+fn highest(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
+    let speed = |k: usize| -> f64 {
+        let joints = motion.velocity.row(k);
+        joints.iter().zip(shares).map(|(speed, share)| speed * share).sum()
+    };
+    counted.map(|k| speed(k).abs()).fold(0.0, f64::max)
+}

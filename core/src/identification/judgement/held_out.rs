@@ -1,0 +1,204 @@
+//! How well the result predicts what it was not fitted to: pieces of the motion, each with parameters
+//! found without it.
+//!
+//! The regressor is that of the result; a piece's rows leave the equation, and no loop is simulated
+//! anew.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use serde::Serialize;
+
+use super::pieces::Pieces;
+use crate::dynamics::Workspace;
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::observation::{Motion, MotionGroup, delayed};
+use crate::numeric::{Lanes, Scalar, WIDTH};
+use crate::regression::Observations;
+use crate::signal::Group;
+
+/// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
+const REACH_ROWS: usize = 10;
+
+/// Shares of the residuals that are below each quantile.
+const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];
+
+/// Torques of the pieces of the motion, each predicted with parameters that were found without it and
+/// without what is like it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct HeldOut {
+    /// ‖y − Xθ‖ / ‖y‖ over all joints; none where the motion is too short or too poor for it.
+    pub relative_error: Option<f64>,
+    /// The same of each joint.
+    pub relative_error_per_joint: Vec<f64>,
+    /// What the residuals of each joint at the sample rate stay below \[N·m or N\].
+    pub quantiles_per_joint: Vec<ResidualQuantiles>,
+}
+
+/// What so many of the residuals of one joint stay below, whatever their sign \[N·m or N\].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ResidualQuantiles {
+    /// 99 %.
+    #[serde(rename = "99 %")]
+    pub of_99: f64,
+    /// 99.9 %.
+    #[serde(rename = "99.9 %")]
+    pub of_999: f64,
+    /// 99.99 %.
+    #[serde(rename = "99.99 %")]
+    pub of_9999: f64,
+}
+
+impl HeldOut {
+    /// `residuals` are those of the parameters in the rows of `torque`.
+    pub(super) fn new(
+        context: &Context<'_>,
+        motion: &Motion,
+        pieces: &Pieces,
+        torque: &Observations,
+        parameters: &DVector<f64>,
+        residuals: &DVector<f64>,
+    ) -> Result<Self, IdentificationError> {
+        let Some(changes) = without_each(pieces, torque, residuals) else {
+            return Ok(Self::default());
+        };
+        let rows = torque.rows_per_joint();
+        let mut sums = vec![[0.0; 2]; torque.joints()];
+        for (piece, change) in changes.iter().enumerate() {
+            let left = residuals - torque.matrix() * change;
+            for (joint, [errors, torques]) in sums.iter_mut().enumerate() {
+                let own = pieces.of_row.iter().enumerate().filter(|(_, of)| **of == piece);
+                for (row, _) in own {
+                    *errors += left[joint * rows + row].powi(2);
+                    *torques += torque.measurements()[joint * rows + row].powi(2);
+                }
+            }
+        }
+        let relative = |[errors, torques]: &[f64; 2]| (errors / torques).sqrt();
+        let all = sums.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+        let standard: Vec<Vec<Group>> = changes
+            .iter()
+            .map(|change| {
+                let standard = context.selection.standard(&(parameters + change));
+                standard.into_iter().map(Lanes::constant).collect()
+            })
+            .collect();
+        Ok(Self {
+            relative_error: Some(relative(&all)),
+            relative_error_per_joint: sums.iter().map(relative).collect(),
+            quantiles_per_joint: quantiles(context, motion, pieces, &standard)?,
+        })
+    }
+}
+
+/// How the parameters change without each piece; none where one cannot be left out.
+fn without_each(
+    pieces: &Pieces,
+    torque: &Observations,
+    residuals: &DVector<f64>,
+) -> Option<Vec<DVector<f64>>> {
+    if pieces.distinct < pieces.count * REACH_ROWS {
+        return None;
+    }
+    let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
+    // Which pieces each row is in or near, one bit for each.
+    let mut near = vec![0_u64; rows];
+    for (row, piece) in pieces.of_row.iter().enumerate() {
+        let end = rows.min(row + REACH_ROWS + 1);
+        near[row.saturating_sub(REACH_ROWS)..end].iter_mut().for_each(|near| *near |= 1 << piece);
+    }
+    let levels = torque.noise_levels(residuals);
+    // The equation of the rows of each kind, which is part of several.
+    let of_kind = |kind: u64| {
+        let own: Vec<usize> = (0..rows).filter(|row| near[*row] == kind).collect();
+        let (mut normal, mut right) = (DMatrix::zeros(columns, columns), DVector::zeros(columns));
+        for (joint, level) in levels.iter().enumerate() {
+            let of_joint: Vec<usize> = own.iter().map(|row| joint * rows + row).collect();
+            let x = torque.matrix().select_rows(&of_joint) / *level;
+            let left = residuals.select_rows(&of_joint) / *level;
+            normal += x.tr_mul(&x);
+            right += x.tr_mul(&left);
+        }
+        (normal, right, own.len())
+    };
+    let mut kinds = near.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let equations: Vec<_> = kinds.into_iter().map(|kind| (kind, of_kind(kind))).collect();
+    let without = |piece: usize| {
+        let (mut normal, mut right) = (DMatrix::zeros(columns, columns), DVector::zeros(columns));
+        let mut count = 0;
+        let others = equations.iter().filter(|(kind, _)| kind & (1 << piece) == 0);
+        for (_, (of_kind, right_of_kind, rows)) in others {
+            normal += of_kind;
+            right += right_of_kind;
+            count += rows;
+        }
+        if count * torque.joints() <= columns {
+            return None;
+        }
+        // Parameters of all sizes.
+        let scale = normal.diagonal().map(|square| 1.0 / square.sqrt());
+        if !scale.iter().all(|scale| scale.is_finite()) {
+            return None;
+        }
+        let scaled =
+            DMatrix::from_fn(columns, columns, |i, j| scale[i] * normal[(i, j)] * scale[j]);
+        let solved = Cholesky::new(scaled)?.solve(&right.component_mul(&scale));
+        Some(solved.component_mul(&scale))
+    };
+    (0..pieces.count).map(without).collect()
+}
+
+/// Of what is left of each joint's torque at every counted sample, with the parameters that were found
+/// without its piece.
+fn quantiles(
+    context: &Context<'_>,
+    motion: &Motion,
+    pieces: &Pieces,
+    standard: &[Vec<Group>],
+) -> Result<Vec<ResidualQuantiles>, IdentificationError> {
+    let experiment = context.experiment;
+    let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+    let torque = delayed(experiment, delay)?;
+    let samples: Vec<usize> =
+        (experiment.counted_samples()).filter(|sample| !experiment.is_held_out(*sample)).collect();
+    let piece_of = |sample: usize| {
+        let next = context.samples.partition_point(|&row| row < sample);
+        pieces.of_row[next.min(pieces.of_row.len() - 1)]
+    };
+    let joints = experiment.joints();
+    let mut residuals = vec![Vec::with_capacity(samples.len()); joints];
+    let (mut group, mut workspace) = (MotionGroup::of_joints(joints), Workspace::new());
+    let mut predicted = vec![Lanes::zero(); joints];
+    let mut next = 0;
+    while let Some(&first) = samples.get(next) {
+        let piece = piece_of(first);
+        // So many neighbours that are predicted with the same parameters.
+        let together = samples[next..].iter().take(WIDTH).enumerate();
+        let count = together
+            .take_while(|(k, sample)| **sample == first + k && piece_of(**sample) == piece)
+            .count();
+        let [q, dq, ddq] = group.read(motion, first);
+        let model = &context.model;
+        model.inverse_dynamics(&mut workspace, &standard[piece], q, dq, ddq, &mut predicted);
+        let torques = torque.column_iter().zip(&predicted);
+        for (residuals, (torque, predicted)) in residuals.iter_mut().zip(torques) {
+            let own = torque.as_slice()[first..first + count].iter().zip(predicted.0);
+            residuals.extend(own.map(|(torque, predicted)| (torque - predicted).abs()));
+        }
+        next += count;
+    }
+    let of_joint = |mut residuals: Vec<f64>| {
+        residuals.sort_unstable_by(f64::total_cmp);
+        let [of_99, of_999, of_9999] = QUANTILES.map(|share| {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a share of a length"
+            )]
+            let below = (share * residuals.len() as f64).ceil() as usize;
+            residuals[below.clamp(1, residuals.len()) - 1]
+        });
+        ResidualQuantiles { of_99, of_999, of_9999 }
+    };
+    Ok(residuals.into_iter().map(of_joint).collect())
+}

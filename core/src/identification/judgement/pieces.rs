@@ -1,0 +1,212 @@
+//! The motion in pieces, for holding some of it out: where the arm does the same again, it is the same
+//! piece.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::identification::given::Context;
+use crate::identification::observation::Motion;
+
+/// Pieces of a motion, where it is not of several recordings.
+const PIECES: usize = 5;
+
+/// From so many recordings on, each is a piece: of two, each alone would have to tell everything.
+const RECORDINGS: usize = 3;
+
+/// So many pieces at most; more recordings share them.
+const MOST: usize = 32;
+
+/// States are the same where no position and no speed differs by more than what it changes in this
+/// share of the time between rows, and this share of its standard deviation along the motion.
+const SAME: f64 = 0.6;
+const REPEATABLE: [f64; 2] = [0.02, 0.05];
+
+/// Rows that are no further apart are one passage through a state.
+const ONE_PASSAGE: usize = 25;
+
+/// Cells beyond this are one.
+const FAR: f64 = 1e15;
+
+/// A joint moves when it is faster than this share of its highest speed.
+const MOVING: f64 = 0.1;
+
+/// The motion in pieces of equal length, that which recurs counted once.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Pieces {
+    /// The piece of each row of a joint.
+    pub(super) of_row: Vec<usize>,
+    /// The first row that is like it.
+    first_like: Vec<usize>,
+    /// How many pieces there are.
+    pub(super) count: usize,
+    /// Rows that are unlike all before.
+    pub(super) distinct: usize,
+    /// How often the arm does the same, in the mean over the rows where it moves.
+    pub(super) copies: f64,
+}
+
+impl Pieces {
+    /// Of the rows of a context: by recording where there are enough that are unlike.
+    pub(super) fn of(context: &Context<'_>, motion: &Motion) -> Self {
+        let cut = Self::new(motion, &context.samples, context.rows_hz());
+        let recording = |row: usize| context.experiment.recording_of(context.samples[row]);
+        // What recurs belongs to the recording where it was first.
+        let of_row: Vec<usize> = cut.first_like.iter().map(|&row| recording(row)).collect();
+        let mut recordings = of_row.clone();
+        recordings.sort_unstable();
+        recordings.dedup();
+        if recordings.len() < RECORDINGS {
+            return cut;
+        }
+        let count = recordings.len().min(MOST);
+        let number = |of: usize| recordings.partition_point(|before| *before < of) % count;
+        Self { of_row: of_row.into_iter().map(number).collect(), count, ..cut }
+    }
+
+    /// `samples` are those of the rows, `rows_hz` how many rows come in a second.
+    pub(super) fn new(motion: &Motion, samples: &[usize], rows_hz: f64) -> Self {
+        let states = States::new(motion, samples, rows_hz);
+        let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+        // Of each row, the first that is like it, by its number among those.
+        let (mut firsts, mut like) = (Vec::new(), Vec::with_capacity(samples.len()));
+        let (mut moving, mut moving_first) = (0.0, 0.0);
+        for row in 0..samples.len() {
+            let [a, b] = states.cell(row);
+            let around = (a - 1..=a + 1).flat_map(|a| (b - 1..=b + 1).map(move |b| [a, b]));
+            let before = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
+            let twin = before.filter(|&first| {
+                row - firsts[first] > ONE_PASSAGE && states.same(firsts[first], row)
+            });
+            let twin = twin.min();
+            if states.moves(row) {
+                moving += 1.0;
+                moving_first += if twin.is_none() { 1.0 } else { 0.0 };
+            }
+            like.push(twin.unwrap_or_else(|| {
+                cells.entry([a, b]).or_default().push(firsts.len());
+                firsts.push(row);
+                firsts.len() - 1
+            }));
+        }
+        let distinct = firsts.len();
+        let of_row = like.iter().map(|first| first * PIECES / distinct.max(1)).collect();
+        let first_like = like.into_iter().map(|first| firsts[first]).collect();
+        let copies = if moving_first > 0.0 { f64::max(moving / moving_first, 1.0) } else { 1.0 };
+        Self { of_row, first_like, count: PIECES, distinct, copies }
+    }
+}
+
+/// Positions and speeds at the rows.
+struct States {
+    /// A column for each.
+    values: DMatrix<f64>,
+    /// Within which others are the same, likewise.
+    reach: DMatrix<f64>,
+    /// The largest of each column.
+    widest: Vec<f64>,
+    /// The two columns that tell most states apart.
+    finest: [usize; 2],
+    moving: Vec<bool>,
+}
+
+impl States {
+    fn new(motion: &Motion, samples: &[usize], rows_hz: f64) -> Self {
+        let (rows, joints) = (samples.len(), motion.position.ncols());
+        let mut moving = vec![false; rows];
+        let (mut values, mut reach) = (Vec::new(), Vec::new());
+        for joint in 0..joints {
+            let of = |signals: &DMatrix<f64>| -> DVector<f64> {
+                DVector::from_iterator(rows, samples.iter().map(|&k| signals[(k, joint)]))
+            };
+            let signals = [&motion.position, &motion.velocity, &motion.acceleration].map(of);
+            let highest = signals[1].amax();
+            for (moving, speed) in moving.iter_mut().zip(&signals[1]) {
+                *moving |= speed.abs() > MOVING * highest;
+            }
+            for (k, share) in REPEATABLE.into_iter().enumerate() {
+                let repeatable = share * signals[k].variance().sqrt();
+                reach.push(signals[k + 1].map(|rate| SAME * rate.abs() / rows_hz + repeatable));
+            }
+            let [position, velocity, _] = signals;
+            values.extend([position, velocity]);
+        }
+        let widest = reach.iter().map(DVector::max).collect();
+        let [values, reach] = [values, reach].map(|columns| DMatrix::from_columns(&columns));
+        let widest: Vec<f64> = widest;
+        let cells = |column: usize| {
+            let own = values.column(column);
+            if widest[column] > 0.0 { (own.max() - own.min()) / widest[column] } else { 0.0 }
+        };
+        let mut columns: Vec<usize> = (0..values.ncols()).collect();
+        columns.sort_by(|&a, &b| cells(b).total_cmp(&cells(a)));
+        let finest = [columns[0], columns[1]];
+        Self { values, reach, widest, finest, moving }
+    }
+
+    fn moves(&self, row: usize) -> bool {
+        self.moving[row]
+    }
+
+    fn same(&self, a: usize, b: usize) -> bool {
+        (0..self.values.ncols()).all(|column| {
+            let apart = self.values[(a, column)] - self.values[(b, column)];
+            apart.abs() <= self.reach[(b, column)]
+        })
+    }
+
+    /// What is the same is in the same cell or in one beside it.
+    fn cell(&self, row: usize) -> [i64; 2] {
+        self.finest.map(|column| {
+            let widest = self.widest[column];
+            #[expect(clippy::cast_possible_truncation, reason = "casts saturate, and far inside")]
+            let cell = (self.values[(row, column)] / widest).floor().clamp(-FAR, FAR) as i64;
+            // What stands still is the same everywhere.
+            if widest > 0.0 { cell } else { 0 }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two joints on sums of sines; the motion of the first second again and again.
+    fn motion(samples: usize, period: usize) -> Motion {
+        let at = |k: usize, joint: usize| {
+            let t = (k % period) as f64 / 100.0;
+            (1..4).map(|n| (t * (f64::from(n) * 1.7 + joint as f64) + f64::from(n)).sin()).sum()
+        };
+        let position = DMatrix::from_fn(samples, 2, at);
+        let velocity = DMatrix::from_fn(samples, 2, |k, joint| {
+            (at((k + 1) % period, joint) - at(k % period, joint)) * 100.0
+        });
+        let acceleration = velocity.map(|speed: f64| 3.0 * speed.abs());
+        Motion { acceleration, position, velocity }
+    }
+
+    #[test]
+    fn what_recurs_is_the_same_piece() {
+        let once: Vec<usize> = (0..500).collect();
+        let alone = Pieces::new(&motion(500, 500), &once, 100.0);
+        assert!(alone.distinct > 450 && alone.copies < 1.1, "{alone:?}");
+        let thrice: Vec<usize> = (0..1500).collect();
+        let again = Pieces::new(&motion(1500, 500), &thrice, 100.0);
+        assert_eq!(again.distinct, alone.distinct);
+        assert_eq!(again.of_row[..500], alone.of_row[..]);
+        assert_eq!(again.of_row[500..1000], again.of_row[1000..]);
+        assert!((again.copies / alone.copies - 3.0).abs() < 1e-12, "{}", again.copies);
+    }
+
+    #[test]
+    fn a_motion_that_never_returns_is_cut_into_equal_parts() {
+        let samples: Vec<usize> = (0..1000).collect();
+        let position = DMatrix::from_fn(1000, 2, |k, _| k as f64);
+        let velocity = DMatrix::from_element(1000, 2, 1.0);
+        let acceleration = DMatrix::zeros(1000, 2);
+        let motion = Motion { position, velocity, acceleration };
+        let pieces = Pieces::new(&motion, &samples, 1.0);
+        assert_eq!((pieces.distinct, pieces.copies), (1000, 1.0));
+        assert!(pieces.of_row.iter().enumerate().all(|(row, piece)| *piece == row / 200));
+    }
+}

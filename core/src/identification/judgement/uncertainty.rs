@@ -1,0 +1,69 @@
+//! The uncertainty of a result that includes the model and what was stated.
+//!
+//! The least-squares value does not know of the freedoms η. They are solved for together with the
+//! parameters, with what is known of each beforehand, which gives their mean μ and covariance P after the
+//! data. A unit of η moves the value by K, so that its uncertainty is
+//!
+//! ```text
+//! u² = noise + K (μ μᵀ + P) Kᵀ
+//! ```
+//!
+//! The value stays that of the method: with the freedoms it would be more uncertain, and wrong by
+//! what they take from it.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::checks::FittedModel;
+use super::elsewhere::Elsewhere;
+use super::freedoms::{Columns, FreedomEstimate};
+use crate::identification::given::IdentificationError;
+
+/// A rigid model with named friction leaves this share of a joint's torque, however quiet the data are.
+const NOISE_FLOOR: f64 = 0.01;
+
+/// What the freedoms make of a result.
+pub(super) struct Uncertainty {
+    /// Combined standard uncertainty of each parameter.
+    pub(super) combined: DVector<f64>,
+    /// What the data say of the freedoms, the largest torques first.
+    pub(super) freedoms: Vec<FreedomEstimate>,
+    pub(super) elsewhere: Elsewhere,
+}
+
+impl Uncertainty {
+    /// `bias` is how far each parameter may be off by what the position filter does; of `copies` rows
+    /// that say the same, one counts.
+    pub(super) fn new(
+        fitted: &FittedModel<'_>,
+        bias: Option<&DVector<f64>>,
+        copies: f64,
+    ) -> Result<Self, IdentificationError> {
+        let FittedModel { context, motion, beside, observations, analysis, parameters, .. } =
+            *fitted;
+        let columns = Columns::new(context, motion, beside, observations, parameters);
+        let mut along = columns.along(motion, beside, observations, parameters)?;
+        // Rows that an M-estimate left out of the equation say nothing of the freedoms either.
+        let left_out = analysis.rows_without_equation();
+        for row in left_out {
+            along.row_mut(row).fill(0.0);
+        }
+        let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();
+        let solution = analysis
+            .with_prior(&along, &floors, copies)
+            .map_err(IdentificationError::Regression)?;
+        let (own, all) = (parameters.len(), solution.covariance.ncols());
+        // K: the estimate is Zᵀ y.
+        let moved = analysis.influence().tr_mul(&along);
+        let after = solution.covariance.view((own, own), (all - own, all - own));
+        let told = &moved * &solution.freedoms;
+        let spread: DMatrix<f64> = &moved * after;
+        let combined = DVector::from_fn(own, |k, _| {
+            let open = spread.row(k).dot(&moved.row(k));
+            let bias = bias.map_or(0.0, |bias| bias[k]);
+            (solution.noise[(k, k)] + told[k].powi(2) + open + bias * bias).max(0.0).sqrt()
+        });
+        let freedoms = columns.estimates(&along, observations, &solution);
+        let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
+        Ok(Self { combined, freedoms, elsewhere })
+    }
+}

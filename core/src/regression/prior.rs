@@ -1,0 +1,127 @@
+//! What the data say of freedoms that the model does not have, where something is known of them
+//! beforehand.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::analysis::ResidualAnalysis;
+use super::error::RegressionError;
+use super::products::{product, symmetric_product};
+use super::spectrum::ResidualSpectrum;
+
+/// The noise is that of the residuals first, and then of what the freedoms leave of them.
+const PASSES: usize = 2;
+
+/// Of the independent rows, the share that must be left over by all that is fitted: with fewer, the noise is
+/// taken for larger by no more than its inverse.
+const LEAST_LEFT_OVER: f64 = 0.2;
+
+/// `y = X θ + C η + ε`, solved for θ and η together with what is known of η beforehand.
+#[derive(Clone, Debug)]
+pub struct JointSolution {
+    /// What the freedoms would add to θ (b).
+    pub change: DVector<f64>,
+    /// η, in its prior standard deviations (m).
+    pub freedoms: DVector<f64>,
+    /// Covariance of θ and η together ((b + m) × (b + m)), η in the same unit.
+    pub covariance: DMatrix<f64>,
+    /// Covariance of the weighted solution by the noise that is left (b × b).
+    pub noise: DMatrix<f64>,
+}
+
+impl ResidualAnalysis<'_> {
+    /// Solves for the parameters together with the coefficients of `further` columns (r × m,
+    /// unweighted), which beforehand are 0 with a standard deviation of 1 and independent.
+    ///
+    /// The noise is that of the residuals, of each joint on its own and never with a smaller standard
+    /// deviation than `floors`, white within what the filter lets pass; of `copies` rows that say the same, one counts.
+    ///
+    /// # Errors
+    /// [`RegressionError::OutOfRange`] when the equation cannot be solved.
+    pub fn with_prior(
+        &self,
+        further: &DMatrix<f64>,
+        floors: &[f64],
+        copies: f64,
+    ) -> Result<JointSolution, RegressionError> {
+        let residuals = &self.solution.residuals;
+        let matrix = self.system.matrix();
+        let (own, all) = (matrix.ncols(), matrix.ncols() + further.ncols());
+        let mut spectrum = self.spectrum().clone();
+        spectrum.raise_to(floors);
+        let mut solved = None;
+        for pass in 0..PASSES {
+            let mut gram = self.gram(&spectrum, further, residuals);
+            gram.unscale_mut(copies);
+            let right = gram.view((0, all), (all, 1)).into_owned();
+            // Parameters of all sizes: each column by its own length.
+            let scale = DVector::from_fn(all, |k, _| match gram[(k, k)].sqrt() {
+                length if k < own && length > 0.0 => 1.0 / length,
+                _ => 1.0,
+            });
+            let mut normal = DMatrix::from_fn(all, all, |i, j| scale[i] * gram[(i, j)] * scale[j]);
+            for k in own..all {
+                normal[(k, k)] += 1.0;
+            }
+            let factor = Cholesky::new(normal).ok_or(RegressionError::OutOfRange)?;
+            let found = factor.solve(&right.column(0).component_mul(&scale)).component_mul(&scale);
+            let mut covariance = factor.inverse();
+            for (mut column, by) in covariance.column_iter_mut().zip(&scale) {
+                column.component_mul_assign(&scale);
+                column.scale_mut(*by);
+            }
+            let change = found.rows(0, own).into_owned();
+            let freedoms = found.rows(own, all - own).into_owned();
+            if pass + 1 < PASSES {
+                // What the data tell of the freedoms takes as many rows.
+                let told: f64 = (own..all).map(|k| 1.0 - covariance[(k, k)]).sum();
+                let before = spectrum.independent_rows() - own as f64;
+                let left = ((before - told) / before).clamp(LEAST_LEFT_OVER, 1.0);
+                let remaining = residuals - matrix * &change - further * &freedoms;
+                spectrum = ResidualSpectrum::fit(
+                    self.system,
+                    &self.leverage,
+                    &(remaining / left.sqrt()),
+                    self.filter,
+                );
+                spectrum.raise_to(floors);
+            }
+            solved = Some((change, freedoms, covariance));
+        }
+        let (change, freedoms, covariance) = solved.ok_or(RegressionError::OutOfRange)?;
+        let noise = self.covariance_by(&spectrum) * copies;
+        Ok(JointSolution { change, freedoms, covariance, noise })
+    }
+
+    /// `AᵀΩ⁻¹A` of A = (X C ρ), the residuals ρ last, over the frequencies that the filter lets pass, with the mean
+    /// power of each joint's noise there.
+    fn gram(
+        &self,
+        spectrum: &ResidualSpectrum<'_>,
+        further: &DMatrix<f64>,
+        residuals: &DVector<f64>,
+    ) -> DMatrix<f64> {
+        let matrix = self.system.matrix();
+        let (own, all) = (matrix.ncols(), matrix.ncols() + further.ncols());
+        let mut gram = DMatrix::zeros(all + 1, all + 1);
+        // One joint at a time, which bounds the memory.
+        for joint in 0..self.system.joints() {
+            let range = self.system.joint_rows(joint);
+            let mut columns = DMatrix::zeros(range.len(), all + 1);
+            columns.columns_mut(0, own).copy_from(&matrix.rows_range(range.clone()));
+            columns.columns_mut(own, all - own).copy_from(&further.rows_range(range.clone()));
+            columns.column_mut(all).copy_from(&residuals.rows_range(range));
+            let weighted = spectrum.weighted(joint, &self.filter.transforms(&columns, 1));
+            gram += symmetric_product(&weighted, &weighted);
+        }
+        gram
+    }
+
+    /// `ZᵀVZ` with the noise of this spectrum.
+    pub(super) fn covariance_by(&self, spectrum: &ResidualSpectrum<'_>) -> DMatrix<f64> {
+        // Z = Ω^{-1/2} Q R⁻ᵀ, so that the transforms of Q do.
+        let r_inverse = &self.solution.r_inverse;
+        let of_basis = spectrum.covariance_of(&self.basis_transforms, &self.solution.noise_levels);
+        let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
+        (&covariance + covariance.transpose()) * 0.5
+    }
+}
