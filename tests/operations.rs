@@ -27,6 +27,7 @@ use didim::service::paths::Paths;
 use didim::service::status::{
     Collector, Colour, Health, IDLE, ProcessStatus, SCHEMA, Snapshot, StreamStatus, fetch, render,
 };
+use didim_core::identification::Use;
 use didim_drivers::assemble::{Losses, label};
 use didim_formats::read_csv;
 use serde_json::{Value, json};
@@ -454,8 +455,9 @@ fn reasons_of_verdicts() {
         let cell = Cell::read(&folder.join("cell.toml")).unwrap();
         let measurement = read_csv(&folder.join(file), None).unwrap();
         let found = identify_measurement(&cell, cell.method, &measurement, counted);
-        let reasons = found.unwrap().estimate.verdict.reasons;
-        said.extend(reasons.iter().map(ToString::to_string));
+        let uses = found.unwrap().estimate.verdict.uses;
+        let reasons = Use::ALL.into_iter().flat_map(|of| &uses.of(of).reasons);
+        said.extend(reasons.map(ToString::to_string));
     }
     are_in_the_manual(&said, 6);
 }

@@ -18,6 +18,7 @@ mod metrics;
 mod note;
 mod outcome;
 mod output;
+mod predict;
 mod reload;
 mod replay;
 mod run;
@@ -57,6 +58,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Identify offline, from a CSV experiment, a candump log or an MCAP recording
     Identify(identify::Arguments),
+    /// Predict the torques of a recording with a stored result, nothing fitted
+    Predict(predict::Arguments),
     /// Identify with every method and compare them
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
@@ -127,6 +130,7 @@ pub fn main() -> ExitCode {
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
+        Command::Predict(arguments) => predict::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),

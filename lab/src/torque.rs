@@ -91,6 +91,7 @@ mod tests {
             regrouped: false,
             value: factor * value,
             standard_deviation: 1.0,
+            unit: "N·m",
             combined_standard_deviation: 2.0,
             classical_standard_deviation: 1.0,
             relative_standard_deviation: 1.0,

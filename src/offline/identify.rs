@@ -112,7 +112,7 @@ pub fn cross_validate_measurement(
 }
 
 /// The experiment that measurements are to this cell.
-fn joined(
+pub(super) fn joined(
     cell: &Cell,
     measurements: &[(&Measurement, Range<usize>)],
 ) -> Result<Experiment, ExperimentError> {

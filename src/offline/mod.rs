@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod identify;
 mod log;
+pub mod predict;
 mod rate;
 
 pub use log::{LogError, read_log};

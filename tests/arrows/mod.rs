@@ -20,17 +20,17 @@ const ORDER: [(&str, &str); 9] = [
     ),
     (
         "core/src/identification",
-        "cross_validation identify closed_loop equation_error judgement observation given",
+        "cross_validation identify closed_loop equation_error judgement prediction observation given",
     ),
     ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "check service report offline cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
     ("src/archive", "drift store"),
-    ("src/offline", "compare log identify rate"),
+    ("src/offline", "compare predict log identify rate"),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo history manual metrics note reload replay run study \
+        "lib baseline capture check compare convert demo history manual metrics note predict reload replay run study \
          top window convert_frames identify sim outcome state status output error",
     ),
 ];

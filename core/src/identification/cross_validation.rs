@@ -2,26 +2,15 @@
 
 use core::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
 use super::judgement::Estimate;
-use super::observation::{filtered_motion, filtered_torque, fitted_matrix};
+use super::prediction::{Errors, Prediction, PredictionError};
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 
 /// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
 const REACH_ROWS: usize = 10;
-
-/// Errors of one joint or of all, pooled over the blocks: ‖y − Xθ‖ / ‖y‖.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PredictionError {
-    /// Over all joints.
-    pub relative_error: f64,
-    /// Of every joint.
-    pub relative_error_per_joint: Vec<f64>,
-}
 
 /// What came of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,70 +62,21 @@ pub fn cross_validate(
     let options = Options { parameters: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     let prediction = Prediction::new(&context)?;
-    let (mut held_out, mut in_sample) = (Sums::new(robot.joints()), Sums::new(robot.joints()));
+    let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);
     for range in &ranges {
         let margins =
             range.start.saturating_sub(guard)..(range.end + guard).min(experiment.samples());
         let without = experiment.clone().with_held_out(margins);
         let estimate = identify(&without.map_err(IdentificationError::HeldOut)?)?.estimate;
-        held_out.add(&prediction, range, &estimate);
-        in_sample.add(&prediction, range, &whole);
+        held_out.add(&prediction, range, &values(&estimate))?;
+        in_sample.add(&prediction, range, &values(&whole))?;
         estimates.push(estimate);
     }
-    let (held_out, in_sample) = (held_out.error(), in_sample.error());
+    let (held_out, in_sample) = (held_out.relative(), in_sample.relative());
     Ok(CrossValidation { held_out, in_sample, blocks: ranges, estimates })
 }
 
-/// The rows of the inverse dynamic model with all base parameters.
-struct Prediction<'a> {
-    context: &'a Context<'a>,
-    matrix: DMatrix<f64>,
-    torque: DVector<f64>,
-}
-
-impl<'a> Prediction<'a> {
-    fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
-        let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
-        let matrix = fitted_matrix(context, &motion)?;
-        Ok(Self { context, matrix, torque: filtered_torque(context)? })
-    }
-}
-
-/// ‖y − Xθ‖² and ‖y‖² of every joint.
-struct Sums(Vec<[f64; 2]>);
-
-impl Sums {
-    fn new(joints: usize) -> Self {
-        Self(vec![[0.0; 2]; joints])
-    }
-
-    /// Adds the rows of these samples.
-    fn add(&mut self, prediction: &Prediction<'_>, samples: &Range<usize>, estimate: &Estimate) {
-        let mut parameters = DVector::zeros(prediction.matrix.ncols());
-        for parameter in &estimate.parameters {
-            if let Some(index) = prediction.context.base.find(&parameter.name) {
-                parameters[index] = parameter.value;
-            }
-        }
-        let predicted = &prediction.matrix * parameters;
-        let rows = prediction.context.samples.len();
-        for (joint, [errors, torques]) in self.0.iter_mut().enumerate() {
-            let kept = prediction.context.samples.iter().enumerate();
-            for (row, _) in kept.filter(|(_, sample)| samples.contains(sample)) {
-                let torque = prediction.torque[joint * rows + row];
-                *errors += (torque - predicted[joint * rows + row]).powi(2);
-                *torques += torque * torque;
-            }
-        }
-    }
-
-    fn error(&self) -> PredictionError {
-        let all = self.0.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
-        let relative = |[errors, torques]: &[f64; 2]| (errors / torques).sqrt();
-        PredictionError {
-            relative_error: relative(&all),
-            relative_error_per_joint: self.0.iter().map(relative).collect(),
-        }
-    }
+fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
+    estimate.parameters.iter().map(|p| (p.name.as_str(), p.value)).collect()
 }

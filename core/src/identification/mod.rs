@@ -1,14 +1,15 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! identify, cross_validation → closed_loop → equation_error → judgement → observation → given
+//! identify, cross_validation → closed_loop → equation_error → judgement → prediction → observation → given
 //! ```
 //!
 //! | room | what |
 //! |---|---|
 //! | `given` | experiment, options, which parameters; found to fit each other |
 //! | `observation` | filtered motion, observation matrix, aligned torque (paper, 3.1.1) |
-//! | `judgement` | uncertainty, alternative models, [`Verdict`] |
+//! | `prediction` | a record predicted with parameters, nothing fitted |
+//! | `judgement` | uncertainty, what is taken for known, [`Verdict`] for each use |
 //! | `equation_error` | IDIM-LS (paper, 3.1.2), essential parameters |
 //! | `closed_loop` | the loop simulated with an estimate: IDIM-IV, CLIE, CLOE, DIDIM (paper, 3.2, 3.3) |
 
@@ -19,9 +20,10 @@ mod given;
 mod identify;
 mod judgement;
 mod observation;
+mod prediction;
 
 pub use closed_loop::mean_joint_inertia;
-pub use cross_validation::{CrossValidation, PredictionError, cross_validate};
+pub use cross_validation::{CrossValidation, cross_validate};
 pub use equation_error::{
     Reduction, ReductionStep, UncheckedEstimate, UncheckedParameter, essential_parameters,
     idim_ls_unchecked,
@@ -39,3 +41,4 @@ pub use judgement::{
     ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
+pub use prediction::{PredictionError, predict};

@@ -50,12 +50,10 @@ fn a_stiff_loop_along_the_reconstructed_reference_gives_the_result_of_idim_ls() 
         identify(Method::IdimLs, &robot, &base, &experiment, &options).unwrap().estimate;
     let found = identify(Method::Didim, &robot, &base, &experiment, &options).unwrap().estimate;
     assert!(found.simulations <= 8, "{:?}", found.convergence);
-    // Nothing but the friction law speaks against it, as in the result of IDIM-LS.
-    let [reason] = found.verdict.reasons.as_slice() else {
-        panic!("one reason: {:?}", found.verdict)
-    };
-    let words = reason.to_string();
-    assert!(words.contains("friction law") && words.contains("sign model"), "{words}");
+    // Good for watching the arm and for its torque, as the result of IDIM-LS, and as uncertain elsewhere.
+    assert!(found.verdict.applicable, "{:?}", found.verdict.reasons);
+    let elsewhere = [&equation_error, &found].map(|of| of.elsewhere.relative_error);
+    assert!((elsewhere[1] / elsewhere[0] - 1.0).abs() < 0.2, "{elsewhere:?}");
     // IDIM-LS has 5.35 %; the reconstruction is a little worse than the measurement itself.
     assert!((0.053..0.058).contains(&found.relative_error), "{}", found.relative_error);
     for (ours, theirs) in found.parameters.iter().zip(&equation_error.parameters) {

@@ -74,6 +74,7 @@ mod tests {
             regrouped: false,
             value,
             standard_deviation,
+            unit: "N·m",
             combined_standard_deviation: 2.0,
             classical_standard_deviation: standard_deviation,
             relative_standard_deviation: standard_deviation / value,

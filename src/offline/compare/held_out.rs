@@ -33,7 +33,7 @@ pub struct TorqueErrors {
 
 impl From<PredictionError> for TorqueErrors {
     fn from(of: PredictionError) -> Self {
-        let PredictionError { relative_error, relative_error_per_joint } = of;
+        let PredictionError { relative_error, relative_error_per_joint, .. } = of;
         Self { relative_error, relative_error_per_joint }
     }
 }

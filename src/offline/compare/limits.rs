@@ -256,6 +256,7 @@ mod tests {
             regrouped: false,
             value,
             standard_deviation: 0.1,
+            unit: "N·m",
             combined_standard_deviation: 2.0,
             classical_standard_deviation: 0.1,
             relative_standard_deviation: 0.1 / value,

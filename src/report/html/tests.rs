@@ -17,6 +17,7 @@ fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
         regrouped: name.ends_with('r'),
         value,
         standard_deviation: deviation,
+        unit: "N·m",
         combined_standard_deviation: 2.0,
         classical_standard_deviation: 0.5 * deviation,
         relative_standard_deviation: deviation / value.abs(),

@@ -11,6 +11,7 @@ use super::information::Information;
 use super::uses::Verdict;
 use crate::identification::given::Selection;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
+use crate::robot::Robot;
 
 /// Version of [`Estimate`]'s layout in JSON.
 pub const SCHEMA: u32 = 1;
@@ -23,7 +24,9 @@ pub struct ParameterEstimate {
     /// Whether others are regrouped into it.
     #[serde(skip)]
     pub regrouped: bool,
-    /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
+    /// Its SI unit: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter.
+    pub unit: &'static str,
+    /// SI value.
     pub value: f64,
     /// Standard deviation, in the unit of the value, corrected for the colour of the residuals.
     pub standard_deviation: f64,
@@ -39,6 +42,7 @@ pub struct ParameterEstimate {
 impl ParameterEstimate {
     /// Every selected parameter, from a solution and its corrected standard deviations.
     pub(crate) fn of(
+        robot: &Robot,
         selection: &Selection,
         solution: &Solution,
         deviations: &DVector<f64>,
@@ -49,6 +53,7 @@ impl ParameterEstimate {
         let parameters = names.enumerate().map(|(k, (name, &regrouped))| Self {
             name: name.clone(),
             regrouped,
+            unit: unit(robot, selection.columns()[k]),
             value: solution.parameters[k],
             standard_deviation: deviations[k],
             combined_standard_deviation: combined[k].max(deviations[k]),
@@ -57,6 +62,12 @@ impl ParameterEstimate {
         });
         parameters.collect()
     }
+}
+
+/// The unit of a regressor column's parameter.
+fn unit(robot: &Robot, column: usize) -> &'static str {
+    let parameter = robot.parameters().parameters()[column];
+    parameter.kind.unit(robot.chain()[parameter.joint].kind)
 }
 
 /// When the torque of a joint acts, over what its timing says.

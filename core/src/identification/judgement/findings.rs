@@ -137,6 +137,7 @@ impl Findings<'_> {
             samples: context.experiment.samples(),
             rows: observations.matrix().nrows(),
             parameters: ParameterEstimate::of(
+                context.robot,
                 &context.selection,
                 solution,
                 &deviations,

@@ -315,9 +315,7 @@ fn contradicted<'a>(
     freedoms.filter_map(|found| {
         let quantity = found.quantity?;
         let least = CONTRADICTED * quantity.stated.hypot(quantity.standard_deviation);
-        // Whoever knows less than what is stated contradicts nothing, nor does dust.
-        let told = quantity.standard_deviation <= quantity.stated && found.relative_torque >= DUST;
-        (told && quantity.value.abs() > least)
+        (found.relative_torque >= DUST && quantity.value.abs() > least)
             .then(|| Reason::Contradicted { freedom: found.clone() })
     })
 }

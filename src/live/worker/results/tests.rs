@@ -42,6 +42,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
             regrouped: false,
             value: fc3,
             standard_deviation: 0.003,
+            unit: "N·m",
             combined_standard_deviation: 2.0,
             classical_standard_deviation: 0.003,
             relative_standard_deviation: 0.0005,

@@ -1,0 +1,132 @@
+//! A stored result on a recording that it was not identified from.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use didim_core::identification::{PredictionError, predict};
+use serde::Deserialize;
+
+use super::identify::{IdentifyError, joined};
+use crate::cell::Cell;
+use didim_formats::Measurement;
+
+/// Why a result cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultError {
+    /// The file cannot be read. Check its name and permissions.
+    #[error("{}: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is no result. Take one that the service stored, or the output of
+    /// `didim identify --json`.
+    #[error(
+        "{}: {source}; give a result that the service stored, or the output of `didim identify \
+         --json`", file.display()
+    )]
+    NoResult {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The result is of another robot. Take the cell that it was identified with.
+    #[error("{}: the result is of the robot {found}, the cell's is {robot}", file.display())]
+    OtherRobot {
+        /// The file.
+        file: PathBuf,
+        /// The robot of the result.
+        found: String,
+        /// That of the cell.
+        robot: String,
+    },
+}
+
+/// What a stored result says of an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredModel {
+    parameters: Vec<(String, f64)>,
+    /// Hash of the configuration that it was identified with, where it says so.
+    pub configuration: Option<String>,
+    /// How uncertain it takes the torque for where the arm had not been, relative to the torque: over all joints,
+    /// and of each. Results of earlier versions have none.
+    pub foretold: Option<Foretold>,
+}
+
+/// What a result says of other motions.
+#[derive(Clone, Debug, PartialEq, Deserialize, serde::Serialize)]
+pub struct Foretold {
+    /// Over all joints.
+    pub relative_error: f64,
+    /// Of every joint.
+    pub relative_error_per_joint: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct Stored {
+    configuration: Option<String>,
+    estimate: Option<StoredEstimate>,
+    #[serde(flatten)]
+    alone: serde_json::Value,
+}
+
+#[derive(Deserialize)]
+struct StoredEstimate {
+    robot: String,
+    parameters: Vec<StoredParameter>,
+    elsewhere: Option<Foretold>,
+}
+
+#[derive(Deserialize)]
+struct StoredParameter {
+    name: String,
+    value: f64,
+}
+
+impl StoredModel {
+    /// Reads a result file, or what `didim identify --json` printed.
+    ///
+    /// # Errors
+    /// [`ResultError`].
+    pub fn read(file: &Path, cell: &Cell) -> Result<Self, ResultError> {
+        let text = fs::read(file)
+            .map_err(|source| ResultError::Read { file: file.to_path_buf(), source })?;
+        let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
+        let stored: Stored = serde_json::from_slice(&text).map_err(wrong)?;
+        let estimate = match stored.estimate {
+            Some(estimate) => estimate,
+            None => serde_json::from_value(stored.alone).map_err(wrong)?,
+        };
+        let robot = cell.robot.name();
+        if estimate.robot != robot {
+            return Err(ResultError::OtherRobot {
+                file: file.to_path_buf(),
+                found: estimate.robot,
+                robot: robot.to_owned(),
+            });
+        }
+        let parameters = estimate.parameters.into_iter().map(|p| (p.name, p.value)).collect();
+        let (configuration, foretold) = (stored.configuration, estimate.elsewhere);
+        Ok(Self { parameters, configuration, foretold })
+    }
+
+    /// Predicts the torques of a measurement, of which the samples in `counted` count.
+    ///
+    /// # Errors
+    /// See [`IdentifyError`].
+    pub fn predict(
+        &self,
+        cell: &Cell,
+        measurement: &Measurement,
+        counted: Range<usize>,
+    ) -> Result<PredictionError, IdentifyError> {
+        let experiment = joined(cell, &[(measurement, counted)])?;
+        let parameters: Vec<(&str, f64)> =
+            self.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, &parameters)?)
+    }
+}
