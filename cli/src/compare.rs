@@ -9,7 +9,7 @@ use didim_sim::Scenario;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::identify::{check_rate, counted, positive, read_input};
+use super::identify::Samples;
 use super::output::{check_place, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
@@ -61,15 +61,8 @@ pub(super) struct Arguments {
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Samples per second of a CSV file without a time_s column
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    sample_rate: Option<f64>,
-    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
-    #[arg(long, value_name = "S")]
-    from: Option<f64>,
-    /// End of the samples that count [s after the first]
-    #[arg(long, value_name = "S")]
-    to: Option<f64>,
+    #[command(flatten)]
+    samples: Samples,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -178,9 +171,7 @@ fn experiment(
     let Some(input) = &arguments.input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
     };
-    let measurement = read_input(input, cell, arguments.sample_rate)?;
-    check_rate(&measurement, cell, input)?;
-    let counted = counted((arguments.from, arguments.to), cell, &measurement, input)?;
+    let (measurement, counted) = arguments.samples.read(input, cell)?;
     Ok((measurement, counted, None))
 }
 

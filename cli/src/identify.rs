@@ -34,15 +34,8 @@ pub(super) struct Arguments {
     /// The method; the cell's when left out
     #[arg(long, value_name = "METHOD")]
     method: Option<Method>,
-    /// Samples per second of a CSV file without a time_s column
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    sample_rate: Option<f64>,
-    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
-    #[arg(long, value_name = "S")]
-    from: Option<f64>,
-    /// End of the samples that count [s after the first]
-    #[arg(long, value_name = "S")]
-    to: Option<f64>,
+    #[command(flatten)]
+    samples: Samples,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
@@ -58,6 +51,34 @@ pub(super) struct Arguments {
     /// Print the composition of each regrouped parameter
     #[arg(long, conflicts_with = "json")]
     regrouping: bool,
+}
+
+/// Which samples of a file count.
+#[derive(Debug, Args)]
+pub(super) struct Samples {
+    /// Samples per second of a CSV file without a time_s column
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    sample_rate: Option<f64>,
+    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
+    #[arg(long, value_name = "S")]
+    from: Option<f64>,
+    /// End of the samples that count [s after the first]
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+}
+
+impl Samples {
+    /// Reads a file of the cell's rate, and says which of its samples count.
+    pub(super) fn read(
+        &self,
+        path: &Path,
+        cell: &Cell,
+    ) -> Result<(Measurement, Range<usize>), CliError> {
+        let measurement = read_input(path, cell, self.sample_rate)?;
+        check_rate(&measurement, cell, path)?;
+        let counted = counted((self.from, self.to), cell, &measurement, path)?;
+        Ok((measurement, counted))
+    }
 }
 
 /// What `--json` prints: the estimate, and the run time, which is no part of a result file.
@@ -137,14 +158,9 @@ fn compared(recordings: &[RecordingLine]) -> String {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let mut read = Vec::with_capacity(arguments.input.len());
-    for path in &arguments.input {
-        let measurement = read_input(path, &cell, arguments.sample_rate)?;
-        check_rate(&measurement, &cell, path)?;
-        let bounds = (arguments.from, arguments.to);
-        let counted = counted(bounds, &cell, &measurement, path)?;
-        read.push((measurement, counted));
-    }
+    let read = (arguments.input.iter())
+        .map(|path| arguments.samples.read(path, &cell))
+        .collect::<Result<Vec<_>, _>>()?;
     let measurements: Vec<(&Measurement, Range<usize>)> =
         read.iter().map(|(measurement, counted)| (measurement, counted.clone())).collect();
     let first = &arguments.input[0];
@@ -250,7 +266,7 @@ pub(super) fn check_rate(
 }
 
 /// What counts: from `--from` to `--to`, or all but the margins of the cell's windows.
-pub(super) fn counted(
+fn counted(
     (first_s, last_s): (Option<f64>, Option<f64>),
     cell: &Cell,
     measurement: &Measurement,

@@ -7,7 +7,7 @@ use didim_core::identification::PredictionError;
 use serde::Serialize;
 
 use super::CliError;
-use super::identify::{check_rate, counted, positive, read_input};
+use super::identify::Samples;
 use super::output::print;
 use didim::cell::Cell;
 use didim::offline::predict::{Foretold, StoredModel};
@@ -24,15 +24,8 @@ pub(super) struct Arguments {
     /// The recording: a CSV file, or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE")]
     input: PathBuf,
-    /// Samples per second of a CSV file without a time_s column
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    sample_rate: Option<f64>,
-    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
-    #[arg(long, value_name = "S")]
-    from: Option<f64>,
-    /// End of the samples that count [s after the first]
-    #[arg(long, value_name = "S")]
-    to: Option<f64>,
+    #[command(flatten)]
+    samples: Samples,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
@@ -51,10 +44,7 @@ struct Output<'a> {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let model = StoredModel::read(&arguments.result, &cell).map_err(CliError::failed)?;
-    let measurement = read_input(&arguments.input, &cell, arguments.sample_rate)?;
-    check_rate(&measurement, &cell, &arguments.input)?;
-    let bounds = (arguments.from, arguments.to);
-    let counted = counted(bounds, &cell, &measurement, &arguments.input)?;
+    let (measurement, counted) = arguments.samples.read(&arguments.input, &cell)?;
     let error = model
         .predict(&cell, &measurement, counted)
         .map_err(|error| CliError::in_file(&arguments.input, error))?;

@@ -4,13 +4,10 @@ use core::ops::Range;
 
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
-use super::judgement::Estimate;
+use super::judgement::{Estimate, REACH_ROWS};
 use super::prediction::{Errors, Prediction, PredictionError};
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
-
-/// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
-const REACH_ROWS: usize = 10;
 
 /// What came of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,6 @@
-//! What a fit would gain, and where its parameters would go, if the model had more columns.
+//! What the coefficients of further columns would be, if the model had them.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::analysis::{ResidualAnalysis, divide_by_levels};
 use super::error::RegressionError;
@@ -21,17 +20,9 @@ pub struct Extension {
     pub coefficients: DVector<f64>,
     /// Covariance of c, corrected for the colour of the residuals that remain.
     pub covariance: DMatrix<f64>,
-    /// What the further columns would add to θ (b).
-    pub shift: DVector<f64>,
-    /// Standard deviation of the shift, from the covariance of c (b).
-    pub shift_deviation: DVector<f64>,
-    /// The probability of coefficients as far from zero as these if all are zero in truth, by
-    /// Wald's statistic `cᵀ Cov⁻¹ c / k` of F distribution with k columns and as many degrees of
-    /// freedom as independent rows are left over.
-    pub probability: f64,
 }
 
-/// With fewer degrees of freedom left over, no probability as small as the verdict's can be computed.
+/// With fewer degrees of freedom left over, the residuals tell too little of the coefficients' deviations.
 const MIN_DEGREES_OF_FREEDOM: f64 = 20.0;
 
 impl ResidualAnalysis<'_> {
@@ -44,7 +35,7 @@ impl ResidualAnalysis<'_> {
         let levels = &self.solution.noise_levels;
         let mut weighted = further.clone();
         divide_by_levels(self.system, &mut weighted, levels);
-        let Parts { columns, outside, inside } = independent_parts(&self.basis, &weighted);
+        let Parts { columns, outside } = independent_parts(&self.basis, &weighted);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
         if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
@@ -62,34 +53,17 @@ impl ResidualAnalysis<'_> {
         self.filter.add_leverage(&transforms, self.system.rows_per_joint(), &mut leverage);
         let spectrum = ResidualSpectrum::fit(self.system, &leverage, &remaining, self.filter);
         let covariance = spectrum.covariance_of(&transforms, levels);
-        let singular = RegressionError::OutOfRange;
-        let factor = Cholesky::new(covariance.clone()).ok_or_else(|| singular.clone())?;
-        let statistic = projection.dot(&factor.solve(&projection));
-
+        if Cholesky::new(covariance.clone()).is_none() {
+            return Err(RegressionError::OutOfRange);
+        }
         // C = X(…) + B T with B the orthonormal directions, so that c = T⁻¹ Bᵀε.
         let chosen = weighted.select_columns(&columns);
-        let back = transposed_product(&outside, &chosen).try_inverse().ok_or(singular)?;
+        let back = transposed_product(&outside, &chosen)
+            .try_inverse()
+            .ok_or(RegressionError::OutOfRange)?;
         let coefficients = &back * projection;
-        // θ moves by −(XᵀΩ⁻¹X)⁻¹XᵀΩ⁻¹C c = −R⁻¹Qᵀ (Ω^{-1/2} C) c.
-        let by_coefficient = &self.solution.r_inverse * inside;
         let covariance = &back * covariance * back.transpose();
-        let spread = &by_coefficient * &covariance;
-        let count = columns.len() as f64;
-        let distribution = FisherSnedecor::new(count, left_over);
-        Ok(Some(Extension {
-            columns,
-            shift: -(&by_coefficient * &coefficients),
-            shift_deviation: DVector::from_iterator(
-                by_coefficient.nrows(),
-                by_coefficient
-                    .row_iter()
-                    .zip(spread.row_iter())
-                    .map(|(m, s)| m.dot(&s).max(0.0).sqrt()),
-            ),
-            covariance,
-            coefficients,
-            probability: distribution.map_or(f64::NAN, |f| f.sf(statistic / count)),
-        }))
+        Ok(Some(Extension { columns, covariance, coefficients }))
     }
 }
 
@@ -99,8 +73,6 @@ struct Parts {
     columns: Vec<usize>,
     /// An orthonormal basis of what they add.
     outside: DMatrix<f64>,
-    /// Their products with the basis that was there.
-    inside: DMatrix<f64>,
 }
 
 /// Orthogonalises twice, for full accuracy (Kahan): what the first time leaves of a column within an
@@ -115,7 +87,7 @@ fn independent_parts(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> Parts {
     });
     let mut parts = outside.select_columns(&chosen);
     orthonormalise(&mut parts, |_, _| true);
-    Parts { inside: inside.select_columns(&chosen), columns: chosen, outside: parts }
+    Parts { columns: chosen, outside: parts }
 }
 
 /// Columns less what `basis` has of them, which are the products `inside`.

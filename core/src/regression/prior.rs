@@ -1,7 +1,7 @@
 //! What the data say of freedoms that the model does not have, where something is known of them
 //! beforehand.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
 
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
@@ -28,6 +28,20 @@ pub struct JointSolution {
     pub noise: DMatrix<f64>,
 }
 
+impl JointSolution {
+    /// How far a model without the freedoms may be off, by the rows X of its parameters and C of theirs:
+    /// the sum over these rows of the squares of `X Δθ + C η` and of what is open of it.
+    pub(crate) fn squared_error(
+        &self,
+        rows: DMatrixView<'_, f64>,
+        further: DMatrixView<'_, f64>,
+    ) -> f64 {
+        let off = rows * &self.change + further * &self.freedoms;
+        let rows = beside_each_other(&[rows, further]);
+        off.norm_squared() + symmetric_product(&rows, &rows).dot(&self.covariance)
+    }
+}
+
 impl ResidualAnalysis<'_> {
     /// Solves for the parameters together with the coefficients of `further` columns (r × m,
     /// unweighted), which beforehand are 0 with a standard deviation of 1 and independent.
@@ -49,9 +63,12 @@ impl ResidualAnalysis<'_> {
         let mut spectrum = self.spectrum().clone();
         spectrum.raise_to(floors);
         let mut solved = None;
+        let grams = self.grams(further, residuals);
         for pass in 0..PASSES {
-            let mut gram = self.gram(&spectrum, further, residuals);
-            gram.unscale_mut(copies);
+            let mut gram = DMatrix::zeros(all + 1, all + 1);
+            for (joint, of_joint) in grams.iter().enumerate() {
+                gram += of_joint / (spectrum.mean_power(joint) * copies);
+            }
             let right = gram.view((0, all), (all, 1)).into_owned();
             // Parameters of all sizes: each column by its own length.
             let scale = DVector::from_fn(all, |k, _| match gram[(k, k)].sqrt() {
@@ -92,28 +109,20 @@ impl ResidualAnalysis<'_> {
         Ok(JointSolution { change, freedoms, covariance, noise })
     }
 
-    /// `AᵀΩ⁻¹A` of A = (X C ρ), the residuals ρ last, over the frequencies that the filter lets pass, with the mean
-    /// power of each joint's noise there.
-    fn gram(
-        &self,
-        spectrum: &ResidualSpectrum<'_>,
-        further: &DMatrix<f64>,
-        residuals: &DVector<f64>,
-    ) -> DMatrix<f64> {
-        let matrix = self.system.matrix();
-        let (own, all) = (matrix.ncols(), matrix.ncols() + further.ncols());
-        let mut gram = DMatrix::zeros(all + 1, all + 1);
+    /// `AᵀA` of the rows A = (X C ρ) of each joint, the residuals ρ last, over the frequencies that the filter lets
+    /// pass. The noise there is taken for white, not of the residuals' colour: what the model lacks is at the
+    /// frequencies of the motion, and is no noise that the others could outweigh.
+    fn grams(&self, further: &DMatrix<f64>, residuals: &DVector<f64>) -> Vec<DMatrix<f64>> {
+        let residuals = DMatrix::from_column_slice(residuals.len(), 1, residuals.as_slice());
+        let all = [self.system.matrix(), further, &residuals];
         // One joint at a time, which bounds the memory.
-        for joint in 0..self.system.joints() {
-            let range = self.system.joint_rows(joint);
-            let mut columns = DMatrix::zeros(range.len(), all + 1);
-            columns.columns_mut(0, own).copy_from(&matrix.rows_range(range.clone()));
-            columns.columns_mut(own, all - own).copy_from(&further.rows_range(range.clone()));
-            columns.column_mut(all).copy_from(&residuals.rows_range(range));
-            let weighted = spectrum.weighted(joint, &self.filter.transforms(&columns, 1));
-            gram += symmetric_product(&weighted, &weighted);
-        }
-        gram
+        let of_joint = |joint: usize| {
+            let rows = self.system.joint_rows(joint);
+            let columns = beside_each_other(&all.map(|of| of.rows_range(rows.clone())));
+            let passed = self.filter.passed(&self.filter.transforms(&columns, 1));
+            symmetric_product(&passed, &passed)
+        };
+        (0..self.system.joints()).map(of_joint).collect()
     }
 
     /// `ZᵀVZ` with the noise of this spectrum.
@@ -124,4 +133,10 @@ impl ResidualAnalysis<'_> {
         let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
         (&covariance + covariance.transpose()) * 0.5
     }
+}
+
+/// Matrices of as many rows, one beside the other.
+fn beside_each_other(matrices: &[DMatrixView<'_, f64>]) -> DMatrix<f64> {
+    let columns: Vec<_> = matrices.iter().flat_map(|matrix| matrix.column_iter()).collect();
+    DMatrix::from_columns(&columns)
 }

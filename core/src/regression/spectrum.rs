@@ -66,6 +66,22 @@ impl RowFilter {
         Transforms { values, joints }
     }
 
+    /// The transforms of one joint's rows at the frequencies that tell something, so that their products are those
+    /// of the rows that the filter lets pass (Parseval).
+    pub(super) fn passed(&self, rows: &Transforms) -> DMatrix<f64> {
+        let (inside, frequencies) = (self.inside, self.fourier.frequencies());
+        let length = self.fourier.length() as f64;
+        let roots: Vec<f64> = (0..inside).map(|k| (self.multiplicity(k) / length).sqrt()).collect();
+        let mut passed = DMatrix::zeros(2 * inside, rows.values.ncols());
+        let parts = rows.values.as_slice().chunks_exact(frequencies);
+        for (to, part) in passed.as_mut_slice().chunks_exact_mut(inside).zip(parts) {
+            for (to, (value, root)) in to.iter_mut().zip(part.iter().zip(&roots)) {
+                *to = value * root;
+            }
+        }
+        passed
+    }
+
     /// Adds, joint by joint, the share that a projection on these orthonormal columns takes out of
     /// white noise at each frequency.
     pub(super) fn add_leverage(
@@ -260,30 +276,10 @@ impl<'a> ResidualSpectrum<'a> {
         }
     }
 
-    /// The transforms of a joint's rows at the frequencies that tell something, divided by the
-    /// root of their mean power. Not by that of each frequency: what the model lacks is at those of the motion,
-    /// and is no noise that the others could outweigh.
-    pub(super) fn weighted(&self, joint: usize, rows: &Transforms) -> DMatrix<f64> {
-        let (inside, frequencies) = (self.filter.inside, self.filter.fourier.frequencies());
-        let length = self.filter.fourier.length() as f64;
-        let power = &self.joints[joint].power[..inside];
-        let mean = power.iter().sum::<f64>() / inside as f64;
-        let roots: Vec<f64> =
-            (0..inside).map(|k| (self.filter.multiplicity(k) / (mean * length)).sqrt()).collect();
-        let parts = |part: usize, column: usize| {
-            let first = (2 * column + part) * frequencies;
-            rows.values.as_slice()[first..first + inside].iter().zip(&roots)
-        };
-        let columns = rows.values.ncols();
-        let mut weighted = DMatrix::zeros(2 * inside, columns);
-        for (column, to) in weighted.as_mut_slice().chunks_exact_mut(2 * inside).enumerate() {
-            for (part, to) in to.chunks_exact_mut(inside).enumerate() {
-                for (to, (value, root)) in to.iter_mut().zip(parts(part, column)) {
-                    *to = value * root;
-                }
-            }
-        }
-        weighted
+    /// The mean power of a joint's errors over the frequencies that tell something.
+    pub(super) fn mean_power(&self, joint: usize) -> f64 {
+        let inside = &self.joints[joint].power[..self.filter.inside];
+        inside.iter().sum::<f64>() / inside.len() as f64
     }
 
     /// Independent rows of all joints, by the filter alone: rows times the passband.

@@ -43,22 +43,12 @@ impl Elsewhere {
         let own = regressor_rows(&context.model, context.selection.columns(), &states)?;
         let of_freedoms = columns.at(&states, &columns.left_out_at(&states)?);
         let (count, joints) = states.position.shape();
-        let off = &own * &solution.change + &of_freedoms * &solution.freedoms;
-        let predicted = &own * parameters;
-        let rows = {
-            let mut rows = DMatrix::zeros(own.nrows(), own.ncols() + of_freedoms.ncols());
-            rows.columns_mut(0, own.ncols()).copy_from(&own);
-            rows.columns_mut(own.ncols(), of_freedoms.ncols()).copy_from(&of_freedoms);
-            rows
-        };
-        let spread = &rows * &solution.covariance;
-        let mean = |joint: usize, square: &dyn Fn(usize) -> f64| {
-            (joint * count..(joint + 1) * count).map(square).sum::<f64>() / count as f64
-        };
         let squares: Vec<[f64; 2]> = (0..joints)
             .map(|joint| {
-                let error = |row: usize| off[row].powi(2) + rows.row(row).dot(&spread.row(row));
-                [mean(joint, &error), mean(joint, &|row| predicted[row].powi(2))]
+                let [own, further] = [&own, &of_freedoms].map(|of| of.rows(joint * count, count));
+                let sums =
+                    [solution.squared_error(own, further), (own * parameters).norm_squared()];
+                sums.map(|sum| sum / count as f64)
             })
             .collect();
         let sum = |which: usize| squares.iter().map(|of| of[which]).sum::<f64>();

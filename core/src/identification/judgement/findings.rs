@@ -183,6 +183,7 @@ impl Findings<'_> {
         )?;
         let known = Known {
             context,
+            torque: uncertainty.torque,
             largest_torque: largest_torques(context),
             carried: carried(torque, &solution.parameters),
             indefinite,

@@ -16,7 +16,7 @@ use crate::regression::Observations;
 use crate::signal::Group;
 
 /// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
-const REACH_ROWS: usize = 10;
+pub(crate) const REACH_ROWS: usize = 10;
 
 /// Shares of the residuals that are below each quantile.
 const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];

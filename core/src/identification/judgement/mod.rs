@@ -5,6 +5,7 @@ mod bias;
 mod checks;
 mod elsewhere;
 mod estimate;
+mod estimated_torque;
 mod findings;
 mod freedoms;
 mod held_out;
@@ -26,6 +27,7 @@ pub use estimate::{
 };
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
 pub use freedoms::{Freedom, FreedomEstimate, Quantity};
+pub(crate) use held_out::REACH_ROWS;
 pub use held_out::{HeldOut, ResidualQuantiles};
 pub use information::Information;
 pub(crate) use outliers::DownweightedRows;

@@ -131,9 +131,8 @@ impl States {
             let [position, velocity, _] = signals;
             values.extend([position, velocity]);
         }
-        let widest = reach.iter().map(DVector::max).collect();
+        let widest: Vec<f64> = reach.iter().map(DVector::max).collect();
         let [values, reach] = [values, reach].map(|columns| DMatrix::from_columns(&columns));
-        let widest: Vec<f64> = widest;
         let cells = |column: usize| {
             let own = values.column(column);
             if widest[column] > 0.0 { (own.max() - own.min()) / widest[column] } else { 0.0 }

@@ -28,6 +28,8 @@ pub(super) struct Uncertainty {
     /// What the data say of the freedoms, the largest torques first.
     pub(super) freedoms: Vec<FreedomEstimate>,
     pub(super) elsewhere: Elsewhere,
+    /// Root mean square of the measured torque of each joint \[N·m or N\].
+    pub(super) torque: Vec<f64>,
 }
 
 impl Uncertainty {
@@ -41,7 +43,7 @@ impl Uncertainty {
         let FittedModel { context, motion, beside, observations, analysis, parameters, .. } =
             *fitted;
         let columns = Columns::new(context, motion, beside, observations, parameters);
-        let mut along = columns.along(motion, beside, observations, parameters)?;
+        let mut along = columns.along(motion, beside, observations)?;
         // Rows that an M-estimate left out of the equation say nothing of the freedoms either.
         let left_out = analysis.rows_without_equation();
         for row in left_out {
@@ -64,6 +66,6 @@ impl Uncertainty {
         });
         let freedoms = columns.estimates(&along, observations, &solution);
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
-        Ok(Self { combined, freedoms, elsewhere })
+        Ok(Self { combined, freedoms, elsewhere, torque: columns.torque().to_vec() })
     }
 }

@@ -35,6 +35,8 @@ const OTHER_UNIT: f64 = 20.0;
 /// What the verdict needs to know beside the estimate.
 pub(super) struct Known<'a> {
     pub(super) context: &'a Context<'a>,
+    /// Root mean square of the torque of each joint along the motion \[N·m or N\].
+    pub(super) torque: Vec<f64>,
     /// The largest torque that was recorded on each joint \[N·m or N\].
     pub(super) largest_torque: Vec<f64>,
     /// The share of a joint's torque that each parameter carries, the largest of all joints.
@@ -99,10 +101,7 @@ impl VerdictLimits {
         }
         let deviations = &estimate.relative_prediction_deviation_per_joint;
         let limit = self.prediction_deviation;
-        let in_nm = |joint: usize, share: f64| {
-            let relative = estimate.relative_error_per_joint[joint - 1];
-            share * estimate.rms_error_per_joint_nm[joint - 1] / relative
-        };
+        let in_nm = |joint: usize, share: f64| share * known.torque[joint - 1];
         reasons.extend(
             exceeding(deviations, limit)
                 .filter(|&(joint, share)| !known.is_small(joint, in_nm(joint, share)))

@@ -35,30 +35,30 @@ pub(super) fn indefinite_posture(
     parameters: &DVector<f64>,
     covariance: &DMatrix<f64>,
 ) -> Result<Option<Indefinite>, IdentificationError> {
+    let found: Vec<_> = indefinite(robot, model, &selection.standard(parameters))
+        .into_iter()
+        .map(|(posture, mass)| {
+            let eigen = SymmetricEigen::new(mass);
+            let (index, value) = eigen.eigenvalues.argmin();
+            let direction: DVector<f64> = eigen.eigenvectors.column(index).into_owned();
+            (posture, value, direction)
+        })
+        .collect();
+    // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
+    let (count, n) = (found.len(), robot.joints());
+    let twice = |of: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(2 * count, n, of);
+    let states = Motion {
+        position: twice(&|row, joint| found[row % count].0[joint]),
+        velocity: DMatrix::zeros(2 * count, n),
+        acceleration: twice(&|row, joint| if row < count { found[row].2[joint] } else { 0.0 }),
+    };
+    let rows = regressor_rows(model, selection.columns(), &states)?;
     let mut worst: Option<Indefinite> = None;
-    let standard = selection.standard(parameters);
-    for (posture, mass) in indefinite(robot, model, &standard) {
-        let eigen = SymmetricEigen::new(mass);
-        let (index, value) = eigen.eigenvalues.argmin();
-        let direction: DVector<f64> = eigen.eigenvectors.column(index).into_owned();
-        // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
-        let n = posture.len();
-        let both = |of: &[f64]| DMatrix::from_fn(2, n, |_, joint| of[joint]);
-        let states = Motion {
-            position: both(&posture),
-            velocity: DMatrix::zeros(2, n),
-            acceleration: DMatrix::from_fn(
-                2,
-                n,
-                |k, joint| {
-                    if k == 0 { direction[joint] } else { 0.0 }
-                },
-            ),
-        };
-        let rows = regressor_rows(model, selection.columns(), &states)?;
+    for (k, (posture, value, direction)) in found.into_iter().enumerate() {
         let mut along = DVector::zeros(parameters.len());
         for (joint, share) in direction.iter().enumerate() {
-            let difference = rows.row(2 * joint) - rows.row(2 * joint + 1);
+            let first = 2 * count * joint + k;
+            let difference = rows.row(first) - rows.row(first + count);
             along.axpy(*share, &difference.transpose(), 1.0);
         }
         let variance = along.dot(&(covariance * &along));

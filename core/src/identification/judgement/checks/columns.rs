@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::estimated_torque::InverseDynamics;
 use super::FittedModel;
 use crate::MAX_JOINTS;
-use crate::dynamics::{Model, Workspace};
 use crate::identification::given::IdentificationError;
 use crate::identification::observation::{FilteredPositions, MotionGroup};
 use crate::numeric::{Lanes, Scalar, WIDTH};
-use crate::signal::{Group, group_of};
+use crate::signal::Group;
 
 impl FittedModel<'_> {
     /// The rows of what the estimate predicts along the motion, less those of another.
@@ -25,19 +25,22 @@ impl FittedModel<'_> {
             silenced[k.saturating_sub(reach)..end].fill(true);
         }
         let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(self);
-        let rows = self.filtered_groups(joints, &mut |first, torques| {
-            torques.copy_from_slice(dynamics.torque(group.differentiate(other, first)));
+        let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
+        let model = &self.context.model;
+        let rows = self.context.decimate(joints, &mut |first, torques| {
+            let torque = dynamics.torque(model, group.differentiate(other, first));
+            torques.copy_from_slice(&torque[..joints]);
             let silenced = &silenced[first..samples.min(first + WIDTH)];
             if silenced.contains(&true) {
-                let torque = dynamics.torque(group.read(self.motion, first));
+                let torque = dynamics.torque(model, group.read(self.motion, first));
                 for (l, _) in silenced.iter().enumerate().filter(|(_, silenced)| **silenced) {
                     for (other, torque) in torques.iter_mut().zip(torque) {
                         other.0[l] = torque.0[l];
                     }
                 }
             }
-        })?;
+        });
+        let rows = rows.map_err(IdentificationError::RegressorFilter)?;
         Ok(self.predicted() - DVector::from_column_slice(rows.as_slice()))
     }
 
@@ -48,12 +51,14 @@ impl FittedModel<'_> {
         }
         let (samples, joints) = self.motion.position.shape();
         let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(self);
+        let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
+        let model = &self.context.model;
         let difference = read_signals(samples, joints, |first, difference| {
-            difference.copy_from_slice(dynamics.torque(group.read(self.motion, first)));
-            let torque = dynamics.torque(group.differentiate(other, first));
+            let torque = dynamics.torque(model, group.read(self.motion, first));
+            difference.copy_from_slice(&torque[..joints]);
+            let torque = dynamics.torque(model, group.differentiate(other, first));
             for (difference, torque) in difference.iter_mut().zip(torque) {
-                *difference -= *torque;
+                *difference -= torque;
             }
         });
         let outlier = |k: &usize| self.outliers.iter().any(|range| range.contains(k));
@@ -68,55 +73,6 @@ impl FittedModel<'_> {
             joints.iter().zip(&largest).any(|(value, largest)| value.abs() > *largest)
         };
         outliers.into_iter().filter(glitch).collect()
-    }
-
-    /// Torques along the whole motion, samples × joints, filtered and decimated.
-    pub(super) fn rows_of(
-        &self,
-        torque: &DMatrix<f64>,
-    ) -> Result<DVector<f64>, IdentificationError> {
-        let samples = torque.nrows();
-        let rows = self.filtered_groups(torque.ncols(), &mut |first, group| {
-            for (group, torque) in group.iter_mut().zip(torque.as_slice().chunks(samples)) {
-                *group = group_of(torque, first);
-            }
-        })?;
-        Ok(DVector::from_column_slice(rows.as_slice()))
-    }
-
-    /// So many signals behind the parallel filter, at the rows of one joint. `read` writes them from
-    /// a sample on.
-    fn filtered_groups(
-        &self,
-        signals: usize,
-        read: &mut dyn FnMut(usize, &mut [Group]),
-    ) -> Result<DMatrix<f64>, IdentificationError> {
-        let filtered = self.context.decimate(signals, read);
-        filtered.map_err(IdentificationError::RegressorFilter)
-    }
-}
-
-/// The inverse dynamic model with the parameters of the estimate.
-struct InverseDynamics<'a> {
-    model: &'a Model,
-    standard: Vec<Group>,
-    workspace: Workspace<Group>,
-    torque: [Group; MAX_JOINTS],
-}
-
-impl<'a> InverseDynamics<'a> {
-    fn of_the_estimate(fitted: &FittedModel<'a>) -> Self {
-        let standard = fitted.context.selection.standard(fitted.parameters);
-        let standard = standard.into_iter().map(Lanes::constant).collect();
-        let torque = [Lanes::zero(); MAX_JOINTS];
-        Self { model: &fitted.context.model, standard, workspace: Workspace::new(), torque }
-    }
-
-    /// Torque of every joint \[N·m\] at q, q̇ and q̈.
-    fn torque(&mut self, [q, dq, ddq]: [&[Group]; 3]) -> &[Group] {
-        let torque = &mut self.torque[..q.len()];
-        self.model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, torque);
-        torque
     }
 }
 

@@ -136,7 +136,8 @@ impl FittedModel<'_> {
             // y(a) = y(0) + a l + a² e: twice y(1) − 2 y(1/2) + y(0) is e, the part that is even in
             // the noise and biases the estimate.
             PositionError::InTheLoop([half, all]) => {
-                let even = (self.rows_of(&(all - half * 2.0))? + self.predicted()) * 2.0;
+                let even =
+                    (self.context.rows_of(&(all - half * 2.0), "torque")? + self.predicted()) * 2.0;
                 let shift = -self.analysis.estimate_shift(&even);
                 let (index, deviations) = self.furthest(&shift);
                 let parameter = self.context.selection.names()[index].clone();

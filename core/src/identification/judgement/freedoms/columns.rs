@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::list::{Acts, Column, Direction, Motive, Sizes, step};
+use super::super::estimated_torque::InverseDynamics;
+use super::list::{Acts, Column, Direction, Motive, STEP, Sizes};
 use super::{Freedom, FreedomEstimate, Quantity};
 use crate::MAX_JOINTS;
-use crate::dynamics::{Model, Workspace};
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{BesideObservation, Motion, MotionGroup, regressor_rows};
-use crate::numeric::{Lanes, Scalar, WIDTH};
+use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 use crate::regression::{JointSolution, Observations};
 use crate::robot::{JointKind, SignModel};
 use crate::signal::{Group, group_of};
@@ -30,8 +30,7 @@ pub(in super::super) struct Columns<'a> {
     sign: SignModel,
     /// The regressor's columns that are not selected.
     left_out: Vec<usize>,
-    /// φ of the estimate.
-    standard: Vec<Group>,
+    parameters: &'a DVector<f64>,
     /// Root mean square of the measured torque of each joint.
     torque: Vec<f64>,
 }
@@ -42,7 +41,7 @@ impl<'a> Columns<'a> {
         motion: &Motion,
         beside: &BesideObservation,
         observations: &Observations,
-        parameters: &DVector<f64>,
+        parameters: &'a DVector<f64>,
     ) -> Self {
         let torque = rms_per_joint(observations, observations.measurements());
         let shares: Vec<f64> = beside
@@ -58,14 +57,13 @@ impl<'a> Columns<'a> {
         let columns = sizes.columns(&directions, &shares);
         let selected = context.selection.columns();
         let left_out = context.base.columns().iter().filter(|own| !selected.contains(own));
-        let standard = context.selection.standard(parameters);
         Self {
             context,
             columns,
             directions,
             sign: context.robot.sign_model(),
             left_out: left_out.copied().collect(),
-            standard: standard.into_iter().map(Lanes::constant).collect(),
+            parameters,
             torque,
         }
     }
@@ -83,7 +81,6 @@ impl<'a> Columns<'a> {
         motion: &Motion,
         beside: &BesideObservation,
         observations: &Observations,
-        parameters: &DVector<f64>,
     ) -> Result<DMatrix<f64>, IdentificationError> {
         let signals = self.signals(motion)?;
         let joints = self.context.robot.joints();
@@ -95,8 +92,8 @@ impl<'a> Columns<'a> {
         });
         let decimated = Motion { position, velocity, acceleration };
         let mut rows = self.at(&decimated, &beside.left_out);
-        let predicted = observations.matrix() * parameters;
-        let rates = &beside.rates * parameters;
+        let predicted = observations.matrix() * self.parameters;
+        let rates = &beside.rates * self.parameters;
         for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
             let deviation = column.deviation;
             let mut set = |joint: usize, values: &mut dyn Iterator<Item = f64>| {
@@ -143,10 +140,10 @@ impl<'a> Columns<'a> {
         let (count, joints) = states.position.shape();
         let mut rows = DMatrix::zeros(count * joints, self.columns.len());
         let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = Dynamics { workspace: Workspace::new(), standard: &self.standard };
+        let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
         for first in (0..count).step_by(WIDTH) {
             let [q, dq, ddq] = group.read(states, first);
-            let predicted = dynamics.torque(&self.context.model, q, dq, ddq);
+            let predicted = dynamics.torque(&self.context.model, [q, dq, ddq]);
             for (column, to) in
                 self.columns.iter().zip(rows.as_mut_slice().chunks_mut(count * joints))
             {
@@ -167,6 +164,11 @@ impl<'a> Columns<'a> {
                         set(joint, torque * Lanes::constant(*share));
                     }
                 };
+                let step_to = |torque: [Group; MAX_JOINTS], set: &mut dyn FnMut(usize, Group)| {
+                    for (joint, torque) in torque.into_iter().enumerate().take(joints) {
+                        set(joint, (torque - predicted[joint]) * Lanes::constant(1.0 / STEP));
+                    }
+                };
                 match &column.acts {
                     Acts::Bend { direction, bend } => {
                         along(*direction, &|direction, u| self.bend(direction, *bend, u))
@@ -185,17 +187,12 @@ impl<'a> Columns<'a> {
                         (0..joints).filter(gained).for_each(|joint| set(joint, predicted[joint]));
                     }
                     Acts::Zero(moved) => {
-                        let [below, above] = [-step(), step()].map(|step| {
-                            let mut q: Vec<Group> = q.to_vec();
-                            q[*moved] += Lanes::constant(step);
-                            dynamics.torque(&self.context.model, &q, dq, ddq)
-                        });
-                        difference(joints, below, above, set);
+                        let mut q: Vec<Group> = q.to_vec();
+                        q[*moved] += Lanes::constant(STEP);
+                        step_to(dynamics.torque(&self.context.model, [&q, dq, ddq]), &mut set);
                     }
-                    Acts::Geometry(models) => {
-                        let [below, above] =
-                            models.each_ref().map(|model| dynamics.torque(model, q, dq, ddq));
-                        difference(joints, below, above, set);
+                    Acts::Geometry(model) => {
+                        step_to(dynamics.torque(model, [q, dq, ddq]), &mut set);
                     }
                     Acts::Delay(_) | Acts::LeftOut(_) => {}
                 }
@@ -223,31 +220,37 @@ impl<'a> Columns<'a> {
         let count = LAWS * self.directions.len() + OF_A_JOINT * joints;
         let motions = [&motion.position, &motion.velocity, &motion.acceleration];
         let mut read = |first: usize, signals: &mut [Group]| {
-            let (laws, of_joints) = signals.split_at_mut(LAWS * self.directions.len());
-            let speed = |joint: usize| group_of(column(&motion.velocity, joint), first);
-            for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(&self.directions) {
-                let mut u = Lanes::zero();
-                for (joint, share) in direction.shares.iter().enumerate() {
-                    if *share != 0.0 {
-                        u += speed(joint) * Lanes::constant(*share);
+            vectorised(
+                #[inline(always)]
+                || {
+                    let (laws, of_joints) = signals.split_at_mut(LAWS * self.directions.len());
+                    let speed = |joint: usize| group_of(column(&motion.velocity, joint), first);
+                    for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(&self.directions) {
+                        let mut u = Lanes::zero();
+                        for (joint, share) in direction.shares.iter().enumerate() {
+                            if *share != 0.0 {
+                                u += speed(joint) * Lanes::constant(*share);
+                            }
+                        }
+                        for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
+                            *law = self.bend(direction, bend, u);
+                        }
+                        laws[LAWS - 1] = curvature(direction, u);
                     }
-                }
-                for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
-                    *law = self.bend(direction, bend, u);
-                }
-                laws[LAWS - 1] = curvature(direction, u);
-            }
-            for (joint, signals) in of_joints.chunks_exact_mut(OF_A_JOINT).enumerate() {
-                signals[0] = self.sign.value(speed(joint));
-                for (signal, motion) in signals[1..].iter_mut().zip(motions) {
-                    *signal = group_of(column(motion, joint), first);
-                }
-            }
+                    for (joint, signals) in of_joints.chunks_exact_mut(OF_A_JOINT).enumerate() {
+                        signals[0] = self.sign.value(speed(joint));
+                        for (signal, motion) in signals[1..].iter_mut().zip(motions) {
+                            *signal = group_of(column(motion, joint), first);
+                        }
+                    }
+                },
+            );
         };
         let rows = self.context.decimate(count, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)
     }
 
+    #[inline(always)]
     fn bend(&self, direction: &Direction, bend: usize, u: Group) -> Group {
         (u * Lanes::constant(direction.scale(bend))).tanh() - self.sign.value(u)
     }
@@ -329,46 +332,13 @@ impl<'a> Columns<'a> {
 }
 
 /// |u| u over the highest speed.
+#[inline(always)]
 fn curvature(direction: &Direction, u: Group) -> Group {
     u * Lanes(u.0.map(f64::abs)) * Lanes::constant(1.0 / direction.highest)
 }
 
 fn column(matrix: &DMatrix<f64>, index: usize) -> &[f64] {
     &matrix.as_slice()[index * matrix.nrows()..(index + 1) * matrix.nrows()]
-}
-
-fn difference(
-    joints: usize,
-    below: [Group; MAX_JOINTS],
-    above: [Group; MAX_JOINTS],
-    mut set: impl FnMut(usize, Group),
-) {
-    let scale = Lanes::constant(0.5 / step());
-    for (joint, (above, below)) in above.into_iter().zip(below).enumerate().take(joints) {
-        set(joint, (above - below) * scale);
-    }
-}
-
-/// The inverse dynamic model with the parameters of the estimate.
-struct Dynamics<'a> {
-    workspace: Workspace<Group>,
-    standard: &'a [Group],
-}
-
-impl Dynamics<'_> {
-    /// Torque of every joint \[N·m or N\], zeros beyond.
-    fn torque(
-        &mut self,
-        model: &Model,
-        q: &[Group],
-        dq: &[Group],
-        ddq: &[Group],
-    ) -> [Group; MAX_JOINTS] {
-        let mut torque = [Lanes::zero(); MAX_JOINTS];
-        let of_joints = &mut torque[..q.len()];
-        model.inverse_dynamics(&mut self.workspace, self.standard, q, dq, ddq, of_joints);
-        torque
-    }
 }
 
 /// Root mean square of the rows of each joint.

@@ -29,8 +29,8 @@ const LEFT_OUT_SHARE: f64 = 0.02;
 /// Of the largest share of a unit of any, what one needs to be looked at.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// Steps of the differences over geometry \[rad and m\]: their error is of 1e-8.
-const STEP: f64 = 1e-4;
+/// Step of the differences over geometry \[rad and m\]: their error is of this order, relative.
+pub(super) const STEP: f64 = 1e-6;
 
 /// One column: a torque over the motion.
 pub(super) struct Column {
@@ -54,8 +54,8 @@ pub(super) enum Acts {
     Delay(usize),
     /// Of the predicted torques, what a step of a joint's position makes.
     Zero(usize),
-    /// Of the predicted torques, the difference between two other geometries, over their distance.
-    Geometry(Box<[Model; 2]>),
+    /// Of the predicted torques, the difference that another geometry makes, over the step to it.
+    Geometry(Box<Model>),
     /// The column of a base parameter that is not selected, by its number among these.
     LeftOut(usize),
 }
@@ -183,20 +183,15 @@ impl<'a> Sizes<'a> {
                 JointKind::Prismatic => tolerances.length_m,
             };
             add(Freedom::Zero(number), zero, Acts::Zero(joint));
-            let geometry = |change: &dyn Fn(&mut Joint, f64)| {
-                Acts::Geometry(Box::new([-STEP, STEP].map(|step| {
-                    let mut other = own;
-                    change(&mut other, step);
-                    context.model.clone().with_joint(joint, other)
-                })))
-            };
-            let twist = geometry(&|joint, step| joint.alpha = turned(joint.alpha, step));
+            let geometry =
+                |other| Acts::Geometry(Box::new(context.model.clone().with_joint(joint, other)));
+            let twist = geometry(Joint { alpha: turned(own.alpha, STEP), ..own });
             add(Freedom::Twist(number), tolerances.twist_deg.to_radians(), twist);
-            let distance = geometry(&|joint, step| joint.d_m += step);
+            let distance = geometry(Joint { d_m: own.d_m + STEP, ..own });
             add(Freedom::Distance(number), tolerances.length_m, distance);
             // That of a prismatic joint is its zero.
             if own.kind == JointKind::Revolute {
-                let offset = geometry(&|joint, step| joint.r_m += step);
+                let offset = geometry(Joint { r_m: own.r_m + STEP, ..own });
                 add(Freedom::Offset(number), tolerances.length_m, offset);
             }
         }
@@ -207,11 +202,6 @@ impl<'a> Sizes<'a> {
         }
         columns
     }
-}
-
-/// How far the joint's position is moved for a difference.
-pub(super) fn step() -> f64 {
-    STEP
 }
 
 fn turned(angle: Angle, by: f64) -> Angle {
