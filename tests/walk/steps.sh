@@ -188,12 +188,13 @@ change_the_configuration() {
 
 kill_it() {
     section 'Killed'
-    local before
-    before=$(enter sh -c 'ls /var/lib/didim/result-*.json | wc -l')
     # A file that has just been begun has nothing whole in it, and is removed.
     eventually "find $ring -name '*.part' -size +100k | grep ."
     root "systemctl kill --signal=KILL didim; sleep 1; systemctl status didim | grep -E \"Active:|Main PID:\"; ls $ring"
     expect '(code=killed, signal=KILL)' '\.part$'
+    # The next one is of the configuration of now.
+    local before
+    before=$(enter sh -c 'ls /var/lib/didim/result-*.json | wc -l')
     status_has '"bus":"ok"'
     eventually 'didim status --json | grep -qE "\"segments_repaired\":1"'
     say 'systemd starts it again after five seconds. The file that had no end was given one:'
