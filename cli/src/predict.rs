@@ -3,14 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use didim_core::identification::PredictionError;
+use didim_core::identification::Prediction;
+use didim_core::robot::Joint;
 use serde::Serialize;
 
 use super::CliError;
 use super::identify::Samples;
-use super::output::print;
+use super::output::{print, write_text};
 use didim::cell::Cell;
-use didim::offline::predict::{Foretold, StoredModel};
+use didim::offline::predict::StoredModel;
+use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{aligned, significant};
 
 #[derive(Debug, Args)]
@@ -29,14 +31,16 @@ pub(super) struct Arguments {
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
+    /// Write a report (one HTML file)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
-    error: &'a PredictionError,
-    foretold: Option<&'a Foretold>,
+    prediction: &'a Prediction,
     /// Whether the result was identified with this configuration; nothing where it does not say.
     same_configuration: Option<bool>,
 }
@@ -45,42 +49,51 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let model = StoredModel::read(&arguments.result, &cell).map_err(CliError::failed)?;
     let (measurement, counted) = arguments.samples.read(&arguments.input, &cell)?;
-    let error = model
+    let prediction = model
         .predict(&cell, &measurement, counted)
         .map_err(|error| CliError::in_file(&arguments.input, error))?;
     let same_configuration =
         model.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256);
-    let foretold = model.foretold.as_ref();
     if arguments.json {
-        let output = Output { error: &error, foretold, same_configuration };
+        let output = Output { prediction: &prediction, same_configuration };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
-        return print(&format!("{json}\n"));
+        print(&format!("{json}\n"))?;
+    } else {
+        print(&text(&prediction, &cell, same_configuration))?;
     }
-    print(&text(&error, foretold, same_configuration))
+    let Some(path) = &arguments.report else { return Ok(()) };
+    let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
+    let (result, input) = (read(&arguments.result)?, read(&arguments.input)?);
+    let report =
+        PredictionReport { cell: &cell, result: &result, input: &input, prediction: &prediction };
+    write_text(path, &report.to_html())
 }
 
 /// A table by joints, and the whole.
-fn text(
-    error: &PredictionError,
-    foretold: Option<&Foretold>,
-    same_configuration: Option<bool>,
-) -> String {
+fn text(prediction: &Prediction, cell: &Cell, same_configuration: Option<bool>) -> String {
+    let Prediction { error, quantiles_per_joint, foretold, .. } = prediction;
     let percent = |value: f64| format!("{:.2} %", 100.0 * value);
-    let of_joint = |joint: usize| {
-        let per_joint = foretold.map(|foretold| &foretold.relative_error_per_joint);
-        let foretold = per_joint.and_then(|of| of.get(joint).copied());
+    let of_joint = |(joint, described): (usize, &Joint)| {
+        let foretold = foretold.as_ref().map(|of| of.relative_error_per_joint[joint]);
+        let torque =
+            |value: f64| format!("{} {}", significant(value, 3), described.kind.torque_unit());
         vec![
             format!("joint {}", joint + 1),
             percent(error.relative_error_per_joint[joint]),
-            significant(error.rms_error_per_joint_nm[joint], 3),
             foretold.map_or("–".to_owned(), percent),
+            torque(error.rms_error_per_joint_nm[joint]),
+            torque(quantiles_per_joint[joint].of_999),
         ]
     };
-    let mut rows: Vec<Vec<String>> =
-        (0..error.relative_error_per_joint.len()).map(of_joint).collect();
-    let whole = foretold.map_or("–".to_owned(), |foretold| percent(foretold.relative_error));
-    rows.push(vec!["all".to_owned(), percent(error.relative_error), "–".to_owned(), whole]);
-    let mut text = aligned(&["", "error", "rms [N·m]", "foretold elsewhere"], &rows);
+    let mut rows: Vec<Vec<String>> = cell.robot.chain().iter().enumerate().map(of_joint).collect();
+    let whole = foretold.as_ref().map_or("–".to_owned(), |of| percent(of.relative_error));
+    let none = || "–".to_owned();
+    rows.push(vec!["all".to_owned(), percent(error.relative_error), whole, none(), none()]);
+    let mut text = aligned(&["", "error", "foretold", "rms error", "99.9 % below"], &rows);
+    if foretold.is_none() {
+        text += "note: the result does not say what error to expect: it is of an earlier version, or of another \
+                 configuration\n";
+    }
     if same_configuration == Some(false) {
         text += "note: the result was identified with another configuration\n";
     }

@@ -4,7 +4,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use didim_core::identification::{PredictionError, predict};
+use didim_core::identification::{KnownModel, ModelUncertainty, Prediction, predict};
 use serde::Deserialize;
 
 use super::identify::{IdentifyError, joined};
@@ -52,18 +52,7 @@ pub struct StoredModel {
     parameters: Vec<(String, f64)>,
     /// Hash of the configuration that it was identified with, where it says so.
     pub configuration: Option<String>,
-    /// How uncertain it takes the torque for where the arm had not been, relative to the torque: over all joints,
-    /// and of each. Results of earlier versions have none.
-    pub foretold: Option<Foretold>,
-}
-
-/// What a result says of other motions.
-#[derive(Clone, Debug, PartialEq, Deserialize, serde::Serialize)]
-pub struct Foretold {
-    /// Over all joints.
-    pub relative_error: f64,
-    /// Of every joint.
-    pub relative_error_per_joint: Vec<f64>,
+    uncertainty: Option<ModelUncertainty>,
 }
 
 #[derive(Deserialize)]
@@ -78,7 +67,8 @@ struct Stored {
 struct StoredEstimate {
     robot: String,
     parameters: Vec<StoredParameter>,
-    elsewhere: Option<Foretold>,
+    /// Results of earlier versions have none.
+    model_uncertainty: Option<ModelUncertainty>,
 }
 
 #[derive(Deserialize)]
@@ -110,8 +100,8 @@ impl StoredModel {
             });
         }
         let parameters = estimate.parameters.into_iter().map(|p| (p.name, p.value)).collect();
-        let (configuration, foretold) = (stored.configuration, estimate.elsewhere);
-        Ok(Self { parameters, configuration, foretold })
+        let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
+        Ok(Self { parameters, configuration, uncertainty })
     }
 
     /// Predicts the torques of a measurement, of which the samples in `counted` count.
@@ -123,10 +113,11 @@ impl StoredModel {
         cell: &Cell,
         measurement: &Measurement,
         counted: Range<usize>,
-    ) -> Result<PredictionError, IdentifyError> {
+    ) -> Result<Prediction, IdentifyError> {
         let experiment = joined(cell, &[(measurement, counted)])?;
         let parameters: Vec<(&str, f64)> =
             self.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, &parameters)?)
+        let model = KnownModel { parameters: &parameters, uncertainty: self.uncertainty.as_ref() };
+        Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, model)?)
     }
 }

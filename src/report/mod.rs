@@ -11,7 +11,7 @@ pub mod reduction;
 pub mod terminal;
 mod uses;
 
-use didim_core::identification::Identification;
+use didim_core::identification::{Identification, Prediction};
 use didim_core::robot::Robot;
 
 /// One joint's torque, measured and predicted, for a plot.
@@ -33,22 +33,54 @@ pub struct TorquePanel<'a> {
     pub relative_error: f64,
 }
 
-/// One panel per joint of a fit.
-pub fn panels<'a>(identification: &'a Identification, robot: &Robot) -> Vec<TorquePanel<'a>> {
-    let (estimate, fit) = (&identification.estimate, &identification.fit);
-    fit.measured
-        .iter()
-        .zip(&fit.predicted)
-        .zip(&estimate.relative_error_per_joint)
-        .zip(robot.chain())
-        .zip(1..)
-        .map(|((((measured_nm, predicted_nm), relative_error), described), joint)| TorquePanel {
-            joint,
-            unit: described.kind.torque_unit(),
+/// Torques of all joints, measured and predicted, behind the same filter.
+#[derive(Clone, Copy, Debug)]
+pub struct TorqueCurves<'a> {
+    time_s: &'a [f64],
+    measured: &'a [Vec<f64>],
+    predicted: &'a [Vec<f64>],
+    relative_error_per_joint: &'a [f64],
+    downweighted: &'a [Vec<usize>],
+}
+
+impl<'a> From<&'a Identification> for TorqueCurves<'a> {
+    fn from(Identification { estimate, fit }: &'a Identification) -> Self {
+        Self {
             time_s: &fit.time_s,
+            measured: &fit.measured,
+            predicted: &fit.predicted,
+            relative_error_per_joint: &estimate.relative_error_per_joint,
+            downweighted: &fit.downweighted,
+        }
+    }
+}
+
+impl<'a> From<&'a Prediction> for TorqueCurves<'a> {
+    fn from(prediction: &'a Prediction) -> Self {
+        Self {
+            time_s: &prediction.time_s,
+            measured: &prediction.measured,
+            predicted: &prediction.predicted,
+            relative_error_per_joint: &prediction.error.relative_error_per_joint,
+            downweighted: &[],
+        }
+    }
+}
+
+/// One panel per joint.
+pub fn panels<'a>(curves: impl Into<TorqueCurves<'a>>, robot: &Robot) -> Vec<TorquePanel<'a>> {
+    let curves = curves.into();
+    let joints = curves.measured.iter().zip(curves.predicted).zip(curves.relative_error_per_joint);
+    joints
+        .zip(robot.chain())
+        .enumerate()
+        .map(|(index, (((measured_nm, predicted_nm), relative_error), described))| TorquePanel {
+            joint: index + 1,
+            unit: described.kind.torque_unit(),
+            time_s: curves.time_s,
             measured_nm,
             predicted_nm,
-            downweighted: fit.downweighted.get(joint - 1).map_or(&[], Vec::as_slice),
+            downweighted: curves.downweighted.get(index).map_or(&[], Vec::as_slice),
             relative_error: *relative_error,
         })
         .collect()

@@ -5,7 +5,7 @@ use core::ops::Range;
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
 use super::judgement::{Estimate, REACH_ROWS};
-use super::prediction::{Errors, Prediction, PredictionError};
+use super::prediction::{Errors, PredictionError, PredictionRows};
 use crate::dynamics::BaseParameters;
 use crate::robot::Robot;
 
@@ -58,7 +58,7 @@ pub fn cross_validate(
     // Of all base parameters, whichever are identified.
     let options = Options { parameters: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
-    let prediction = Prediction::new(&context)?;
+    let rows = PredictionRows::new(&context)?;
     let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);
     for range in &ranges {
@@ -66,8 +66,8 @@ pub fn cross_validate(
             range.start.saturating_sub(guard)..(range.end + guard).min(experiment.samples());
         let without = experiment.clone().with_held_out(margins);
         let estimate = identify(&without.map_err(IdentificationError::HeldOut)?)?.estimate;
-        held_out.add(&prediction, range, &values(&estimate))?;
-        in_sample.add(&prediction, range, &values(&whole))?;
+        held_out.add(&rows, range, &values(&estimate))?;
+        in_sample.add(&rows, range, &values(&whole))?;
         estimates.push(estimate);
     }
     let (held_out, in_sample) = (held_out.relative(), in_sample.relative());

@@ -1,15 +1,15 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! identify, cross_validation → closed_loop → equation_error → judgement → prediction → observation → given
+//! identify, cross_validation → closed_loop → equation_error → prediction → judgement → observation → given
 //! ```
 //!
 //! | room | what |
 //! |---|---|
 //! | `given` | experiment, options, which parameters; found to fit each other |
 //! | `observation` | filtered motion, observation matrix, aligned torque (paper, 3.1.1) |
-//! | `prediction` | a record predicted with parameters, nothing fitted |
 //! | `judgement` | uncertainty, what is taken for known, [`Verdict`] for each use |
+//! | `prediction` | a record predicted with parameters, nothing fitted |
 //! | `equation_error` | IDIM-LS (paper, 3.1.2), essential parameters |
 //! | `closed_loop` | the loop simulated with an estimate: IDIM-IV, CLIE, CLOE, DIDIM (paper, 3.2, 3.3) |
 
@@ -36,9 +36,10 @@ pub use given::{
 };
 pub use identify::identify;
 pub use judgement::{
-    ConvergenceStep, Elsewhere, Estimate, Fit, Freedom, FreedomEstimate, HeldOut, Identification,
-    Information, Note, Output, ParameterEstimate, PositionBias, Quantity, Reason, ReferenceSource,
-    ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
+    ConvergenceStep, Elsewhere, Estimate, Fit, Foretold, Freedom, FreedomEstimate, HeldOut,
+    Identification, Information, ModelUncertainty, Note, Output, ParameterEstimate, PositionBias,
+    Quantity, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay,
+    UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
-pub use prediction::{PredictionError, predict};
+pub use prediction::{KnownModel, Prediction, PredictionError, predict};

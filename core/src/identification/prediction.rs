@@ -6,8 +6,10 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
-use super::observation::{filtered_motion, filtered_torque, fitted_matrix};
+use super::judgement::{Foretold, ModelUncertainty, ResidualQuantiles};
+use super::observation::{BaseColumns, filtered_motion, filtered_torque, fitted_matrix};
 use crate::dynamics::BaseParameters;
+use crate::regression::Observations;
 use crate::robot::Robot;
 
 /// ‖y − Xθ‖ / ‖y‖ of some rows.
@@ -21,8 +23,39 @@ pub struct PredictionError {
     pub rms_error_per_joint_nm: Vec<f64>,
 }
 
-/// Predicts the torques of an experiment by the inverse dynamic model with these base parameters, every
-/// other 0, along the filtered measured motion, both sides behind the parallel filter. Nothing is fitted.
+/// What is known of an arm from a result.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownModel<'a> {
+    /// Base parameters by name, in SI units; every other is 0.
+    pub parameters: &'a [(&'a str, f64)],
+    /// How uncertain they are, where the result says so.
+    pub uncertainty: Option<&'a ModelUncertainty>,
+}
+
+/// A record, predicted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Prediction {
+    /// How far the measured torques are from the predicted ones.
+    #[serde(flatten)]
+    pub error: PredictionError,
+    /// What the difference stays below at the sample rate, of each joint.
+    pub quantiles_per_joint: Vec<ResidualQuantiles>,
+    /// The error that the result expects along this motion; none where it does not say, or is of
+    /// another robot or other parameters.
+    pub foretold: Option<Foretold>,
+    /// Time of each row since the first sample \[s\].
+    #[serde(skip)]
+    pub time_s: Vec<f64>,
+    /// Filtered measured torque of each joint \[N·m or N\].
+    #[serde(skip)]
+    pub measured: Vec<Vec<f64>>,
+    /// Predicted torque of each joint, behind the same filter \[N·m or N\].
+    #[serde(skip)]
+    pub predicted: Vec<Vec<f64>>,
+}
+
+/// Predicts the torques of an experiment by the inverse dynamic model along the filtered measured motion, both
+/// sides behind the parallel filter. Nothing is fitted.
 ///
 /// # Errors
 /// [`IdentificationError::UnknownParameter`], and what makes robot, experiment and options no
@@ -32,24 +65,53 @@ pub fn predict(
     base: &BaseParameters,
     experiment: &Experiment,
     options: &Options,
-    parameters: &[(&str, f64)],
-) -> Result<PredictionError, IdentificationError> {
-    let options = Options { parameters: None, required_parameters: None, ..options.clone() };
+    model: KnownModel<'_>,
+) -> Result<Prediction, IdentificationError> {
+    let names = model.parameters.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let parameters = Some(names);
+    let options = Options { parameters, required_parameters: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
-    let prediction = Prediction::new(&context)?;
-    let mut errors = Errors::new(robot.joints());
-    errors.add(&prediction, &(0..experiment.samples()), parameters)?;
-    Ok(errors.relative())
+    let named = |name: &String| model.parameters.iter().find(|(own, _)| own == name);
+    let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
+    let parameters = DVector::from_iterator(model.parameters.len(), values);
+    let motion = filtered_motion(experiment, &options.position_filter)?;
+    let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
+    let observations = Observations::new(selected, filtered_torque(&context)?, robot.joints())
+        .map_err(|error| context.selection.named(error))?;
+    let residuals = observations.residuals(&parameters);
+    let statistics = observations.residual_statistics(&residuals);
+    let foretold = match model.uncertainty {
+        None => None,
+        Some(known) => known.foretold(&context, &motion, &beside, &observations, &parameters)?,
+    };
+    let measured = observations.measurements();
+    Ok(Prediction {
+        error: PredictionError {
+            relative_error: statistics.relative_error,
+            relative_error_per_joint: statistics.relative_error_per_joint,
+            rms_error_per_joint_nm: statistics.rms_per_joint,
+        },
+        quantiles_per_joint: ResidualQuantiles::per_joint(
+            &context,
+            &motion,
+            core::slice::from_ref(&parameters),
+            &|_| 0,
+        )?,
+        foretold,
+        time_s: context.time_s(),
+        measured: observations.per_joint(measured),
+        predicted: observations.per_joint(&(measured - residuals)),
+    })
 }
 
 /// The rows of the inverse dynamic model with all base parameters.
-pub(super) struct Prediction<'a> {
+pub(super) struct PredictionRows<'a> {
     context: &'a Context<'a>,
     matrix: DMatrix<f64>,
     torque: DVector<f64>,
 }
 
-impl<'a> Prediction<'a> {
+impl<'a> PredictionRows<'a> {
     pub(super) fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
         let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
         let matrix = fitted_matrix(context, &motion)?;
@@ -71,11 +133,11 @@ impl Errors {
     /// Adds the rows of these samples.
     pub(super) fn add(
         &mut self,
-        prediction: &Prediction<'_>,
+        rows: &PredictionRows<'_>,
         samples: &Range<usize>,
         parameters: &[(&str, f64)],
     ) -> Result<(), IdentificationError> {
-        let Prediction { context, matrix, torque } = prediction;
+        let PredictionRows { context, matrix, torque } = rows;
         let mut values = DVector::zeros(matrix.ncols());
         for (name, value) in parameters {
             let index = context.base.find(name).ok_or_else(|| {
@@ -85,13 +147,13 @@ impl Errors {
             values[index] = *value;
         }
         let left = torque - matrix * values;
-        let rows = context.samples.len();
+        let count = context.samples.len();
         let kept: Vec<usize> = (context.samples.iter().enumerate())
             .filter(|(_, sample)| samples.contains(sample))
             .map(|(row, _)| row)
             .collect();
         for (joint, [errors, torques]) in self.sums.iter_mut().enumerate() {
-            for row in kept.iter().map(|row| joint * rows + row) {
+            for row in kept.iter().map(|row| joint * count + row) {
                 *errors += left[row].powi(2);
                 *torques += torque[row].powi(2);
             }

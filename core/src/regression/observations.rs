@@ -101,6 +101,11 @@ impl Observations {
         self.triangles.get_or_init(|| Triangles::of(&self.matrix, &self.measurements, self.joints))
     }
 
+    /// The rows of every joint by themselves.
+    pub fn per_joint(&self, rows: &DVector<f64>) -> Vec<Vec<f64>> {
+        rows.as_slice().chunks(self.rows_per_joint()).map(<[f64]>::to_vec).collect()
+    }
+
     /// `y − X θ` (r), unweighted, in the unit of the measurements.
     pub fn residuals(&self, parameters: &DVector<f64>) -> DVector<f64> {
         let mut residuals = self.measurements.clone();

@@ -21,6 +21,13 @@ pub struct ResidualStatistics {
 }
 
 impl Observations {
+    /// ‖v_j‖/√N of the rows v of every joint.
+    pub fn rms_per_joint(&self, rows: &DVector<f64>) -> Vec<f64> {
+        let count = self.rows_per_joint() as f64;
+        let square = |joint| self.joint_of(rows, joint).norm_squared();
+        (0..self.joints()).map(|joint| (square(joint) / count).sqrt()).collect()
+    }
+
     /// Figures of residuals of this system.
     pub fn residual_statistics(&self, residuals: &DVector<f64>) -> ResidualStatistics {
         let y = self.measurements();
@@ -34,7 +41,7 @@ impl Observations {
         ResidualStatistics {
             relative_error: residuals.norm() / y.norm(),
             relative_error_per_joint: per_joint(&|rho, y| (sum_sq(rho) / sum_sq(y)).sqrt()),
-            rms_per_joint: per_joint(&|rho, _| (sum_sq(rho) / rho.len() as f64).sqrt()),
+            rms_per_joint: self.rms_per_joint(residuals),
             durbin_watson_per_joint: per_joint(&|rho, _| durbin_watson(rho)),
         }
     }

@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::super::history::drift_text;
 use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::chart::panel;
 use super::summary::sentence;
-use super::{CURVES, STYLE, section, signed};
+use super::{document, section, signed};
 use crate::archive::drift::{JudgedHistory, Trend};
 use crate::archive::store::Timestamp;
 use crate::text::escape;
@@ -34,30 +34,19 @@ impl HistoryReport<'_> {
     pub fn to_html(&self) -> String {
         let robots = self.history.entries.iter().rev().map(|entry| entry.line.robot.as_str());
         let robot = robots.clone().next().unwrap_or("no robot");
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (robot) " · history of dynamic parameters" }
-                    style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(OWN_STYLE)) }
-                }
-                body {
-                    header {
-                        p.kind { "History of dynamic parameters" }
-                        h1 { (robot) }
-                        p { (self.extent()) }
-                    }
-                    main {
-                        (self.alarms())
-                        (self.panels())
-                        (self.results())
-                    }
-                }
+        let content = html! {
+            header {
+                p.kind { "History of dynamic parameters" }
+                h1 { (robot) }
+                p { (self.extent()) }
+            }
+            main {
+                (self.alarms())
+                (self.panels())
+                (self.results())
             }
         };
-        page.into_string() + "\n"
+        document(&format!("{robot} · history of dynamic parameters"), OWN_STYLE, &content)
     }
 
     fn extent(&self) -> String {

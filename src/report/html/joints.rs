@@ -4,36 +4,14 @@ use didim_core::identification::Estimate;
 use didim_core::regression::{RobustLoss, autocorrelation};
 use maud::{Markup, html};
 
-use super::super::{figure, panels};
+use super::super::{TorquePanel, figure, panels};
 use super::{Report, chart, number, percent, probability, section};
 
 /// Measured and predicted torque over time, with the errors of each joint.
 pub(super) fn torques(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let content = html! {
-        p.legend aria-hidden="true" {
-            span { (key("measured")) "measured" }
-            span { (key("predicted")) "predicted" }
-            span { (key("residual")) "measured − predicted" }
-            @if !report.identification.fit.downweighted.is_empty() {
-                span {
-                    svg viewBox="0 0 20 6" width="20" height="6" {
-                        line.downweighted x1="10" x2="10" y1="0" y2="6" {}
-                    }
-                    "weighted down"
-                }
-            }
-        }
-        div.panels {
-            @for panel in panels(report.identification, &report.cell.robot) {
-                figure {
-                    (chart::panel(
-                        &format!("Torque of joint {}, measured and predicted", panel.joint),
-                        |svg| figure::draw_panel(svg, &panel),
-                    ))
-                }
-            }
-        }
+        (torque_panels(&panels(report.identification, &report.cell.robot)))
         div.scroll { table {
             thead { tr {
                 th scope="col" { "Joint" }
@@ -59,6 +37,35 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
                        motion's torque that follows from those of the parameters, relative to the \
                        torque.";
     section("Torque, measured and predicted", explanation, &content)
+}
+
+/// Measured and predicted torque of each joint over time, under a legend.
+pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
+    html! {
+        p.legend aria-hidden="true" {
+            span { (key("measured")) "measured" }
+            span { (key("predicted")) "predicted" }
+            span { (key("residual")) "measured − predicted" }
+            @if panels.iter().any(|panel| !panel.downweighted.is_empty()) {
+                span {
+                    svg viewBox="0 0 20 6" width="20" height="6" {
+                        line.downweighted x1="10" x2="10" y1="0" y2="6" {}
+                    }
+                    "weighted down"
+                }
+            }
+        }
+        div.panels {
+            @for panel in panels {
+                figure {
+                    (chart::panel(
+                        &format!("Torque of joint {}, measured and predicted", panel.joint),
+                        |svg| figure::draw_panel(svg, panel),
+                    ))
+                }
+            }
+        }
+    }
 }
 
 fn key(class: &str) -> Markup {

@@ -11,6 +11,7 @@ mod history;
 mod information;
 mod joints;
 mod parameters;
+mod prediction;
 mod provenance;
 mod summary;
 
@@ -19,6 +20,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 pub use comparison::{ComparisonReport, SimulatedInput};
 pub use history::HistoryReport;
+pub use prediction::PredictionReport;
 pub use provenance::{InputFile, Origin, SampleRange};
 
 use super::panel::CURVES;
@@ -42,34 +44,24 @@ impl Report<'_> {
     /// The report as HTML.
     pub fn to_html(&self) -> String {
         let estimate = &self.identification.estimate;
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (estimate.robot) " · " (estimate.method) " · dynamic parameters" }
-                    style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) }
-                }
-                body {
-                    (summary::heading(self))
-                    main {
-                        (summary::verdict(estimate))
-                        (summary::key_figures(self))
-                        (parameters::section(self))
-                        (joints::torques(self))
-                        (joints::residuals(self))
-                        (joints::delays(estimate))
-                        (information::section(self))
-                        (freedoms::section(self))
-                        (summary::convergence(&estimate.convergence))
-                        (summary::singular_values(self))
-                        (provenance::section(self))
-                    }
-                }
+        let title = format!("{} · {} · dynamic parameters", estimate.robot, estimate.method);
+        let content = html! {
+            (summary::heading(self))
+            main {
+                (summary::verdict(estimate))
+                (summary::key_figures(self))
+                (parameters::section(self))
+                (joints::torques(self))
+                (joints::residuals(self))
+                (joints::delays(estimate))
+                (information::section(self))
+                (freedoms::section(self))
+                (summary::convergence(&estimate.convergence))
+                (summary::singular_values(self))
+                (provenance::section(self))
             }
         };
-        page.into_string() + "\n"
+        document(&title, "", &content)
     }
 
     /// What the rows are, in words: DIDIM may do without decimation.
@@ -82,6 +74,23 @@ impl Report<'_> {
             "decimated observation matrix"
         }
     }
+}
+
+/// A whole file; `own_style` comes after the style of all.
+fn document(title: &str, own_style: &str, content: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(own_style)) }
+            }
+            body { (content) }
+        }
+    };
+    page.into_string() + "\n"
 }
 
 /// A section under a heading, with a sentence on how to read it.

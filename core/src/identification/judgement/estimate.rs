@@ -8,6 +8,7 @@ use super::elsewhere::Elsewhere;
 use super::freedoms::FreedomEstimate;
 use super::held_out::HeldOut;
 use super::information::Information;
+use super::model_uncertainty::ModelUncertainty;
 use super::uses::Verdict;
 use crate::identification::given::Selection;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
@@ -174,6 +175,8 @@ pub struct Estimate {
     pub freedoms: Vec<FreedomEstimate>,
     /// How uncertain the torque is where the arm has not been.
     pub elsewhere: Elsewhere,
+    /// What the error on another motion is foretold with.
+    pub model_uncertainty: ModelUncertainty,
     /// How well pieces of the motion are predicted without them.
     pub held_out: HeldOut,
     /// What position filter and position noise do, where that could be found.

@@ -161,6 +161,7 @@ impl Findings<'_> {
             position_bias: checks.position_bias,
             freedoms: uncertainty.freedoms,
             elsewhere: uncertainty.elsewhere,
+            model_uncertainty: uncertainty.model,
             held_out,
             iterations: iteration.linear_steps,
             simulations: iteration.simulations,
@@ -208,9 +209,9 @@ impl Findings<'_> {
             information,
             time_s,
             downweighted: downweighted.map_or_else(Vec::new, <[_]>::to_vec),
-            measured: per_joint(torque, measured),
-            predicted: per_joint(torque, &(measured - residuals)),
-            equation_residuals: per_joint(observations, &solution.residuals),
+            measured: torque.per_joint(measured),
+            predicted: torque.per_joint(&(measured - residuals)),
+            equation_residuals: observations.per_joint(&solution.residuals),
             white_noise: filter.autocorrelation_of_white_noise(observations.rows_per_joint(), LAGS),
         };
         Ok(Identification { estimate, fit })
@@ -298,8 +299,4 @@ fn carried(observations: &Observations, parameters: &DVector<f64>) -> Vec<f64> {
         (0..observations.joints()).map(of_joint).fold(0.0, f64::max)
     };
     parameters.iter().enumerate().map(share).collect()
-}
-
-fn per_joint(observations: &Observations, rows: &DVector<f64>) -> Vec<Vec<f64>> {
-    rows.as_slice().chunks(observations.rows_per_joint()).map(<[f64]>::to_vec).collect()
 }

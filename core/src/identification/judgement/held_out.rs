@@ -8,18 +8,13 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::Serialize;
 
 use super::pieces::Pieces;
-use crate::dynamics::Workspace;
+use super::quantiles::ResidualQuantiles;
 use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{Motion, MotionGroup, delayed};
-use crate::numeric::{Lanes, Scalar, WIDTH};
+use crate::identification::observation::Motion;
 use crate::regression::Observations;
-use crate::signal::Group;
 
 /// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
 pub(crate) const REACH_ROWS: usize = 10;
-
-/// Shares of the residuals that are below each quantile.
-const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];
 
 /// Torques of the pieces of the motion, each predicted with parameters that were found without it and
 /// without what is like it.
@@ -31,20 +26,6 @@ pub struct HeldOut {
     pub relative_error_per_joint: Vec<f64>,
     /// What the residuals of each joint at the sample rate stay below \[N·m or N\].
     pub quantiles_per_joint: Vec<ResidualQuantiles>,
-}
-
-/// What so many of the residuals of one joint stay below, whatever their sign \[N·m or N\].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ResidualQuantiles {
-    /// 99 %.
-    #[serde(rename = "99 %")]
-    pub of_99: f64,
-    /// 99.9 %.
-    #[serde(rename = "99.9 %")]
-    pub of_999: f64,
-    /// 99.99 %.
-    #[serde(rename = "99.99 %")]
-    pub of_9999: f64,
 }
 
 impl HeldOut {
@@ -74,17 +55,17 @@ impl HeldOut {
         }
         let relative = |[errors, torques]: &[f64; 2]| (errors / torques).sqrt();
         let all = sums.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
-        let standard: Vec<Vec<Group>> = changes
-            .iter()
-            .map(|change| {
-                let standard = context.selection.standard(&(parameters + change));
-                standard.into_iter().map(Lanes::constant).collect()
-            })
-            .collect();
+        let without: Vec<_> = changes.iter().map(|change| parameters + change).collect();
+        let piece_of = |sample: usize| {
+            let next = context.samples.partition_point(|&row| row < sample);
+            pieces.of_row[next.min(pieces.of_row.len() - 1)]
+        };
         Ok(Self {
             relative_error: Some(relative(&all)),
             relative_error_per_joint: sums.iter().map(relative).collect(),
-            quantiles_per_joint: quantiles(context, motion, pieces, &standard)?,
+            quantiles_per_joint: ResidualQuantiles::per_joint(
+                context, motion, &without, &piece_of,
+            )?,
         })
     }
 }
@@ -146,59 +127,4 @@ fn without_each(
         Some(solved.component_mul(&scale))
     };
     (0..pieces.count).map(without).collect()
-}
-
-/// Of what is left of each joint's torque at every counted sample, with the parameters that were found
-/// without its piece.
-fn quantiles(
-    context: &Context<'_>,
-    motion: &Motion,
-    pieces: &Pieces,
-    standard: &[Vec<Group>],
-) -> Result<Vec<ResidualQuantiles>, IdentificationError> {
-    let experiment = context.experiment;
-    let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
-    let torque = delayed(experiment, delay)?;
-    let samples: Vec<usize> =
-        (experiment.counted_samples()).filter(|sample| !experiment.is_held_out(*sample)).collect();
-    let piece_of = |sample: usize| {
-        let next = context.samples.partition_point(|&row| row < sample);
-        pieces.of_row[next.min(pieces.of_row.len() - 1)]
-    };
-    let joints = experiment.joints();
-    let mut residuals = vec![Vec::with_capacity(samples.len()); joints];
-    let (mut group, mut workspace) = (MotionGroup::of_joints(joints), Workspace::new());
-    let mut predicted = vec![Lanes::zero(); joints];
-    let mut next = 0;
-    while let Some(&first) = samples.get(next) {
-        let piece = piece_of(first);
-        // So many neighbours that are predicted with the same parameters.
-        let together = samples[next..].iter().take(WIDTH).enumerate();
-        let count = together
-            .take_while(|(k, sample)| **sample == first + k && piece_of(**sample) == piece)
-            .count();
-        let [q, dq, ddq] = group.read(motion, first);
-        let model = &context.model;
-        model.inverse_dynamics(&mut workspace, &standard[piece], q, dq, ddq, &mut predicted);
-        let torques = torque.column_iter().zip(&predicted);
-        for (residuals, (torque, predicted)) in residuals.iter_mut().zip(torques) {
-            let own = torque.as_slice()[first..first + count].iter().zip(predicted.0);
-            residuals.extend(own.map(|(torque, predicted)| (torque - predicted).abs()));
-        }
-        next += count;
-    }
-    let of_joint = |mut residuals: Vec<f64>| {
-        residuals.sort_unstable_by(f64::total_cmp);
-        let [of_99, of_999, of_9999] = QUANTILES.map(|share| {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a share of a length"
-            )]
-            let below = (share * residuals.len() as f64).ceil() as usize;
-            residuals[below.clamp(1, residuals.len()) - 1]
-        });
-        ResidualQuantiles { of_99, of_999, of_9999 }
-    };
-    Ok(residuals.into_iter().map(of_joint).collect())
 }

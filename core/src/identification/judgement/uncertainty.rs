@@ -15,7 +15,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::checks::FittedModel;
 use super::elsewhere::Elsewhere;
-use super::freedoms::{Columns, FreedomEstimate};
+use super::freedoms::{Columns, FreedomEstimate, Observed};
+use super::model_uncertainty::ModelUncertainty;
 use crate::identification::given::IdentificationError;
 
 /// A rigid model with named friction leaves this share of a joint's torque, however quiet the data are.
@@ -30,6 +31,7 @@ pub(super) struct Uncertainty {
     pub(super) elsewhere: Elsewhere,
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(super) torque: Vec<f64>,
+    pub(super) model: ModelUncertainty,
 }
 
 impl Uncertainty {
@@ -42,7 +44,8 @@ impl Uncertainty {
     ) -> Result<Self, IdentificationError> {
         let FittedModel { context, motion, beside, observations, analysis, parameters, .. } =
             *fitted;
-        let columns = Columns::new(context, motion, beside, observations, parameters);
+        let observed = Observed::new(context, motion, beside, observations);
+        let columns = Columns::new(context, parameters, observed);
         let mut along = columns.along(motion, beside, observations)?;
         // Rows that an M-estimate left out of the equation say nothing of the freedoms either.
         let left_out = analysis.rows_without_equation();
@@ -66,6 +69,8 @@ impl Uncertainty {
         });
         let freedoms = columns.estimates(&along, observations, &solution);
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
-        Ok(Self { combined, freedoms, elsewhere, torque: columns.torque().to_vec() })
+        let torque = columns.torque().to_vec();
+        let model = ModelUncertainty::new(&columns, &along, parameters, observations, &solution);
+        Ok(Self { combined, freedoms, elsewhere, torque, model })
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::held_out::ResidualQuantiles;
+use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
 use crate::identification::given::{Failure, Use};
 

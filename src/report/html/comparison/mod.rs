@@ -7,9 +7,9 @@ mod tables;
 mod verdicts;
 
 use didim_core::identification::Method;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
-use super::{CURVES, Origin, STYLE, provenance, section};
+use super::{Origin, document, provenance, section};
 use crate::cell::Cell;
 use crate::report::comparison::View;
 
@@ -41,34 +41,24 @@ impl ComparisonReport<'_> {
     /// The report as HTML.
     pub fn to_html(&self) -> String {
         let robot = &self.view.comparison.robot;
-        let page = html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (robot) " · comparison of identification methods" }
-                    style { (PreEscaped(STYLE)) (PreEscaped(CURVES)) (PreEscaped(OWN_STYLE)) }
-                }
-                body {
-                    header {
-                        p.kind { "Comparison of identification methods" }
-                        h1 { (robot) }
-                        p { "Cell " strong { (self.cell.name) } (self.data()) }
-                    }
-                    main {
-                        (verdicts::section(&self.view))
-                        (estimates::section(self))
-                        (tables::section(&self.view))
-                        (tables::singular_values(&self.view))
-                        (residuals::section(&self.view))
-                        (residuals::convergence(&self.view))
-                        (self.provenance())
-                    }
-                }
+        let content = html! {
+            header {
+                p.kind { "Comparison of identification methods" }
+                h1 { (robot) }
+                p { "Cell " strong { (self.cell.name) } (self.data()) }
+            }
+            main {
+                (verdicts::section(&self.view))
+                (estimates::section(self))
+                (tables::section(&self.view))
+                (tables::singular_values(&self.view))
+                (residuals::section(&self.view))
+                (residuals::convergence(&self.view))
+                (self.provenance())
             }
         };
-        page.into_string() + "\n"
+        let title = format!("{robot} · comparison of identification methods");
+        document(&title, OWN_STYLE, &content)
     }
 
     fn data(&self) -> Markup {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::super::estimated_torque::InverseDynamics;
-use super::list::{Acts, Column, Direction, Motive, STEP, Sizes};
+use super::list::{Acts, Column, Direction, Motive, Observed, STEP, Sizes};
 use super::{Freedom, FreedomEstimate, Quantity};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Context, IdentificationError};
@@ -31,46 +31,46 @@ pub(in super::super) struct Columns<'a> {
     /// The regressor's columns that are not selected.
     left_out: Vec<usize>,
     parameters: &'a DVector<f64>,
-    /// Root mean square of the measured torque of each joint.
-    torque: Vec<f64>,
+    observed: Observed,
 }
 
 impl<'a> Columns<'a> {
+    /// What was observed has to fit the context.
     pub(in super::super) fn new(
         context: &'a Context<'a>,
-        motion: &Motion,
-        beside: &BesideObservation,
-        observations: &Observations,
         parameters: &'a DVector<f64>,
+        observed: Observed,
     ) -> Self {
-        let torque = rms_per_joint(observations, observations.measurements());
-        let shares: Vec<f64> = beside
-            .left_out
-            .column_iter()
-            .map(|column| {
-                let own = rms_per_joint(observations, &column.into_owned());
-                own.iter().zip(&torque).map(|(own, torque)| own / torque).fold(0.0, f64::max)
-            })
-            .collect();
-        let sizes = Sizes::new(context, parameters, &torque);
-        let directions = sizes.directions(motion);
-        let columns = sizes.columns(&directions, &shares);
         let selected = context.selection.columns();
         let left_out = context.base.columns().iter().filter(|own| !selected.contains(own));
-        Self {
-            context,
-            columns,
-            directions,
-            sign: context.robot.sign_model(),
-            left_out: left_out.copied().collect(),
-            parameters,
-            torque,
+        let left_out = left_out.copied().collect();
+        let sizes = Sizes { context, parameters, observed: &observed };
+        let directions = sizes.directions();
+        let columns = sizes.columns(&directions);
+        let sign = context.robot.sign_model();
+        Self { context, columns, directions, sign, left_out, parameters, observed }
+    }
+
+    /// With other standard deviations beforehand, where there are as many.
+    pub(in super::super) fn with_deviations(mut self, deviations: &[f64]) -> Option<Self> {
+        for (column, deviation) in self.columns.iter_mut().zip(deviations) {
+            column.deviation = *deviation;
         }
+        (self.columns.len() == deviations.len()).then_some(self)
+    }
+
+    /// Standard deviations beforehand, each in the unit of its column's coefficient.
+    pub(in super::super) fn deviations(&self) -> Vec<f64> {
+        self.columns.iter().map(|column| column.deviation).collect()
+    }
+
+    pub(in super::super) fn observed(&self) -> &Observed {
+        &self.observed
     }
 
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(in super::super) fn torque(&self) -> &[f64] {
-        &self.torque
+        &self.observed.torque_nm
     }
 
     /// Along the recorded motion, filtered and decimated as the observation matrix, the rows of each joint
@@ -278,8 +278,8 @@ impl<'a> Columns<'a> {
             for (k, _) in columns() {
                 torque.axpy(solution.freedoms[k], &along.column(k), 1.0);
             }
-            let rms = rms_per_joint(observations, &torque);
-            let relative = |joint: usize| rms[joint] / self.torque[joint];
+            let rms = observations.rms_per_joint(&torque);
+            let relative = |joint: usize| rms[joint] / self.torque()[joint];
             let Some(joint) = (0..rms.len()).max_by(|&a, &b| relative(a).total_cmp(&relative(b)))
             else {
                 continue;
@@ -339,11 +339,4 @@ fn curvature(direction: &Direction, u: Group) -> Group {
 
 fn column(matrix: &DMatrix<f64>, index: usize) -> &[f64] {
     &matrix.as_slice()[index * matrix.nrows()..(index + 1) * matrix.nrows()]
-}
-
-/// Root mean square of the rows of each joint.
-fn rms_per_joint(observations: &Observations, rows: &DVector<f64>) -> Vec<f64> {
-    let count = observations.rows_per_joint() as f64;
-    let square = |joint| rows.rows_range(observations.joint_rows(joint)).norm_squared();
-    (0..observations.joints()).map(|joint| (square(joint) / count).sqrt()).collect()
 }

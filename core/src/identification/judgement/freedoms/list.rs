@@ -1,12 +1,14 @@
 //! Which freedoms an arm has, and how large each may be before the data are looked at.
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 use super::Freedom;
 use crate::dynamics::Model;
 use crate::identification::given::Context;
-use crate::identification::observation::Motion;
-use crate::robot::{Angle, Joint, JointKind, ParameterKind};
+use crate::identification::observation::{BesideObservation, Motion};
+use crate::regression::Observations;
+use crate::robot::{Angle, Joint, JointKind, ParameterKind, Robot};
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
@@ -86,23 +88,57 @@ impl Direction {
     }
 }
 
-/// What each joint has of its own, by the estimate or, where that has nothing, by its size.
-pub(super) struct Sizes<'a> {
-    context: &'a Context<'a>,
-    parameters: &'a DVector<f64>,
-    /// Root mean square of the measured torque of each joint.
-    torque: &'a [f64],
+/// What of a record decides which freedoms there are and how large they may be.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(in super::super) struct Observed {
+    /// Root mean square of the measured torque of each joint \[N·m or N\].
+    pub(super) torque_nm: Vec<f64>,
+    /// The highest speed along each direction \[rad/s or m/s\].
+    highest_speed: Vec<f64>,
+    /// The largest share of a joint's torque that a unit of each parameter makes that is left out.
+    left_out_shares: Vec<f64>,
 }
 
-impl<'a> Sizes<'a> {
-    pub(super) fn new(
-        context: &'a Context<'a>,
-        parameters: &'a DVector<f64>,
-        torque: &'a [f64],
+impl Observed {
+    pub(in super::super) fn new(
+        context: &Context<'_>,
+        motion: &Motion,
+        beside: &BesideObservation,
+        observations: &Observations,
     ) -> Self {
-        Self { context, parameters, torque }
+        let torque_nm = observations.rms_per_joint(observations.measurements());
+        let left_out_shares = beside
+            .left_out
+            .column_iter()
+            .map(|column| {
+                let own = observations.rms_per_joint(&column.into_owned());
+                own.iter().zip(&torque_nm).map(|(own, torque)| own / torque).fold(0.0, f64::max)
+            })
+            .collect();
+        let highest = |(_, shares): (Freedom, Vec<f64>)| {
+            highest(motion, context.experiment.counted_samples(), &shares)
+        };
+        let highest_speed = speed_shares(context.robot).map(highest).collect();
+        Self { torque_nm, highest_speed, left_out_shares }
     }
 
+    /// Whether it is of such a robot, and of such parameters.
+    pub(in super::super) fn fits(&self, context: &Context<'_>) -> bool {
+        let (robot, base) = (context.robot, context.base.columns().len());
+        self.torque_nm.len() == robot.joints()
+            && self.highest_speed.len() == speed_shares(robot).count()
+            && self.left_out_shares.len() == base - context.selection.columns().len()
+    }
+}
+
+/// What each joint has of its own, by the estimate or, where that has nothing, by its size.
+pub(super) struct Sizes<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) parameters: &'a DVector<f64>,
+    pub(super) observed: &'a Observed,
+}
+
+impl Sizes<'_> {
     fn of(&self, kind: ParameterKind, joint: usize) -> Option<f64> {
         let column = self.context.robot.parameters().column(kind, joint)?;
         let index = self.context.selection.columns().iter().position(|own| *own == column)?;
@@ -110,40 +146,34 @@ impl<'a> Sizes<'a> {
     }
 
     fn coulomb(&self, joint: usize) -> f64 {
-        self.of(ParameterKind::Fc, joint).unwrap_or(UNMODELLED_FRICTION * self.torque[joint])
+        self.of(ParameterKind::Fc, joint)
+            .unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint])
     }
 
     fn viscous(&self, joint: usize) -> f64 {
         self.of(ParameterKind::Fv, joint).unwrap_or_default()
     }
 
-    /// Joints, and the motors that are geared to several, with those that move.
-    pub(super) fn directions(&self, motion: &Motion) -> Vec<Direction> {
-        let robot = self.context.robot;
-        let (joints, transmission) = (robot.joints(), robot.transmission());
-        let of_joints = (0..joints).map(|joint| {
-            let shares = (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect();
-            let (coulomb, viscous) = (self.coulomb(joint), self.viscous(joint));
-            (Freedom::JointFriction(joint + 1), shares, coulomb, viscous)
-        });
-        let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
-        let of_motors = coupled.map(|motor| {
-            let shares: Vec<f64> = transmission.direction(motor)[..joints].to_vec();
-            let own = |kind| self.of(kind, motor).unwrap_or_default();
-            let (coulomb, viscous) = (own(ParameterKind::FcMotor), own(ParameterKind::FvMotor));
-            (Freedom::MotorFriction(motor + 1), shares, coulomb, viscous)
-        });
-        let moving = of_joints.chain(of_motors).map(|(freedom, shares, coulomb, viscous)| {
-            let counted = self.context.experiment.counted_samples();
-            let highest = highest(motion, counted, &shares);
-            Direction { shares, highest, freedom, coulomb, viscous }
-        });
-        moving.filter(|direction| direction.highest > 0.0).collect()
+    /// Those along which the arm moves.
+    pub(super) fn directions(&self) -> Vec<Direction> {
+        let all = speed_shares(self.context.robot).zip(&self.observed.highest_speed);
+        let moving = all.filter(|(_, highest)| **highest > 0.0);
+        let direction = |((freedom, shares), highest): ((Freedom, Vec<f64>), &f64)| {
+            let (coulomb, viscous) = match freedom {
+                Freedom::MotorFriction(motor) => {
+                    let own = |kind| self.of(kind, motor - 1).unwrap_or_default();
+                    (own(ParameterKind::FcMotor), own(ParameterKind::FvMotor))
+                }
+                Freedom::JointFriction(joint) => (self.coulomb(joint - 1), self.viscous(joint - 1)),
+                _ => (0.0, 0.0),
+            };
+            Direction { shares, highest: *highest, freedom, coulomb, viscous }
+        };
+        moving.map(direction).collect()
     }
 
-    /// Every column. `left_out` has the largest share of a joint's torque that a unit of each parameter
-    /// that is left out makes.
-    pub(super) fn columns(&self, directions: &[Direction], left_out: &[f64]) -> Vec<Column> {
+    /// Every column.
+    pub(super) fn columns(&self, directions: &[Direction]) -> Vec<Column> {
         let context = self.context;
         let (joints, tolerances) = (context.robot.joints(), &context.options.tolerances);
         let mut columns = Vec::new();
@@ -196,6 +226,7 @@ impl<'a> Sizes<'a> {
             }
         }
         // One that does nothing along this motion may be anything: nobody could say how large.
+        let left_out = &self.observed.left_out_shares;
         let least = LEAST_SHARE * left_out.iter().copied().fold(0.0, f64::max);
         for (index, share) in left_out.iter().enumerate().filter(|(_, share)| **share > least) {
             add(Freedom::LeftOutParameters, LEFT_OUT_SHARE / share, Acts::LeftOut(index));
@@ -207,6 +238,21 @@ impl<'a> Sizes<'a> {
 fn turned(angle: Angle, by: f64) -> Angle {
     let (sin, cos) = by.sin_cos();
     Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
+}
+
+/// Directions along which friction may act: of every joint, and of every motor that is geared to several;
+/// with how much each joint's speed adds to it.
+fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Freedom, Vec<f64>)> + '_ {
+    let (joints, transmission) = (robot.joints(), robot.transmission());
+    let of_joint = move |joint| {
+        let shares = (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect();
+        (Freedom::JointFriction(joint + 1), shares)
+    };
+    let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
+    let of_motor = move |motor| {
+        (Freedom::MotorFriction(motor + 1), transmission.direction(motor)[..joints].to_vec())
+    };
+    (0..joints).map(of_joint).chain(coupled.map(of_motor))
 }
 
 /// The highest speed along a direction.

@@ -9,6 +9,7 @@ use core::fmt;
 use serde::{Serialize, Serializer};
 
 pub(super) use columns::Columns;
+pub(super) use list::Observed;
 
 /// What the model takes for known. Joints and motors are numbered from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

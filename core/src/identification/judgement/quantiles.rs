@@ -1,0 +1,84 @@
+//! What the residuals stay below at the rate of the samples: what tells a contact from the model's errors.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use crate::dynamics::Workspace;
+use crate::identification::given::{Context, IdentificationError};
+use crate::identification::observation::{Motion, MotionGroup, delayed};
+use crate::numeric::{Lanes, Scalar, WIDTH};
+use crate::signal::Group;
+
+/// Shares of the residuals that are below each quantile.
+const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];
+
+/// What so many of the residuals of one joint stay below, whatever their sign \[N·m or N\].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ResidualQuantiles {
+    /// 99 %.
+    #[serde(rename = "99 %")]
+    pub of_99: f64,
+    /// 99.9 %.
+    #[serde(rename = "99.9 %")]
+    pub of_999: f64,
+    /// 99.99 %.
+    #[serde(rename = "99.99 %")]
+    pub of_9999: f64,
+}
+
+impl ResidualQuantiles {
+    /// Of what is left of each joint's torque at every counted sample; `which` of the parameters predict a sample
+    /// is asked for each.
+    pub(crate) fn per_joint(
+        context: &Context<'_>,
+        motion: &Motion,
+        parameters: &[DVector<f64>],
+        which: &dyn Fn(usize) -> usize,
+    ) -> Result<Vec<Self>, IdentificationError> {
+        let standard: Vec<Vec<Group>> = (parameters.iter())
+            .map(|own| context.selection.standard(own).into_iter().map(Lanes::constant).collect())
+            .collect();
+        let experiment = context.experiment;
+        let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
+        let torque = delayed(experiment, delay)?;
+        let samples: Vec<usize> = (experiment.counted_samples())
+            .filter(|sample| !experiment.is_held_out(*sample))
+            .collect();
+        let joints = experiment.joints();
+        let mut residuals = vec![Vec::with_capacity(samples.len()); joints];
+        let (mut group, mut workspace) = (MotionGroup::of_joints(joints), Workspace::new());
+        let mut predicted = vec![Lanes::zero(); joints];
+        let mut next = 0;
+        while let Some(&first) = samples.get(next) {
+            let own = which(first);
+            // So many neighbours that are predicted with the same parameters.
+            let together = samples[next..].iter().take(WIDTH).enumerate();
+            let count = together
+                .take_while(|(k, sample)| **sample == first + k && which(**sample) == own)
+                .count();
+            let [q, dq, ddq] = group.read(motion, first);
+            let model = &context.model;
+            model.inverse_dynamics(&mut workspace, &standard[own], q, dq, ddq, &mut predicted);
+            let torques = torque.column_iter().zip(&predicted);
+            for (residuals, (torque, predicted)) in residuals.iter_mut().zip(torques) {
+                let torques = torque.as_slice()[first..first + count].iter().zip(predicted.0);
+                residuals.extend(torques.map(|(torque, predicted)| (torque - predicted).abs()));
+            }
+            next += count;
+        }
+        let of_joint = |mut residuals: Vec<f64>| {
+            residuals.sort_unstable_by(f64::total_cmp);
+            let [of_99, of_999, of_9999] = QUANTILES.map(|share| {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a share of a length"
+                )]
+                let below = (share * residuals.len() as f64).ceil() as usize;
+                residuals[below.clamp(1, residuals.len()) - 1]
+            });
+            ResidualQuantiles { of_99, of_999, of_9999 }
+        };
+        Ok(residuals.into_iter().map(of_joint).collect())
+    }
+}
