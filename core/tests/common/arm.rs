@@ -41,6 +41,11 @@ impl Arm {
     /// Revolute joints at random angles, the last motor coupled to the joint before, with random
     /// parameters.
     pub(crate) fn random(random: &mut Random, joints: usize) -> Self {
+        Self::random_with(random, joints, true)
+    }
+
+    /// Without drive inertias its torques are measured behind the gear.
+    pub(crate) fn random_with(random: &mut Random, joints: usize, drive_inertia: bool) -> Self {
         let mut text = "name = \"small\"\ngravity_m_s2 = [0, 0, -9.81]\n".to_owned();
         for joint in 0..joints {
             let (alpha, theta) = (random.uniform(40.0, 140.0), random.uniform(-180.0, 180.0));
@@ -49,7 +54,7 @@ impl Arm {
             write!(
                 text,
                 "[[joint]]\ntype = \"revolute\"\nalpha_deg = {alpha:?}\nd_m = {d:?}\n\
-                 theta_deg = {theta:?}\nr_m = {r:?}\ndrive_inertia = true\n\
+                 theta_deg = {theta:?}\nr_m = {r:?}\ndrive_inertia = {drive_inertia}\n\
                  position_min_deg = -170\nposition_max_deg = 170\n\
                  velocity_max_rad_s = 5\ntorque_max_nm = 50\n"
             )

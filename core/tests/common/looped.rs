@@ -70,6 +70,23 @@ impl Looped {
                 *value *= factor;
             }
         }
+        Self::of_arm(arm, random, timing, law)
+    }
+
+    /// With torques that are measured behind the gear: no drive inertias.
+    pub(crate) fn behind_the_gear(seed: u64, joints: usize) -> Self {
+        let mut random = Random(seed);
+        let arm = Arm::random_with(&mut random, joints, false);
+        Self::of_arm(arm, random, sampled(0.0), pd)
+    }
+
+    fn of_arm(
+        arm: Arm,
+        mut random: Random,
+        timing: ControlTiming,
+        law: impl Fn(f64) -> ControlLaw,
+    ) -> Self {
+        let joints = arm.robot.joints();
         let columns = arm.positions(&mut random, SAMPLES, RATE_HZ, 2.0);
         let reference = DMatrix::from_vec(SAMPLES, joints, columns.concat());
         let inertia = mean_joint_inertia(&arm.model, &arm.truth, &reference);

@@ -1,13 +1,16 @@
 //! The choices that the options offer.
 
 use didim_core::control::{ControlTiming, SimulatedController};
+use didim_core::dynamics::Workspace;
 use didim_core::identification::{
     ConvergenceLimits, Identification, IdentificationError, IterationError, Method, Note, Options,
-    ReferenceSource, SignalTiming, Start, identify,
+    ReferenceSource, SignalTiming, Start, identify, mean_joint_inertia,
 };
 use didim_core::simulation::Integrator;
 use didim_core::trajectory::ReferenceInterpolation;
+use nalgebra::DMatrix;
 
+use crate::common::arm::{Arm, Random};
 use crate::common::looped::{HELD, Looped, PERIOD_S, pd, sampled};
 
 /// A controller twice as fast as the record sees every other of its commands, and needs to know
@@ -133,5 +136,54 @@ fn files_need_state_only_what_is_physical() {
         text.replace("kind = 'bandwidth'\n", ""),
     ] {
         assert!(toml::from_str::<Options>(&bad).is_err(), "{bad}");
+    }
+}
+
+/// Where nothing but the links has inertia, a loop is held by what each joint has while the others
+/// are free: a fraction of what it has while they stand.
+#[test]
+fn an_arm_with_torques_behind_the_gear_is_simulated_from_every_start() {
+    for seed in 0..3 {
+        let looped = Looped::behind_the_gear(seed, 5);
+        let record = |reference: bool| {
+            looped.record_with(HELD, |signals| {
+                let mut random = Random(9);
+                signals.torque_nm.iter_mut().flatten().for_each(|t| *t += 0.5 * random.normal());
+                signals.reference_rad.take_if(|_| !reference);
+            })
+        };
+        for start in [Start::IdimLs, Start::UnitDriveInertias] {
+            let mut options = looped.options();
+            options.simulation.start = start;
+            let found = looped.identify(&record(true), &options).unwrap();
+            assert!(looped.deviation(&found) < 0.5, "{seed} {start:?}");
+            // Four times as fast as the cabinet's, along the measured motion, which it follows with a lag.
+            options.controller = Some(SimulatedController::Bandwidth {
+                timing: sampled(0.0),
+                bandwidth_hz: vec![40.0; 5],
+                damping: 0.8,
+                acceleration_feed_forward: true,
+            });
+            let found = looped.identify(&record(false), &options).unwrap().estimate;
+            println!("{seed} {start:?}: {} in {}", found.relative_error, found.simulations);
+            assert!(found.relative_error < 0.03, "{seed} {start:?}: {}", found.relative_error);
+        }
+    }
+}
+
+/// The eigenvalues of M⁻¹ diag(J) are the squares of the loops' frequencies over those that they are tuned for.
+#[test]
+fn loops_tuned_for_the_inertia_of_a_joint_are_no_faster_than_the_joints_are_many() {
+    for seed in 0..5 {
+        let Arm { model, truth, .. } = Arm::random(&mut Random(seed), 6);
+        let posture = DMatrix::from_row_slice(1, 6, &[0.3, -0.4, 1.0, 0.2, 0.7, -1.1]);
+        let inertia = mean_joint_inertia(&model, &truth, &posture);
+        let mut mass = DMatrix::zeros(6, 6);
+        model.mass_matrix(&mut Workspace::new(), &truth, posture.as_slice(), mass.as_mut_slice());
+        let inverse = mass.clone().try_inverse().unwrap();
+        for (joint, inertia) in inertia.iter().enumerate() {
+            assert!((inertia * inverse[(joint, joint)] - 1.0).abs() < 1e-9, "joint {joint}");
+            assert!(*inertia < 1.000_001 * mass[(joint, joint)]);
+        }
     }
 }

@@ -5,7 +5,7 @@ use didim_core::regression::autocorrelation;
 
 use super::loops::{METHODS, options};
 use crate::common::arm::Random;
-use crate::common::looped::{HELD, Looped, pd, sampled};
+use crate::common::looped::{HELD, Looped, pd, pd_of, sampled};
 
 const TORQUE_NOISE_NM: f64 = 0.05;
 const POSITION_NOISE_RAD: f64 = 1e-5;
@@ -46,7 +46,7 @@ fn all_methods(looped: &Looped, experiment: &Experiment, decimated: bool) -> Vec
 /// 0.08 behind its edges.
 #[test]
 fn a_right_loop_is_off_by_the_noise() {
-    let looped = Looped::random(60, 2, sampled(0.0), pd);
+    let looped = Looped::random(60, 2, sampled(0.0), |inertia| pd_of(15.0, inertia));
     let experiment = noisy(&looped);
     let counted = experiment.counted();
     for (decimated, passed) in [(false, 1.0), (true, 0.08_f64.sqrt())] {

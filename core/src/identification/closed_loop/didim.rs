@@ -51,7 +51,7 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
     let torque_error_per_joint = relative_errors(
         context.robot.joints(),
         observations.measurements(),
-        &(observations.matrix() * simulated),
+        &(observations.matrix() * simulator.arm(&simulated)),
     );
     let findings = Findings {
         method: Method::Didim,

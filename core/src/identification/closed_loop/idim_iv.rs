@@ -45,9 +45,11 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let levels = fit.observations.noise_levels(&last.residuals);
     let matrix = fitted_matrix(context, loops.simulator.motion())?;
     let torque_error_per_joint = match torque_of_simulated_samples(context, timing) {
-        Ok(measured) => {
-            Some(relative_errors(context.robot.joints(), &measured, &(&matrix * simulated)))
-        }
+        Ok(measured) => Some(relative_errors(
+            context.robot.joints(),
+            &measured,
+            &(&matrix * loops.simulator.arm(&simulated)),
+        )),
         // Instruments need not be exact, so that this is no reason to refuse.
         Err(IdentificationError::TorqueDelay { .. }) => None,
         Err(error) => return Err(error),

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::inertia::mean_joint_inertia;
+use super::inertia::{mean_joint_inertia, missing_inertia};
 use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Method};
@@ -34,6 +34,8 @@ pub(super) struct Simulator<'a> {
     initial: InitialState,
     /// Measured positions of the rows, over which inertias are averaged.
     postures: DMatrix<f64>,
+    /// What is added to every estimate that is simulated, where that of the equation error is no arm.
+    added: DVector<f64>,
     /// Controller periods per sample of the record.
     periods: usize,
     motion: Motion,
@@ -63,6 +65,8 @@ impl<'a> Simulator<'a> {
             .map_err(IdentificationError::Reference)?
             .with_interpolation(options.reference)
             .with_delay_s(delay_s);
+        let postures = fit.motion.position.select_rows(&context.samples);
+        let added = missing_inertia(context, &fit.weighted.solution.parameters, &postures);
         let first = |signal: &DMatrix<f64>| signal.row(0).iter().copied().collect();
         Ok(Self {
             context,
@@ -79,7 +83,8 @@ impl<'a> Simulator<'a> {
                 position_rad: first(&fit.motion.position),
                 velocity_rad_s: first(&fit.motion.velocity),
             },
-            postures: fit.motion.position.select_rows(&context.samples),
+            postures,
+            added,
             periods,
             motion: fit.motion.clone(),
             spare: None,
@@ -111,8 +116,19 @@ impl<'a> Simulator<'a> {
         mut self,
         parameters: &DVector<f64>,
     ) -> Result<Self, IdentificationError> {
-        self.fixed = Some(self.controller_for(&self.context.selection.standard(parameters))?);
+        self.fixed =
+            Some(self.controller_for(&self.context.selection.standard(&self.arm(parameters)))?);
         Ok(self)
+    }
+
+    /// The parameters of the arm that is simulated with an estimate.
+    pub(super) fn arm(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        parameters + &self.added
+    }
+
+    /// From here on every estimate is simulated as it is.
+    pub(super) fn add_nothing(&mut self) {
+        self.added.fill(0.0);
     }
 
     fn controller_for(&self, standard: &[f64]) -> Result<ControllerConfig, IdentificationError> {
@@ -134,7 +150,7 @@ impl<'a> Simulator<'a> {
         parameters: &DVector<f64>,
         config: &SimulationConfig,
     ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
-        let standard = self.context.selection.standard(parameters);
+        let standard = self.context.selection.standard(&self.arm(parameters));
         let controller = match &self.fixed {
             Some(fixed) => fixed.clone(),
             None => self.controller_for(&standard)?,

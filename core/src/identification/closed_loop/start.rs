@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Start};
-use crate::robot::{ParameterKind, Robot};
+use crate::robot::{JointKind, ParameterKind, Robot};
 
 /// A value for every selected parameter.
 pub(super) fn start(
@@ -23,16 +23,11 @@ pub(super) fn start(
         },
         Start::UnitDriveInertias => unit_drive_inertias(robot),
     };
-    let values = base.regroup(&standard);
-    // Base parameter and selected parameter are both known by their regressor column.
-    let selected = selection.columns().iter().map(|column| {
-        base.columns().binary_search(column).ok().and_then(|row| values.get(row).copied())
-    });
-    let selected = selected.map(Option::unwrap_or_default);
-    Ok(DVector::from_iterator(selection.columns().len(), selected))
+    Ok(selection.of_base(base, &base.regroup(&standard)))
 }
 
-/// Standard parameters of an arm of motors with 1 kg·m² at their joints.
+/// Standard parameters of an arm of motors with 1 kg·m² at their joints. Where a joint has no drive inertia in the
+/// model, its link has as much, about every axis; one that a prismatic joint moves has 1 kg.
 ///
 /// The parameter ia_j of a joint whose motor moves no other joint also stands for what the motors
 /// i that do move it add there, s_ij² ia_i: ia_j = 1 + Σ s_ij², with s_ij how far motor i turns per
@@ -46,11 +41,20 @@ fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
         });
         1.0 + others.map(|motor| transmission.direction(motor)[joint].powi(2)).sum::<f64>()
     };
+    let of_link = |joint: usize, kind: ParameterKind| {
+        let own = match robot.chain()[joint].kind {
+            JointKind::Revolute => {
+                matches!(kind, ParameterKind::Xx | ParameterKind::Yy | ParameterKind::Zz)
+            }
+            JointKind::Prismatic => kind == ParameterKind::M,
+        };
+        if own && !has_inertia(joint) { 1.0 } else { 0.0 }
+    };
     let parameters = table.parameters().iter();
     parameters
         .map(|parameter| match parameter.kind {
             ParameterKind::Ia => value(parameter.joint),
-            _ => 0.0,
+            kind => of_link(parameter.joint, kind),
         })
         .collect()
 }

@@ -96,6 +96,15 @@ impl Selection {
         standard
     }
 
+    /// Of a value for every base parameter, those of the selected ones.
+    pub(crate) fn of_base(&self, base: &BaseParameters, values: &[f64]) -> DVector<f64> {
+        // Both are known by their regressor column.
+        let selected = self.columns.iter().map(|column| {
+            base.columns().binary_search(column).ok().and_then(|row| values.get(row).copied())
+        });
+        DVector::from_iterator(self.columns.len(), selected.map(Option::unwrap_or_default))
+    }
+
     /// The failure of a regression, with columns called by their parameters' names.
     pub(crate) fn named(&self, error: RegressionError) -> IdentificationError {
         let named = |columns: Vec<usize>| -> Vec<String> {

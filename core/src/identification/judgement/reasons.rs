@@ -36,6 +36,8 @@ pub enum Reason {
     /// The mass matrix is not positive definite at a posture \[rad or m\], by so many standard
     /// deviations.
     Indefinite { posture: Vec<f64>, deviations: f64 },
+    /// The controller that is described commands the opposite of what was recorded.
+    OppositeCommand { joint: usize },
     /// So many parameters that cannot be negative are.
     WrongSigns { negative: usize, of: usize },
     /// The torque of a joint is many times its limit \[N·m or N\].
@@ -134,6 +136,12 @@ impl Display for Reason {
                  recorded one by {:.2} %: check its gains and timing, the reference and the \
                  drive's torque gain first; the other reasons may follow from it",
                 100.0 * error
+            ),
+            Self::OppositeCommand { joint } => write!(
+                f,
+                "the command of the described controller of joint {joint} is the opposite of the \
+                 recorded one: turn the sign of its torque, or of its position; the other reasons may \
+                 follow from it"
             ),
             Self::ConditionNumber { value, limit } => write!(
                 f,

@@ -92,7 +92,9 @@ impl Verdict {
             }
         }
         // What others may follow from.
-        reasons.sort_by_key(|reason| !matches!(reason, Reason::Controller { .. }));
+        reasons.sort_by_key(|reason| {
+            !matches!(reason, Reason::OppositeCommand { .. } | Reason::Controller { .. })
+        });
         let failure = reasons.iter().find_map(Reason::failure);
         Self { applicable: reasons.is_empty(), reasons, uses, notes, failure }
     }

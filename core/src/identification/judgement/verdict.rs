@@ -32,6 +32,9 @@ const REACHED: f64 = 3.0;
 /// Torques beyond this many times the limit of a joint are in another unit.
 const OTHER_UNIT: f64 = 20.0;
 
+/// How far a command is from one of the other sign, relative to it, but for what friction and noise add.
+const OPPOSITE: core::ops::RangeInclusive<f64> = 1.9..=2.1;
+
 /// What the verdict needs to know beside the estimate.
 pub(super) struct Known<'a> {
     pub(super) context: &'a Context<'a>,
@@ -131,10 +134,12 @@ impl VerdictLimits {
         let mut reasons = wrong.to_vec();
         // First what the others may follow from.
         let errors = estimate.controller_error_per_joint.iter().flatten();
-        reasons.extend(
-            exceeding(errors, self.controller_error)
-                .map(|(joint, error)| Reason::Controller { joint, error }),
-        );
+        reasons.extend(exceeding(errors, self.controller_error).map(|(joint, error)| {
+            match OPPOSITE.contains(&error) {
+                true => Reason::OppositeCommand { joint },
+                false => Reason::Controller { joint, error },
+            }
+        }));
         // Friction that follows a reversal late looks like a delay, and a delay stays with the record.
         let of_the_arm =
             |found: &&FreedomEstimate| !matches!(found.freedom, Freedom::TorqueDelay(_));

@@ -74,7 +74,10 @@ fn identify(
         Output::Torque => torque.clone(),
         Output::Position => context.rows_of(context.experiment.position_rad(), "position")?,
     };
-    let PseudoLinear { simulations, simulator, .. } = approach;
+    let PseudoLinear { simulations, mut simulator, .. } = approach;
+    // What is added to the start is part of it: these parameters are the arm.
+    let (start, before) = (simulator.arm(&start), before.map(|before| simulator.arm(&before)));
+    simulator.add_nothing();
     let mut problem = Problem { output, context, fit: &fit, measured, simulations, simulator };
     let optimum = Descent::new(&mut problem).run(start, before.as_ref())?;
 
