@@ -40,6 +40,9 @@ pub(super) struct Arguments {
     /// The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     methods: Vec<Method>,
+    /// Identify without the decimation filter, too, as the paper does; for comparison only
+    #[arg(long)]
+    strict: bool,
     /// Cross-validate with this number of consecutive blocks of samples; 0 for no cross-validation
     #[arg(long, value_name = "K", default_value_t = 5, value_parser = folds)]
     folds: usize,
@@ -68,7 +71,7 @@ pub(super) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
-    let trials = trials(methods);
+    let trials = trials(methods, arguments.strict);
     let known = cell.base.names();
     let published =
         read_toml(arguments.published.as_deref(), |text| Published::from_toml(text, known))?;

@@ -126,9 +126,9 @@ impl Limit {
         check_names(known, self.parameters.iter().flatten())?;
         let methods = core::iter::once(self.method).chain(self.against);
         match methods.map(|method| self.trial(method)).find(|trial| !trials.contains(trial)) {
-            Some(trial) => {
-                Err(format!("{trial} does not run; name it in --methods, or leave the limit out"))
-            }
+            Some(trial) => Err(format!(
+                "{trial} does not run; name it in --methods, add --strict where it is strict, or leave the limit out"
+            )),
             None => Ok(()),
         }
     }
@@ -291,7 +291,7 @@ mod tests {
     /// With every method, for an arm with a parameter that is not identified.
     fn read(text: &str) -> Result<Limits, String> {
         let known = ["fc1", "zz1r", "fc9"].map(str::to_owned);
-        Limits::from_toml(text, &known, &trials(&Method::ALL))
+        Limits::from_toml(text, &known, &trials(&Method::ALL, true))
     }
 
     #[track_caller]
@@ -348,7 +348,7 @@ mod tests {
     #[test]
     fn a_limit_on_what_does_not_run_is_refused() {
         let known = ["fc1".to_owned()];
-        let few = trials(&[Method::IdimIv]);
+        let few = trials(&[Method::IdimIv], true);
         let limit = "[[limits]]\nfigure = \"inside\"\nmethod = \"idim-iv\"\nat_least = 1\n";
         assert!(Limits::from_toml(limit, &known, &few).is_ok());
         let against = format!("{limit}against = \"cloe\"");

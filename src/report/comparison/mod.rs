@@ -1,6 +1,7 @@
 //! A comparison as tables: aligned in the terminal, Markdown for documents, and HTML in the report.
 
 mod agreement;
+mod conclusion;
 mod estimates;
 mod figure;
 mod figures;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Cell, Judgement, Table, View};
+use super::{Cell, Judgement, Table, View, conclusion};
 use crate::offline::compare::Outcome;
 use crate::text::aligned;
 
@@ -29,6 +29,7 @@ pub fn terminal(view: &View<'_>) -> String {
     if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::holds) {
         let _ = writeln!(text, "\nAll {} limits hold.", view.outcomes.len());
     }
+    let _ = write!(text, "\n{}", wrapped(&conclusion::sentence(view), 0));
     text
 }
 
@@ -53,6 +54,7 @@ pub fn markdown(view: &View<'_>) -> String {
             text += &line(&cells);
         }
     }
+    let _ = writeln!(text, "\n{}", escaped(&conclusion::sentence(view)));
     text
 }
 
