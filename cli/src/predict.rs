@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::identify::Samples;
-use super::output::{print, write_text};
+use super::output::{check_place, print, write_text};
 use didim::cell::Cell;
 use didim::offline::predict::StoredModel;
 use didim::report::html::{InputFile, PredictionReport};
@@ -43,34 +43,73 @@ struct Output<'a> {
     prediction: &'a Prediction,
     /// Whether the result was identified with this configuration; nothing where it does not say.
     same_configuration: Option<bool>,
+    /// What must be known with it.
+    notes: &'a [String],
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let model = StoredModel::read(&arguments.result, &cell).map_err(CliError::failed)?;
+    // Before the work that would be lost.
+    arguments.report.as_deref().map_or(Ok(()), check_place)?;
     let (measurement, counted) = arguments.samples.read(&arguments.input, &cell)?;
     let prediction = model
         .predict(&cell, &measurement, counted)
         .map_err(|error| CliError::in_file(&arguments.input, error))?;
+    if !prediction.error.relative_error.is_finite() {
+        let what = "no finite torque comes of its parameters; give the result as it was stored";
+        return Err(CliError::in_file(&arguments.result, what));
+    }
     let same_configuration =
         model.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256);
+    let notes = notes(&model, &cell, &prediction, same_configuration);
     if arguments.json {
-        let output = Output { prediction: &prediction, same_configuration };
+        let output = Output { prediction: &prediction, same_configuration, notes: &notes };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&text(&prediction, &cell, same_configuration))?;
+        print(&text(&prediction, &cell, &notes))?;
     }
     let Some(path) = &arguments.report else { return Ok(()) };
     let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
     let (result, input) = (read(&arguments.result)?, read(&arguments.input)?);
-    let report =
-        PredictionReport { cell: &cell, result: &result, input: &input, prediction: &prediction };
+    let report = PredictionReport {
+        cell: &cell,
+        result: &result,
+        input: &input,
+        prediction: &prediction,
+        notes: &notes,
+    };
     write_text(path, &report.to_html())
 }
 
+/// What must be known with a prediction.
+fn notes(
+    model: &StoredModel,
+    cell: &Cell,
+    prediction: &Prediction,
+    same_configuration: Option<bool>,
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    if prediction.foretold.is_none() {
+        notes.push(
+            "the result does not say what error to expect: it is of an earlier version, of other \
+             parameters or filters, or was changed"
+                .to_owned(),
+        );
+    }
+    let missing = model.missing(cell);
+    if !missing.is_empty() {
+        notes.push(format!("not in the result, and taken as 0: {}", missing.join(", ")));
+    }
+    if same_configuration == Some(false) {
+        notes.push("the result was identified with another configuration".to_owned());
+    }
+    notes
+}
+
 /// A table by joints, and the whole.
-fn text(prediction: &Prediction, cell: &Cell, same_configuration: Option<bool>) -> String {
+fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
     let Prediction { error, quantiles_per_joint, foretold, .. } = prediction;
     let percent = |value: f64| format!("{:.2} %", 100.0 * value);
     let of_joint = |(joint, described): (usize, &Joint)| {
@@ -89,13 +128,7 @@ fn text(prediction: &Prediction, cell: &Cell, same_configuration: Option<bool>) 
     let whole = foretold.as_ref().map_or("–".to_owned(), |of| percent(of.relative_error));
     let none = || "–".to_owned();
     rows.push(vec!["all".to_owned(), percent(error.relative_error), whole, none(), none()]);
-    let mut text = aligned(&["", "error", "foretold", "rms error", "99.9 % below"], &rows);
-    if foretold.is_none() {
-        text += "note: the result does not say what error to expect: it is of an earlier version, or of another \
-                 configuration\n";
-    }
-    if same_configuration == Some(false) {
-        text += "note: the result was identified with another configuration\n";
-    }
-    text
+    let table = aligned(&["", "error", "foretold", "rms error", "99.9 % below"], &rows);
+    let notes = notes.iter().map(|note| format!("note: {note}\n"));
+    core::iter::once(table).chain(notes).collect()
 }

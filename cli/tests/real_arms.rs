@@ -4,10 +4,10 @@
 //! Figures only: the verdicts are no part of the reference.
 
 use core::ops::Range;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use crate::program::{json, repository, succeed};
+use crate::program::{didim, json, repository, succeed};
 use didim::cell::Cell;
 use didim_core::identification::{Experiment, Selection, filtered_motion, observation_matrix};
 use didim_formats::{Side, read_csv};
@@ -232,14 +232,19 @@ fn predict_by(
     motion: &str,
     further: &[&dyn AsRef<OsStr>],
 ) -> String {
-    let folder = repository("tests/data/kr300");
-    let (cell, input) = (folder.join("cell.toml"), folder.join(format!("{motion}.csv")));
-    let result = stored.path();
-    let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"predict", &"--cell", &cell];
-    arguments.extend([&"--result" as &dyn AsRef<OsStr>, &result, &"--input", &input]);
-    arguments.extend([&"--from" as &dyn AsRef<OsStr>, &"1.8", &"--to", &"8.196"]);
+    let command = predict_command(stored, motion);
+    let mut arguments: Vec<&dyn AsRef<OsStr>> = command.iter().map(|of| of as _).collect();
     arguments.extend(further);
     succeed(&arguments)
+}
+
+fn predict_command(stored: &tempfile::NamedTempFile, motion: &str) -> Vec<OsString> {
+    let folder = repository("tests/data/kr300");
+    let (cell, input) = (folder.join("cell.toml"), folder.join(format!("{motion}.csv")));
+    let mut command: Vec<OsString> = vec!["predict".into(), "--cell".into(), cell.into()];
+    command.extend(["--result".into(), stored.path().into(), "--input".into(), input.into()]);
+    command.extend(["--from", "1.8", "--to", "8.196"].map(OsString::from));
+    command
 }
 
 /// `a.csv` and so on.
@@ -299,7 +304,31 @@ fn a_result_without_its_covariance_predicts_and_foretells_nothing() {
     let other =
         stored("ab", |found| found["model_uncertainty"]["deviations"] = Value::from(vec![0.1]));
     let found = json(&predict_by(&other, "c", &[&"--json"]));
-    assert!(found["foretold"].is_null(), "of other freedoms");
+    assert!(
+        found["foretold"].is_null() && found["notes"].as_array().unwrap().len() == 1,
+        "{found}"
+    );
+    // What a damaged file holds ends in an error or a note, never in a figure that is no number.
+    let infinite = stored("ab", |found| {
+        let size = found["model_uncertainty"]["covariance"].as_array().unwrap().len();
+        found["model_uncertainty"]["covariance"] = Value::from(vec![-1e30; size]);
+    });
+    assert!(json(&predict_by(&infinite, "c", &[&"--json"]))["foretold"].is_null());
+    type Change = fn(&mut Value);
+    let changes: [(Change, &str); 4] = [
+        (|found| found["parameters"][0]["name"] = Value::from("zz9"), "no base parameter `zz9`"),
+        (|found| found["parameters"][1] = found["parameters"][0].clone(), "stands there twice"),
+        (|found| found["parameters"] = Value::from(Vec::<Value>::new()), "has no parameters"),
+        (|found| found["parameters"][0]["value"] = Value::from(1e308), "no finite torque"),
+    ];
+    for (change, said) in changes {
+        let damaged = stored("ab", change);
+        let command = predict_command(&damaged, "c");
+        let finished = didim(&command.iter().map(|of| of as &dyn AsRef<OsStr>).collect::<Vec<_>>());
+        let file = damaged.path().display().to_string();
+        assert_eq!(finished.code, Some(1), "{finished:?}");
+        assert!(finished.stderr.contains(said) && finished.stderr.contains(&file), "{finished:?}");
+    }
 }
 
 /// One motion is too little to predict others, two are enough, and the verdict says so.

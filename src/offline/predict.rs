@@ -15,7 +15,7 @@ use didim_formats::Measurement;
 #[derive(Debug, thiserror::Error)]
 pub enum ResultError {
     /// The file cannot be read. Check its name and permissions.
-    #[error("{}: {source}", file.display())]
+    #[error("{}: {source}; check its name and permissions", file.display())]
     Read {
         /// The file.
         file: PathBuf,
@@ -34,8 +34,20 @@ pub enum ResultError {
         /// Why.
         source: serde_json::Error,
     },
+    /// The parameters of the result are not those of the robot. Take the cell that it was identified with.
+    #[error(
+        "{}: {what}: give the result as it was stored, and the cell that it was identified with",
+        file.display()
+    )]
+    Parameters {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
     /// The result is of another robot. Take the cell that it was identified with.
-    #[error("{}: the result is of the robot {found}, the cell's is {robot}", file.display())]
+    #[error("{}: the result is of the robot {found}, the cell's is {robot}; give the cell \
+             that it was identified with", file.display())]
     OtherRobot {
         /// The file.
         file: PathBuf,
@@ -99,9 +111,18 @@ impl StoredModel {
                 robot: robot.to_owned(),
             });
         }
-        let parameters = estimate.parameters.into_iter().map(|p| (p.name, p.value)).collect();
+        let parameters: Vec<(String, f64)> =
+            estimate.parameters.into_iter().map(|p| (p.name, p.value)).collect();
+        check_names(&parameters, cell)
+            .map_err(|what| ResultError::Parameters { file: file.to_path_buf(), what })?;
         let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
         Ok(Self { parameters, configuration, uncertainty })
+    }
+
+    /// Base parameters of the robot that the result does not have: they count as 0.
+    pub fn missing<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
+        let names = cell.base.names().iter().map(String::as_str);
+        names.filter(|name| self.parameters.iter().all(|(own, _)| own != name)).collect()
     }
 
     /// Predicts the torques of a measurement, of which the samples in `counted` count.
@@ -120,4 +141,20 @@ impl StoredModel {
         let model = KnownModel { parameters: &parameters, uncertainty: self.uncertainty.as_ref() };
         Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, model)?)
     }
+}
+
+/// Every parameter is one of the robot's, and stands there once.
+fn check_names(parameters: &[(String, f64)], cell: &Cell) -> Result<(), String> {
+    if parameters.is_empty() {
+        return Err("it has no parameters".to_owned());
+    }
+    for (index, (name, _)) in parameters.iter().enumerate() {
+        if cell.base.find(name).is_none() {
+            return Err(format!("{} has no base parameter `{name}`", cell.robot.name()));
+        }
+        if parameters[..index].iter().any(|(other, _)| other == name) {
+            return Err(format!("`{name}` stands there twice"));
+        }
+    }
+    Ok(())
 }

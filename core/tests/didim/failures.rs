@@ -2,7 +2,7 @@
 
 use didim_core::control::{ControlError, ControlTiming, SimulatedController};
 use didim_core::identification::{
-    IdentificationError, IterationError, Options, SignalTiming, Start,
+    IdentificationError, IterationError, Note, Options, SignalTiming, Start,
 };
 use didim_core::simulation::{SetupError, SimulationError};
 
@@ -56,12 +56,9 @@ fn a_joint_of_wrong_sign_is_simulated_and_named() {
 fn a_controller_that_does_not_hold_the_arm_names_joint_and_time() {
     // A sampled loop is unstable long before its bandwidth reaches half the sample rate.
     let error = refused(|options| {
-        options.controller = Some(SimulatedController::Bandwidth {
-            timing: sampled(0.0),
-            bandwidth_hz: vec![10.0, 150.0],
-            damping: 0.8,
-            acceleration_feed_forward: false,
-        });
+        if let Some(SimulatedController::Cabinet { joints, .. }) = &mut options.controller {
+            joints[1].law = pd_of(150.0, 1.0);
+        }
     });
     let IdentificationError::Iteration(IterationError::FirstSimulation { cause }) = error else {
         panic!("{error}")
@@ -69,6 +66,29 @@ fn a_controller_that_does_not_hold_the_arm_names_joint_and_time() {
     let SimulationError::Divergence { joint: 2, time_s, .. } = cause else { panic!("{cause}") };
     assert!(time_s > 0.0 && time_s < 1.0, "{time_s}");
     assert!(error.to_string().contains("joint 2 diverged at 0."), "{error}");
+}
+
+/// Where the gains are not the cabinet's, nothing is lost by slower ones.
+#[test]
+fn a_stand_in_that_does_not_hold_the_arm_is_slowed_down() {
+    let looped = Looped::random(0, 2, sampled(0.0), pd);
+    let mut options = looped.options();
+    options.controller = Some(SimulatedController::Bandwidth {
+        timing: sampled(0.0),
+        bandwidth_hz: vec![10.0, 250.0],
+        damping: 0.8,
+        acceleration_feed_forward: true,
+    });
+    let found = looped.identify(&looped.record(HELD), &options).unwrap().estimate;
+    let [Note::SlowerLoop { bandwidth_hz }] = &found.verdict.notes[..1] else {
+        panic!("{:?}", found.verdict.notes)
+    };
+    assert_eq!(found.slower_bandwidth_hz, Some(*bandwidth_hz));
+    let times = (bandwidth_hz / 10.0).ln() / 0.7_f64.ln();
+    assert!(
+        (1.0..=6.0).contains(&times.round()) && (times - times.round()).abs() < 1e-9,
+        "{times}"
+    );
 }
 
 #[test]

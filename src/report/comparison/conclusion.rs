@@ -6,58 +6,61 @@ use crate::offline::compare::{Agreement, Framework, MethodResult, Trial, title};
 /// Errors that differ by less are equal: a share of the torque.
 const TIE: f64 = 1e-3;
 
-/// Which methods agree in every parameter, which of them predict best, and which have no result. Those without
-/// the decimation filter are for comparison only.
-pub(super) fn sentence(view: &View<'_>) -> String {
+/// Which methods agree with IDIM-LS in every parameter, which predict best, and which have no result. Those
+/// without the decimation filter are for comparison only.
+pub(super) fn sentence(view: &View<'_>) -> Option<String> {
     let comparison = view.comparison;
     let (found, none): (Vec<_>, Vec<_>) =
         comparison.of(Framework::Decimated).partition(|of| of.estimate.is_some());
-    let agrees = |of: &&&MethodResult| {
+    let is_reference = |of: &&MethodResult| of.trial == Trial::REFERENCE;
+    let agrees = |of: &&MethodResult| {
         let pair = [of.trial, Trial::REFERENCE];
         let of_pair = |other: &&Agreement| {
             pair == [other.estimates, other.intervals] || pair == [other.intervals, other.estimates]
         };
         comparison.agreement.iter().filter(of_pair).all(|pair| pair.outside.is_empty())
     };
-    let (agree, differ): (Vec<_>, Vec<_>) = found.iter().partition(agrees);
     let mut parts = Vec::new();
-    if agree.len() > 1 {
-        parts.push(format!("{} agree in every parameter within 3 σ", names(&agree)));
-    }
-    if !differ.is_empty() {
-        let verb = if differ.len() == 1 { "differs" } else { "differ" };
-        parts.push(format!("{} {verb} from IDIM-LS", names(&differ)));
+    if found.iter().any(is_reference) {
+        let others = found.iter().copied().filter(|of| !is_reference(of));
+        let (agree, differ): (Vec<_>, Vec<_>) = others.partition(agrees);
+        for (which, one, several) in [
+            (
+                agree,
+                "agrees with IDIM-LS within 3 σ in every parameter",
+                "agree with IDIM-LS within 3 σ in every parameter",
+            ),
+            (differ, "differs from IDIM-LS", "differ from IDIM-LS"),
+        ] {
+            parts.extend(said(&which, one, several));
+        }
     }
     parts.extend(best(view));
-    if !none.is_empty() {
-        let verb = if none.len() == 1 { "has" } else { "have" };
-        parts.push(format!("{} {verb} no result", names(&none)));
-    }
-    format!("{}.", parts.join("; "))
+    parts.extend(said(&none, "has no result", "have no result"));
+    (!parts.is_empty()).then(|| format!("{}.", parts.join("; ")))
 }
 
-/// Of those that were held out, the ones with the least error.
+fn said(which: &[&MethodResult], one: &str, several: &str) -> Option<String> {
+    let names = listed(&which.iter().map(|of| title(of.trial.method)).collect::<Vec<_>>());
+    let said = if which.len() == 1 { one } else { several };
+    (!which.is_empty()).then(|| format!("{names} {said}"))
+}
+
+/// Of those that were held out, the ones with the least error, where there is more than one.
 fn best(view: &View<'_>) -> Option<String> {
     let held_out = view.comparison.held_out.iter();
     let errors: Vec<(String, f64)> = held_out
         .filter_map(|of| Some((title(of.method), of.held_out.as_ref()?.relative_error)))
+        .filter(|(_, error)| error.is_finite())
         .collect();
     let least = errors.iter().map(|(_, error)| *error).min_by(f64::total_cmp)?;
-    let best: Vec<String> = errors
-        .iter()
-        .filter(|(_, error)| *error <= least + TIE)
-        .map(|(name, _)| name.clone())
-        .collect();
+    let best = errors.iter().filter(|(_, error)| *error <= least + TIE);
+    let best: Vec<String> = best.map(|(name, _)| name.clone()).collect();
     let error = format!("{:.2} % on what was held out", 100.0 * least);
-    Some(match best.len() {
+    (errors.len() > 1).then(|| match best.len() {
         1 => format!("{} predicts best, {error}", listed(&best)),
-        count if count == errors.len() => format!("they predict alike, {error}"),
-        _ => format!("{} predict best, {error}", listed(&best)),
+        _ => format!("{} predict alike, {error}", listed(&best)),
     })
-}
-
-fn names(of: &[&MethodResult]) -> String {
-    listed(&of.iter().map(|of| title(of.trial.method)).collect::<Vec<_>>())
 }
 
 /// `A, B and C`.

@@ -29,7 +29,9 @@ pub fn terminal(view: &View<'_>) -> String {
     if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::holds) {
         let _ = writeln!(text, "\nAll {} limits hold.", view.outcomes.len());
     }
-    let _ = write!(text, "\n{}", wrapped(&conclusion::sentence(view), 0));
+    if let Some(sentence) = conclusion::sentence(view) {
+        let _ = write!(text, "\n{}", wrapped(&sentence, 0));
+    }
     text
 }
 
@@ -54,7 +56,9 @@ pub fn markdown(view: &View<'_>) -> String {
             text += &line(&cells);
         }
     }
-    let _ = writeln!(text, "\n{}", escaped(&conclusion::sentence(view)));
+    if let Some(sentence) = conclusion::sentence(view) {
+        let _ = writeln!(text, "\n{}", escaped(&sentence));
+    }
     text
 }
 

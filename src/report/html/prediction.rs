@@ -21,6 +21,8 @@ pub struct PredictionReport<'a> {
     pub input: &'a InputFile,
     /// What came of it.
     pub prediction: &'a Prediction,
+    /// What must be known with it.
+    pub notes: &'a [String],
 }
 
 impl PredictionReport<'_> {
@@ -38,6 +40,7 @@ impl PredictionReport<'_> {
                 p.kind { "Prediction by a stored result" }
                 h1 { (robot) }
                 p { (whole) }
+                @for note in self.notes { p { "Note: " (note) } }
             }
             main {
                 (section("Torque, measured and predicted", "Both sides behind the filters of the \

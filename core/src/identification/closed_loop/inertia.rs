@@ -14,7 +14,7 @@ const SMALLEST_SHARE: f64 = 1e-3;
 /// An arm has at least this share of what the links of [`missing_inertia`] have, and gets twice as much from one
 /// trial to the next.
 const LEAST_ADDED: f64 = 1e-3;
-const MOST_TRIALS: u32 = 40;
+const MOST_TRIALS: i32 = 40;
 
 /// The inertia J_j of every joint \[kg·m², or kg of a prismatic one\] while the others move freely, 1/(M⁻¹)_jj:
 /// over the given postures (postures × joints) one over the mean of (M⁻¹)_jj with these standard parameters, and
@@ -40,10 +40,10 @@ pub fn mean_joint_inertia(model: &Model, parameters: &[f64], postures: &DMatrix<
 }
 
 /// What the selected parameters have to be given for the arm to have a positive definite mass matrix in all of these
-/// postures (postures × joints); zeros where nothing is missing.
+/// postures (postures × joints), with some to spare; zeros where nothing is missing.
 ///
 /// Every link gets a share of what its joint has on the whole, as a ball at its origin, which makes any arm
-/// definite: least squares alone do not know that no link's inertia is negative, and where there are
+/// definite whose inertias are selected: least squares alone do not know that no link's inertia is negative, and where there are
 /// no drive inertias, nothing makes up for it.
 pub(super) fn missing_inertia(
     context: &Context<'_>,
@@ -80,13 +80,9 @@ pub(super) fn missing_inertia(
     if enough(LEAST_ADDED, -1.0) {
         return DVector::zeros(parameters.len());
     }
-    let mut added = LEAST_ADDED;
-    for _ in 0..MOST_TRIALS {
-        if enough(added, 0.5) {
-            break;
-        }
-        added *= 2.0;
-    }
+    let mut trials = (0..MOST_TRIALS).map(|trial| LEAST_ADDED * 2.0_f64.powi(trial));
+    // Where inertias are not selected, it may never be: the simulation says so.
+    let added = trials.find(|added| enough(*added, 0.5)).unwrap_or(0.0);
     balls * added
 }
 

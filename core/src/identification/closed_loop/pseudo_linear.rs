@@ -104,6 +104,9 @@ impl<'a> PseudoLinear<'a> {
             self.simulations += 1;
             let Err(cause) = self.simulator.run(parameters)? else { return Ok(halvings) };
             let Some(previous) = previous else {
+                if self.simulator.slow_down()? {
+                    continue;
+                }
                 return Err(IterationError::FirstSimulation { cause }.into());
             };
             let simulations = self.simulations;
@@ -147,6 +150,7 @@ impl<'a> PseudoLinear<'a> {
             simulations: self.simulations,
             steps,
             reference: Some(self.simulator.source()),
+            slower_bandwidth_hz: self.simulator.slower_bandwidth_hz(),
             position_error_per_joint: Some(position_errors(self.context, self.simulator.motion())?),
             ..Iteration::default()
         })

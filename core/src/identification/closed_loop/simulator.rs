@@ -22,10 +22,14 @@ const WHOLE_MULTIPLE: f64 = 1e-6;
 /// A controller computes no more often per sample of the record.
 const MOST_PERIODS: f64 = 200.0;
 
+/// A stand-in loop that does not hold the arm gets this bandwidth in place of 1, at most so often.
+const SLOWER: f64 = 0.7;
+const MOST_SLOWED: u32 = 6;
+
 /// Everything about the loop but the estimate.
 pub(super) struct Simulator<'a> {
     context: &'a Context<'a>,
-    controller: &'a SimulatedController,
+    controller: SimulatedController,
     /// The gains, where they do not follow the estimate.
     fixed: Option<ControllerConfig>,
     reference: SampledReference,
@@ -36,6 +40,8 @@ pub(super) struct Simulator<'a> {
     postures: DMatrix<f64>,
     /// What is added to every estimate that is simulated, where that of the equation error is no arm.
     added: DVector<f64>,
+    /// How often a stand-in loop was slowed down.
+    slowed: u32,
     /// Controller periods per sample of the record.
     periods: usize,
     motion: Motion,
@@ -52,7 +58,7 @@ impl<'a> Simulator<'a> {
         method: Method,
     ) -> Result<Self, IdentificationError> {
         let (experiment, options) = (context.experiment, &context.options.simulation);
-        let controller = context.options.controller(method)?;
+        let controller = context.options.controller(method)?.clone();
         let rate = experiment.sample_rate_hz();
         let periods = periods_per_sample(rate, controller.timing())?;
         let (source, recorded, delay_s) = match experiment.reference_rad() {
@@ -85,6 +91,7 @@ impl<'a> Simulator<'a> {
             },
             postures,
             added,
+            slowed: 0,
             periods,
             motion: fit.motion.clone(),
             spare: None,
@@ -98,7 +105,7 @@ impl<'a> Simulator<'a> {
 
     /// What controls the simulated arm.
     pub(super) fn controller(&self) -> &SimulatedController {
-        self.controller
+        &self.controller
     }
 
     /// When the controller computes.
@@ -135,6 +142,34 @@ impl<'a> Simulator<'a> {
         let inertia = mean_joint_inertia(&self.context.model, standard, &self.postures);
         let controller = self.controller.for_inertia(&inertia);
         controller.map_err(|error| IdentificationError::Setup(SetupError::Control(error)))
+    }
+
+    /// Slows a stand-in loop down that does not hold the arm; says whether there is still room to, and it is one.
+    ///
+    /// # Errors
+    /// What the loop's gains cannot be.
+    pub(super) fn slow_down(&mut self) -> Result<bool, IdentificationError> {
+        let is_stand_in = matches!(self.controller, SimulatedController::Bandwidth { .. });
+        if !is_stand_in || self.slowed == MOST_SLOWED {
+            return Ok(false);
+        }
+        self.slowed += 1;
+        let setup = |error| IdentificationError::Setup(SetupError::Control(error));
+        self.controller = self.controller.clone().with_bandwidth(SLOWER).map_err(setup)?;
+        if let Some(fixed) = self.fixed.take() {
+            self.fixed = Some(fixed.with_bandwidth(SLOWER).map_err(setup)?);
+        }
+        Ok(true)
+    }
+
+    /// The smallest bandwidth of a joint's stand-in loop \[Hz\], where it had to be slowed down.
+    pub(super) fn slower_bandwidth_hz(&self) -> Option<f64> {
+        match &self.controller {
+            SimulatedController::Bandwidth { bandwidth_hz, .. } if self.slowed > 0 => {
+                bandwidth_hz.iter().copied().min_by(f64::total_cmp)
+            }
+            _ => None,
+        }
     }
 
     /// The loop with these selected parameters, every other parameter 0.

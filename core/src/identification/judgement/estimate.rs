@@ -192,6 +192,9 @@ pub struct Estimate {
     /// The reference of the simulated loops, for methods that simulate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceSource>,
+    /// The smallest bandwidth of a stand-in loop \[Hz\], where the sample rate bears less than is stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slower_bandwidth_hz: Option<f64>,
     /// Rows of each joint of whose residual less than a half counts, with robust weights.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub downweighted_rows_per_joint: Option<Vec<usize>>,

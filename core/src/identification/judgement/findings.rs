@@ -69,6 +69,8 @@ pub(crate) struct Iteration {
     pub(crate) steps: Vec<ConvergenceStep>,
     /// What the simulated loops followed.
     pub(crate) reference: Option<ReferenceSource>,
+    /// The smallest bandwidth of the simulated loops \[Hz\], where it had to be less than stated.
+    pub(crate) slower_bandwidth_hz: Option<f64>,
     /// ‖q − q_s‖ / ‖q‖ of the last simulation.
     pub(crate) position_error_per_joint: Option<Vec<f64>>,
     /// ‖τ − τ_s‖ / ‖τ‖ of the last simulation, where the torques can be compared.
@@ -102,6 +104,7 @@ impl Findings<'_> {
                 &solution.parameters,
                 &deviations,
                 pieces.copies,
+                None,
             )?,
             Some(own) => {
                 let analysis = ResidualAnalysis::new(torque, own, &filter);
@@ -118,6 +121,7 @@ impl Findings<'_> {
                     &own.parameters,
                     &own_deviations,
                     pieces.copies,
+                    Some(&(&own.parameters - &solution.parameters)),
                 )?
             }
         };
@@ -167,6 +171,7 @@ impl Findings<'_> {
             simulations: iteration.simulations,
             convergence: iteration.steps.clone(),
             reference: iteration.reference,
+            slower_bandwidth_hz: iteration.slower_bandwidth_hz,
             downweighted_rows_per_joint: downweighted
                 .map(|rows| rows.iter().map(Vec::len).collect()),
             relative_position_error_per_joint: iteration.position_error_per_joint.clone(),
@@ -217,7 +222,7 @@ impl Findings<'_> {
         Ok(Identification { estimate, fit })
     }
 
-    /// Checks the model on an equation of torques and its solution.
+    /// Checks the model on an equation of torques and its solution, which the result is so far from.
     fn checks(
         &self,
         context: &Context<'_>,
@@ -226,6 +231,7 @@ impl Findings<'_> {
         parameters: &DVector<f64>,
         deviations: &DVector<f64>,
         copies: f64,
+        other: Option<&DVector<f64>>,
     ) -> Result<(Checks, Uncertainty), IdentificationError> {
         let fitted = FittedModel {
             context,
@@ -239,7 +245,7 @@ impl Findings<'_> {
             deviations,
         };
         let checks = fitted.check()?;
-        let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), copies)?;
+        let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), copies, other)?;
         Ok((checks, uncertainty))
     }
 }

@@ -33,15 +33,7 @@ pub struct Foretold {
 }
 
 impl ModelUncertainty {
-    pub(super) fn new(
-        columns: &Columns<'_>,
-        along: &DMatrix<f64>,
-        parameters: &DVector<f64>,
-        observations: &Observations,
-        solution: &JointSolution,
-    ) -> Self {
-        let remaining =
-            observations.residuals(&(parameters + &solution.change)) - along * &solution.freedoms;
+    pub(super) fn new(columns: &Columns<'_>, noise_nm: &[f64], solution: &JointSolution) -> Self {
         let of = |k: usize| solution.covariance.row(k).columns(0, k + 1).into_owned();
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
         let covariance = (0..solution.covariance.nrows())
@@ -52,11 +44,12 @@ impl ModelUncertainty {
             deviations: columns.deviations(),
             mean: solution.change.iter().chain(&solution.freedoms).copied().collect(),
             covariance,
-            noise_nm: observations.rms_per_joint(&remaining),
+            noise_nm: noise_nm.to_vec(),
         }
     }
 
-    /// The error of these parameters along a motion; none where the freedoms of the context are others.
+    /// The error of these parameters along a motion; none where the freedoms of the context are others, or nothing finite comes of
+    /// it.
     pub(crate) fn foretold(
         &self,
         context: &Context<'_>,
@@ -97,9 +90,11 @@ impl ModelUncertainty {
             .collect();
         let relative = |[error, torque]: [f64; 2]| (error / torque).sqrt();
         let sum = |which: usize| squares.iter().map(|of| of[which]).sum();
-        Ok(Some(Foretold {
+        let foretold = Foretold {
             relative_error: relative([sum(0), sum(1)]),
             relative_error_per_joint: squares.iter().copied().map(relative).collect(),
-        }))
+        };
+        // What stands in a file may be anything.
+        Ok(foretold.relative_error.is_finite().then_some(foretold))
     }
 }

@@ -36,7 +36,7 @@ pub enum Reason {
     /// The mass matrix is not positive definite at a posture \[rad or m\], by so many standard
     /// deviations.
     Indefinite { posture: Vec<f64>, deviations: f64 },
-    /// The controller that is described commands the opposite of what was recorded.
+    /// The controller that is described commands the opposite of what was recorded, or three times as much.
     OppositeCommand { joint: usize },
     /// So many parameters that cannot be negative are.
     WrongSigns { negative: usize, of: usize },
@@ -70,6 +70,8 @@ pub enum Reason {
 pub enum Note {
     /// The filtered measured position was used as the reference.
     NoReference,
+    /// The stand-in loop had to be slower than stated: the smallest bandwidth of a joint.
+    SlowerLoop { bandwidth_hz: f64 },
     /// These parameters may be zero.
     Insignificant { names: Vec<String> },
     /// The residuals of these joints, numbered from 1, are not white.
@@ -139,9 +141,9 @@ impl Display for Reason {
             ),
             Self::OppositeCommand { joint } => write!(
                 f,
-                "the command of the described controller of joint {joint} is the opposite of the \
-                 recorded one: turn the sign of its torque, or of its position; the other reasons may \
-                 follow from it"
+                "the command of the described controller of joint {joint} differs from the recorded one \
+                 by twice its size: the sign of its torque or position is wrong, or its gain three \
+                 times too large; the other reasons may follow from it"
             ),
             Self::ConditionNumber { value, limit } => write!(
                 f,
@@ -336,6 +338,11 @@ impl Display for Note {
                 f,
                 "the effect of the position filter at {cutoff_hz} Hz could not be checked, because \
                  the cut-off is too close to half the sample rate"
+            ),
+            Self::SlowerLoop { bandwidth_hz } => write!(
+                f,
+                "the simulated loop has a bandwidth of {bandwidth_hz:.1} Hz at some joint, less than is \
+                 stated: a faster one did not hold the arm at this sample rate"
             ),
             Self::PositionNoiseIgnored => {
                 f.write_str("this method does not check the effect of the noise of the positions")

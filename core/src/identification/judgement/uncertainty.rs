@@ -36,11 +36,13 @@ pub(super) struct Uncertainty {
 
 impl Uncertainty {
     /// `bias` is how far each parameter may be off by what the position filter does; of `copies` rows
-    /// that say the same, one counts.
+    /// that say the same, one counts. `other` is how far these parameters are from the result's, where they are
+    /// not the same.
     pub(super) fn new(
         fitted: &FittedModel<'_>,
         bias: Option<&DVector<f64>>,
         copies: f64,
+        other: Option<&DVector<f64>>,
     ) -> Result<Self, IdentificationError> {
         let FittedModel { context, motion, beside, observations, analysis, parameters, .. } =
             *fitted;
@@ -53,7 +55,7 @@ impl Uncertainty {
             along.row_mut(row).fill(0.0);
         }
         let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();
-        let solution = analysis
+        let mut solution = analysis
             .with_prior(&along, &floors, copies)
             .map_err(IdentificationError::Regression)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
@@ -68,9 +70,20 @@ impl Uncertainty {
             (solution.noise[(k, k)] + told[k].powi(2) + open + bias * bias).max(0.0).sqrt()
         });
         let freedoms = columns.estimates(&along, observations, &solution);
+        let remaining =
+            observations.residuals(&(parameters + &solution.change)) - &along * &solution.freedoms;
+        if let Some(other) = other {
+            solution.change += other;
+        }
+        let model = match context.decimation.is_none() {
+            // A record is predicted behind the filter, and what is left of rows without it is much more.
+            true => ModelUncertainty::default(),
+            false => {
+                ModelUncertainty::new(&columns, &observations.rms_per_joint(&remaining), &solution)
+            }
+        };
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
-        let model = ModelUncertainty::new(&columns, &along, parameters, observations, &solution);
         Ok(Self { combined, freedoms, elsewhere, torque, model })
     }
 }

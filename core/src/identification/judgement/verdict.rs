@@ -119,10 +119,12 @@ impl VerdictLimits {
         if decimation.is_none() {
             reasons.push(Reason::NotDecimated);
         }
-        // Of the joints that are judged.
+        // Without the joints that are let off.
         let judged: Vec<f64> = (1..)
             .zip(deviations)
-            .filter(|&(joint, &share)| !known.is_small(joint, in_nm(joint, share)))
+            .filter(|&(joint, &share)| {
+                !exceeds(share, limit) || !known.is_small(joint, in_nm(joint, share))
+            })
             .map(|(_, share)| *share)
             .collect();
         let figure = largest(if judged.is_empty() { deviations } else { &judged });
@@ -273,6 +275,9 @@ impl VerdictLimits {
         let mut notes = Vec::new();
         if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
             notes.push(Note::NoReference);
+        }
+        if let Some(bandwidth_hz) = estimate.slower_bandwidth_hz {
+            notes.push(Note::SlowerLoop { bandwidth_hz });
         }
         if let Some(bias) = &estimate.position_bias
             && exceeds(bias.deviations.abs(), self.position_filter_deviations)

@@ -38,6 +38,9 @@ impl Descent<'_, '_> {
             match (self.first(&start)?, before) {
                 (Ok(at), _) => break at,
                 (Err(_), Some(before)) if halvings < MAX_TRIES => start = (start + before) * 0.5,
+                (Err(Rejection::Simulation(_)), _) if self.problem.simulator.slow_down()? => {
+                    continue;
+                }
                 (Err(Rejection::Simulation(cause)), _) => {
                     return Err(IterationError::FirstSimulation { cause }.into());
                 }

@@ -118,6 +118,7 @@ fn identify(
             simulations: problem.simulations,
             steps: optimum.steps.clone(),
             reference: Some(problem.simulator.source()),
+            slower_bandwidth_hz: problem.simulator.slower_bandwidth_hz(),
             position_error_per_joint: Some(position_errors(context, &point.motion)?),
             torque_error_per_joint: Some(torque_error_per_joint),
             controller_error_per_joint: controller_error(context, &problem.simulator, &[])?,
