@@ -67,6 +67,14 @@ impl ResultRecord {
     /// Version of the layout.
     pub const SCHEMA: u32 = 1;
 
+    /// The record for those who listen in, who have no use for what another motion is foretold with: it is most of the
+    /// file.
+    #[must_use]
+    pub fn published(&self) -> Self {
+        let estimate = Estimate { model_uncertainty: None, ..self.estimate.clone() };
+        Self { estimate, ..self.clone() }
+    }
+
     /// The record of an estimate.
     pub fn new(cell: &str, configuration: &str, window: &Window, estimate: Estimate) -> Self {
         Self {

@@ -11,7 +11,7 @@ use super::setup::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Beside, ResultRecord, StoreError};
+use crate::archive::store::{Beside, ResultRecord};
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -271,8 +271,7 @@ impl Job {
                     results.take(&finished.record, &finished.beside, &finished.options)
                 }
                 None => {
-                    let json = serde_json::to_vec(&finished.record).map_err(StoreError::from);
-                    self.publish(json);
+                    self.publish();
                     continue;
                 }
             };
@@ -281,7 +280,7 @@ impl Job {
                     if let Some(archiver) = &self.archiver {
                         archiver.keep_result(stored.number, &finished.recorded);
                     }
-                    self.publish(Ok(stored.json));
+                    self.publish();
                 }
                 Err(error) => {
                     why = Some(error.to_string());
@@ -301,9 +300,9 @@ impl Job {
     }
 
     /// Tells of the oldest result that waited: it is stored, or is only published, or has no form.
-    fn publish(&mut self, json: Result<Vec<u8>, StoreError>) {
+    fn publish(&mut self) {
         let Some(finished) = self.unstored.take_first() else { return };
-        let json = match json {
+        let json = match serde_json::to_vec(&finished.record.published()) {
             Ok(json) => json,
             Err(why) => return finished.give_up(&self.shared, &why.to_string()),
         };

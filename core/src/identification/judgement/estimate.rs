@@ -175,8 +175,9 @@ pub struct Estimate {
     pub freedoms: Vec<FreedomEstimate>,
     /// How uncertain the torque is where the arm has not been.
     pub elsewhere: Elsewhere,
-    /// What the error on another motion is foretold with.
-    pub model_uncertainty: ModelUncertainty,
+    /// What the error on another motion is foretold with; none without the decimation filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_uncertainty: Option<ModelUncertainty>,
     /// How well pieces of the motion are predicted without them.
     pub held_out: HeldOut,
     /// What position filter and position noise do, where that could be found.

@@ -17,6 +17,7 @@ pub struct ModelUncertainty {
     /// How the parameters would change with the freedoms, and these (b + m).
     pub(super) mean: Vec<f64>,
     /// Their covariance, the rows of its lower triangle. Sizes: single precision is plenty.
+    #[serde(with = "rows")]
     pub(super) covariance: Vec<f32>,
     /// Root mean square of what is left of each joint's torque with the freedoms \[N·m or N\].
     pub(super) noise_nm: Vec<f64>,
@@ -33,7 +34,7 @@ pub struct Foretold {
 }
 
 impl ModelUncertainty {
-    pub(super) fn new(columns: &Columns<'_>, noise_nm: &[f64], solution: &JointSolution) -> Self {
+    pub(super) fn new(columns: &Columns<'_>, noise_nm: Vec<f64>, solution: &JointSolution) -> Self {
         let of = |k: usize| solution.covariance.row(k).columns(0, k + 1).into_owned();
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
         let covariance = (0..solution.covariance.nrows())
@@ -44,7 +45,7 @@ impl ModelUncertainty {
             deviations: columns.deviations(),
             mean: solution.change.iter().chain(&solution.freedoms).copied().collect(),
             covariance,
-            noise_nm: noise_nm.to_vec(),
+            noise_nm,
         }
     }
 
@@ -96,5 +97,44 @@ impl ModelUncertainty {
         };
         // What stands in a file may be anything.
         Ok(foretold.relative_error.is_finite().then_some(foretold))
+    }
+}
+
+/// The rows of a lower triangle as one text each: numbers apart would take three times the room in an indented
+/// file.
+mod rows {
+    use core::fmt::Write as _;
+
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(
+        triangle: &[f32],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let mut rest = triangle;
+        let rows = (1..).map_while(|length: usize| {
+            let (row, after) = rest.split_at_checked(length)?;
+            rest = after;
+            let mut text = String::new();
+            for (k, value) in row.iter().enumerate() {
+                // Writing to a String cannot fail.
+                let _ = write!(text, "{}{value:e}", if k > 0 { " " } else { "" });
+            }
+            Some(text)
+        });
+        serializer.collect_seq(rows)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<f32>, D::Error> {
+        let rows = Vec::<String>::deserialize(deserializer)?;
+        let numbers = rows.iter().flat_map(|row| row.split_whitespace());
+        let number = |text: &str| {
+            text.parse()
+                .map_err(|_| D::Error::custom(format!("`{text}` in a covariance is no number")))
+        };
+        numbers.map(number).collect()
     }
 }

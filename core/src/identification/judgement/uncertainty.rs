@@ -31,7 +31,7 @@ pub(super) struct Uncertainty {
     pub(super) elsewhere: Elsewhere,
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(super) torque: Vec<f64>,
-    pub(super) model: ModelUncertainty,
+    pub(super) model: Option<ModelUncertainty>,
 }
 
 impl Uncertainty {
@@ -75,13 +75,10 @@ impl Uncertainty {
         if let Some(other) = other {
             solution.change += other;
         }
-        let model = match context.decimation.is_none() {
-            // A record is predicted behind the filter, and what is left of rows without it is much more.
-            true => ModelUncertainty::default(),
-            false => {
-                ModelUncertainty::new(&columns, &observations.rms_per_joint(&remaining), &solution)
-            }
-        };
+        // A record is predicted behind the filter, and what is left of rows without it is much more.
+        let model = (!context.decimation.is_none()).then(|| {
+            ModelUncertainty::new(&columns, observations.rms_per_joint(&remaining), &solution)
+        });
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
         Ok(Self { combined, freedoms, elsewhere, torque, model })
