@@ -2,11 +2,15 @@
 
 use core::ops::Range;
 
+use nalgebra::{DMatrix, DVector};
+
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
 use super::judgement::{Estimate, REACH_ROWS};
-use super::prediction::{Errors, PredictionError, PredictionRows};
+use super::observation::{filtered_motion, filtered_torque, fitted_matrix};
+use super::prediction::PredictionError;
 use crate::dynamics::BaseParameters;
+use crate::regression::relative_errors;
 use crate::robot::Robot;
 
 /// What came of it.
@@ -58,7 +62,7 @@ pub fn cross_validate(
     // Of all base parameters, whichever are identified.
     let options = Options { parameters: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
-    let rows = PredictionRows::new(&context)?;
+    let rows = Rows::new(&context)?;
     let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);
     for range in &ranges {
@@ -76,4 +80,73 @@ pub fn cross_validate(
 
 fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
     estimate.parameters.iter().map(|p| (p.name.as_str(), p.value)).collect()
+}
+
+/// The rows of the inverse dynamic model with all base parameters.
+struct Rows<'a> {
+    context: &'a Context<'a>,
+    matrix: DMatrix<f64>,
+    torque: DVector<f64>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
+        let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
+        let matrix = fitted_matrix(context, &motion)?;
+        Ok(Self { context, matrix, torque: filtered_torque(context)? })
+    }
+}
+
+/// ‖y − Xθ‖² and ‖y‖² of every joint, and the rows of each.
+struct Errors {
+    sums: Vec<[f64; 2]>,
+    rows: usize,
+}
+
+impl Errors {
+    fn new(joints: usize) -> Self {
+        Self { sums: vec![[0.0; 2]; joints], rows: 0 }
+    }
+
+    /// Adds the rows of these samples.
+    fn add(
+        &mut self,
+        rows: &Rows<'_>,
+        samples: &Range<usize>,
+        parameters: &[(&str, f64)],
+    ) -> Result<(), IdentificationError> {
+        let Rows { context, matrix, torque } = rows;
+        let mut values = DVector::zeros(matrix.ncols());
+        for (name, value) in parameters {
+            let index = context.base.find(name).ok_or_else(|| {
+                let known = context.base.names().to_vec();
+                IdentificationError::UnknownParameter { name: (*name).to_owned(), known }
+            })?;
+            values[index] = *value;
+        }
+        let left = torque - matrix * values;
+        let count = context.samples.len();
+        let kept: Vec<usize> = (context.samples.iter().enumerate())
+            .filter(|(_, sample)| samples.contains(sample))
+            .map(|(row, _)| row)
+            .collect();
+        for (joint, [errors, torques]) in self.sums.iter_mut().enumerate() {
+            for row in kept.iter().map(|row| joint * count + row) {
+                *errors += left[row].powi(2);
+                *torques += torque[row].powi(2);
+            }
+        }
+        self.rows += kept.len();
+        Ok(())
+    }
+
+    fn relative(&self) -> PredictionError {
+        let (relative_error, relative_error_per_joint) = relative_errors(&self.sums);
+        let rms = |[errors, _]: &[f64; 2]| (errors / self.rows as f64).sqrt();
+        PredictionError {
+            relative_error,
+            relative_error_per_joint,
+            rms_error_per_joint_nm: self.sums.iter().map(rms).collect(),
+        }
+    }
 }

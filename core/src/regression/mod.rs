@@ -40,6 +40,7 @@ pub use ljung_box::LjungBox;
 pub use observations::Observations;
 pub use prior::JointSolution;
 pub use residuals::ResidualStatistics;
+pub(crate) use residuals::relative_errors;
 pub use robust::{RobustLoss, RobustSolution};
 pub use solution::Solution;
 pub use spectrum::{ResidualSpectrum, RowFilter};

@@ -47,6 +47,13 @@ impl Observations {
     }
 }
 
+/// ‖e‖/‖y‖ over all joints, and of each, from ‖e_j‖² and ‖y_j‖².
+pub(crate) fn relative_errors(squares: &[[f64; 2]]) -> (f64, Vec<f64>) {
+    let relative = |[error, whole]: [f64; 2]| (error / whole).sqrt();
+    let all = squares.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+    (relative(all), squares.iter().copied().map(relative).collect())
+}
+
 fn sum_sq(values: &[f64]) -> f64 {
     values.iter().map(|x| x * x).sum()
 }

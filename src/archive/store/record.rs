@@ -71,8 +71,9 @@ impl ResultRecord {
     /// file.
     #[must_use]
     pub fn published(&self) -> Self {
-        let estimate = Estimate { model_uncertainty: None, ..self.estimate.clone() };
-        Self { estimate, ..self.clone() }
+        let mut record = self.clone();
+        record.estimate.model_uncertainty = None;
+        record
     }
 
     /// The record of an estimate.

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
 use crate::identification::given::Context;
-use crate::robot::{JointKind, ParameterKind};
+use crate::robot::{JointKind, ParameterKind, Robot};
 
 /// Smallest inertia of a joint, as a share of the largest: an estimate on its way may have none,
 /// and gains that follow it must not vanish.
@@ -57,15 +57,8 @@ pub(super) fn missing_inertia(
     });
     let floor = SMALLEST_SHARE * own.max();
     let mut balls = vec![0.0; robot.parameters().parameters().len()];
-    for (joint, (described, own)) in robot.chain().iter().zip(&own).enumerate() {
-        use ParameterKind::{M, Xx, Yy, Zz};
-        let kinds: &[ParameterKind] = match described.kind {
-            JointKind::Revolute => &[Xx, Yy, Zz],
-            JointKind::Prismatic => &[M],
-        };
-        for column in kinds.iter().filter_map(|kind| robot.parameters().column(*kind, joint)) {
-            balls[column] = own.max(floor);
-        }
+    for (joint, own) in own.iter().enumerate() {
+        ball(robot, joint).for_each(|column| balls[column] = own.max(floor));
     }
     let balls = selection.of_base(base, &base.regroup(&balls));
     let definite = |parameters: &DVector<f64>| {
@@ -84,6 +77,17 @@ pub(super) fn missing_inertia(
     // Where inertias are not selected, it may never be: the simulation says so.
     let added = trials.find(|added| enough(*added, 0.5)).unwrap_or(0.0);
     balls * added
+}
+
+/// The standard parameters, by their columns, of a ball at the origin of a joint's link, as far as the joint moves
+/// it: its inertia about every axis, or its mass at a prismatic joint.
+pub(super) fn ball(robot: &Robot, joint: usize) -> impl Iterator<Item = usize> + '_ {
+    use ParameterKind::{M, Xx, Yy, Zz};
+    let kinds: &[ParameterKind] = match robot.chain()[joint].kind {
+        JointKind::Revolute => &[Xx, Yy, Zz],
+        JointKind::Prismatic => &[M],
+    };
+    kinds.iter().filter_map(move |kind| robot.parameters().column(*kind, joint))
 }
 
 /// Calls `each` with the mass matrix in every posture.

@@ -2,9 +2,10 @@
 
 use nalgebra::DVector;
 
+use super::inertia::ball;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Start};
-use crate::robot::{JointKind, ParameterKind, Robot};
+use crate::robot::{ParameterKind, Robot};
 
 /// A value for every selected parameter.
 pub(super) fn start(
@@ -41,22 +42,14 @@ fn unit_drive_inertias(robot: &Robot) -> Vec<f64> {
         });
         1.0 + others.map(|motor| transmission.direction(motor)[joint].powi(2)).sum::<f64>()
     };
-    let of_link = |joint: usize, kind: ParameterKind| {
-        let own = match robot.chain()[joint].kind {
-            JointKind::Revolute => {
-                matches!(kind, ParameterKind::Xx | ParameterKind::Yy | ParameterKind::Zz)
-            }
-            JointKind::Prismatic => kind == ParameterKind::M,
-        };
-        if own && !has_inertia(joint) { 1.0 } else { 0.0 }
-    };
-    let parameters = table.parameters().iter();
-    parameters
-        .map(|parameter| match parameter.kind {
-            ParameterKind::Ia => value(parameter.joint),
-            kind => of_link(parameter.joint, kind),
-        })
-        .collect()
+    let mut standard = vec![0.0; table.parameters().len()];
+    for joint in 0..robot.joints() {
+        match table.column(ParameterKind::Ia, joint) {
+            Some(column) => standard[column] = value(joint),
+            None => ball(robot, joint).for_each(|column| standard[column] = 1.0),
+        }
+    }
+    standard
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::freedoms::Columns;
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{Motion, regressor_rows};
-use crate::regression::JointSolution;
+use crate::regression::{JointSolution, relative_errors};
 
 /// States that are looked at.
 const STATES: usize = 1500;
@@ -51,11 +51,10 @@ impl Elsewhere {
                 sums.map(|sum| sum / count as f64)
             })
             .collect();
-        let sum = |which: usize| squares.iter().map(|of| of[which]).sum::<f64>();
-        let relative = |[error, torque]: [f64; 2]| (error / torque).sqrt();
+        let (relative_error, relative_error_per_joint) = relative_errors(&squares);
         Ok(Self {
-            relative_error: relative([sum(0), sum(1)]),
-            relative_error_per_joint: squares.iter().copied().map(relative).collect(),
+            relative_error,
+            relative_error_per_joint,
             error_per_joint_nm: squares.iter().map(|[error, _]| error.sqrt()).collect(),
         })
     }

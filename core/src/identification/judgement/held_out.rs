@@ -11,7 +11,7 @@ use super::pieces::Pieces;
 use super::quantiles::ResidualQuantiles;
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::Motion;
-use crate::regression::Observations;
+use crate::regression::{Observations, relative_errors};
 
 /// Rows that the filters smear a sample over, to either side: a spike of one sample shows in some eight.
 pub(crate) const REACH_ROWS: usize = 10;
@@ -53,16 +53,15 @@ impl HeldOut {
                 }
             }
         }
-        let relative = |[errors, torques]: &[f64; 2]| (errors / torques).sqrt();
-        let all = sums.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+        let (relative_error, relative_error_per_joint) = relative_errors(&sums);
         let without: Vec<_> = changes.iter().map(|change| parameters + change).collect();
         let piece_of = |sample: usize| {
             let next = context.samples.partition_point(|&row| row < sample);
             pieces.of_row[next.min(pieces.of_row.len() - 1)]
         };
         Ok(Self {
-            relative_error: Some(relative(&all)),
-            relative_error_per_joint: sums.iter().map(relative).collect(),
+            relative_error: Some(relative_error),
+            relative_error_per_joint,
             quantiles_per_joint: ResidualQuantiles::per_joint(
                 context, motion, &without, &piece_of,
             )?,

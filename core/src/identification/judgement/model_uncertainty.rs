@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::freedoms::{Columns, Observed};
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{BesideObservation, Motion};
-use crate::regression::{JointSolution, Observations};
+use crate::regression::{JointSolution, Observations, relative_errors};
 
 /// What the data say of the parameters and of all that the model takes for known, together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -89,14 +89,10 @@ impl ModelUncertainty {
                 [solution.squared_error(x, c) + noise, torque]
             })
             .collect();
-        let relative = |[error, torque]: [f64; 2]| (error / torque).sqrt();
-        let sum = |which: usize| squares.iter().map(|of| of[which]).sum();
-        let foretold = Foretold {
-            relative_error: relative([sum(0), sum(1)]),
-            relative_error_per_joint: squares.iter().copied().map(relative).collect(),
-        };
+        let (relative_error, relative_error_per_joint) = relative_errors(&squares);
+        let foretold = Foretold { relative_error, relative_error_per_joint };
         // What stands in a file may be anything.
-        Ok(foretold.relative_error.is_finite().then_some(foretold))
+        Ok(relative_error.is_finite().then_some(foretold))
     }
 }
 
