@@ -1,5 +1,6 @@
 //! The sample stream between threads and processes: what arrives, what is lost, who dies.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::common::{Network, Process, eventually, sample};
@@ -87,6 +88,31 @@ fn the_buffer_holds_what_the_options_promise() {
     drop(writer);
     // What stays is the library's own bookkeeping of the root, one small file.
     assert!(network.occupied_bytes() < 1 << 20, "{} B left", network.occupied_bytes());
+}
+
+#[test]
+fn ports_come_and_go_in_one_thread_while_another_makes_its_own() {
+    let network = Network::new();
+    let options = network.options();
+    let writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let done = AtomicBool::new(false);
+    let opened = std::thread::scope(|scope| {
+        let others = scope.spawn(|| {
+            let mut opened = 0;
+            while !done.load(Ordering::Relaxed) {
+                drop(StreamNode::join(&options).unwrap().sample_reader().unwrap());
+                opened += 1;
+            }
+            opened
+        });
+        let node = StreamNode::join(&options).unwrap();
+        let failure = (0..600).find_map(|_| node.document_writer(Topic::Status).err());
+        done.store(true, Ordering::Relaxed);
+        assert!(failure.is_none(), "{failure:?}");
+        others.join().unwrap()
+    });
+    assert!(opened > 10, "{opened} ports opened meanwhile");
+    drop(writer);
 }
 
 #[test]

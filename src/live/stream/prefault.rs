@@ -10,6 +10,7 @@
 
 use std::io::ErrorKind;
 use std::path::Path;
+use std::time::Duration;
 
 use rustix::mm::{Advice, madvise};
 
@@ -18,43 +19,51 @@ use super::StreamError;
 /// Where the library's segments lie.
 pub const SHARED_MEMORY: &str = "/dev/shm";
 
+/// How often the mappings are listed anew when one of them was not there any more.
+const ATTEMPTS: usize = 20;
+
+/// Between two attempts.
+const PAUSE: Duration = Duration::from_millis(5);
+
 /// Populates every writable mapping of this process whose file in [`SHARED_MEMORY`] begins with
 /// `prefix`; returns their size \[bytes\]. A kernel before 5.14 does not know how: 0, and the pages
 /// come at first touch.
 ///
+/// The kernel answers ENOMEM to both, a range that is not mapped and pages that are not to be had.
+/// The first happens while another thread lets the library look into a segment and close it again;
+/// the next such look may lie at the same address, so that the list alone cannot tell. A lack of
+/// memory stays, a look does not: it is tried [`ATTEMPTS`] times.
+///
 /// # Errors
 /// [`StreamError::Prefault`] when the pages are not to be had.
 pub(super) fn populate(prefix: &str) -> Result<u64, StreamError> {
-    let mine = mappings(prefix)?;
-    let mapped_bytes: u64 = mine.iter().map(|(_, length)| *length as u64).sum();
-    for (start, length) in mine {
-        // SAFETY: MADV_POPULATE_WRITE changes no byte of memory, it only makes the kernel back the
-        // range with pages as a write would; a range that is no longer mapped is answered with
-        // ENOMEM. So no reference into these mappings, ours or the library's, is affected.
-        let populated = unsafe {
-            madvise(
-                core::ptr::with_exposed_provenance_mut(start),
-                length,
-                Advice::LinuxPopulateWrite,
-            )
-        };
-        match populated.map_err(std::io::Error::from) {
-            Ok(()) => {}
+    let mut attempt = 1;
+    loop {
+        let mine = mappings(prefix)?;
+        let mapped_bytes = mine.iter().map(|(_, length)| *length as u64).sum();
+        match mine.into_iter().try_for_each(populate_range) {
+            Ok(()) => return Ok(mapped_bytes),
             Err(cause) if cause.kind() == ErrorKind::InvalidInput => {
                 tracing::warn!("this kernel cannot populate shared memory in advance");
                 return Ok(0);
             }
-            // Another thread of this process has let go of the mapping since the list was made, as
-            // the library does with what it only looked into: nothing of it will be touched.
-            Err(cause)
-                if cause.kind() == ErrorKind::OutOfMemory
-                    && !mappings(prefix)?.contains(&(start, length)) => {}
+            Err(cause) if cause.kind() == ErrorKind::OutOfMemory && attempt < ATTEMPTS => {
+                attempt += 1;
+                std::thread::sleep(PAUSE);
+            }
             Err(cause) => {
                 return Err(StreamError::Prefault { folder: SHARED_MEMORY, mapped_bytes, cause });
             }
         }
     }
-    Ok(mapped_bytes)
+}
+
+fn populate_range((start, length): (usize, usize)) -> std::io::Result<()> {
+    let address = core::ptr::with_exposed_provenance_mut(start);
+    // SAFETY: MADV_POPULATE_WRITE changes no byte of memory, it only makes the kernel back the range
+    // with pages as a write would; a range that is no longer mapped is answered with ENOMEM. So no
+    // reference into these mappings, ours or the library's, is affected.
+    unsafe { madvise(address, length, Advice::LinuxPopulateWrite) }.map_err(Into::into)
 }
 
 /// Start and length of every writable mapping of this process whose file begins with `prefix`.
