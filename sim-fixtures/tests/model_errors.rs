@@ -99,7 +99,7 @@ fn coulomb_friction_can_be_wider_than_the_model_s() {
     let fc = |name: &str| scenario.truth_of(name).unwrap();
     let joint: [f64; 6] = core::array::from_fn(|j| fc(&format!("fc{}", j + 1)));
     let less = |v: f64| (v / 0.2).tanh() - (v / 0.05).tanh();
-    assert!(matches!(scenario.robot().sign_model(), SignModel::Tanh { width_rad_s: 0.05 }));
+    assert!(matches!(scenario.robot().sign_model(0), SignModel::Tanh { width_rad_s: 0.05 }));
     assert_lacking(unmodelled, |_, dq| {
         let mut torque: [f64; 6] = core::array::from_fn(|j| joint[j] * less(dq[j]));
         let coupled = fc("fc_m6") * less(dq[4] + dq[5]);

@@ -250,7 +250,11 @@ impl Cell {
             self.base.names().iter().map(|name| {
                 format!("{name} = {}\n", self.base.expression(name).unwrap_or_default())
             });
-        sha256(&[&format!("{:?}", self.robot.sign_model()), &sums.collect::<String>()])
+        let friction = self.robot.own_friction();
+        let plain = friction.iter().all(|own| own.laws.is_empty() && own.sign == friction[0].sign);
+        let laws =
+            if plain { format!("{:?}", self.robot.sign_model(0)) } else { format!("{friction:?}") };
+        sha256(&[&laws, &sums.collect::<String>()])
     }
 
     /// The nominal sample rate of the bus \[Hz\].

@@ -1,7 +1,7 @@
 //! Parameters that no motion within the joint limits can distinguish.
 
 use didim_core::dynamics::{Model, Workspace};
-use didim_core::robot::{JointKind, SignModel};
+use didim_core::robot::JointKind;
 
 use super::finding::Finding;
 use crate::cell::Cell;
@@ -48,7 +48,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
 /// The columns, by their index, that are zero or a combination of those before them over random
 /// motions within the limits.
 fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
-    let model = model.clone().with_sign_model(SignModel::Sign);
+    let model = model.clone().with_plain_friction();
     let selected = model.regressor_columns(columns);
     let (n, p) = (model.joints(), columns.len());
     let mut random = Random(0x5eed_c4ec_c000_0000);

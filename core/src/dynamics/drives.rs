@@ -9,7 +9,7 @@
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, Off};
-use crate::robot::{Robot, SignModel};
+use crate::robot::{FrictionLaw, Robot, SignModel};
 
 /// τ\[row\] += factor · φ\[column\] · x\[input\].
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,29 @@ struct CoulombTerm {
     direction: Vec<(usize, f64)>,
 }
 
-/// Signs that are computed together.
+/// Terms with the same law for the sign, whose signs are computed together.
+#[derive(Clone, Debug)]
+struct Alike {
+    sign: SignModel,
+    terms: Vec<CoulombTerm>,
+}
+
+impl Alike {
+    fn chunks(&self) -> impl Iterator<Item = (SignModel, &[CoulombTerm])> {
+        self.terms.chunks(TOGETHER).map(|terms| (self.sign, terms))
+    }
+}
+
+/// τ\[joint\] += φ\[column\] · law(q̇\[joint\]).
+#[derive(Clone, Copy, Debug)]
+struct LawTerm {
+    column: usize,
+    joint: usize,
+    law: FrictionLaw,
+    sign: SignModel,
+}
+
+/// At most so many signs are computed together.
 const TOGETHER: usize = MAX_JOINTS;
 
 /// The terms of all drives, each with the column of its parameter.
@@ -36,10 +58,10 @@ pub(super) struct Drives {
     /// By row.
     inertia: Vec<Vec<Term>>,
     viscous: Vec<Term>,
-    coulomb: Vec<CoulombTerm>,
+    coulomb: Vec<Alike>,
+    laws: Vec<LawTerm>,
     /// Column and row.
     offset: Vec<(usize, usize)>,
-    sign_model: SignModel,
 }
 
 impl Drives {
@@ -50,11 +72,12 @@ impl Drives {
             inertia: vec![Vec::new(); n],
             viscous: Vec::new(),
             coulomb: Vec::new(),
+            laws: Vec::new(),
             offset: Vec::new(),
-            sign_model: robot.sign_model(),
         };
         for j in 0..n {
             let direction = transmission.direction(j);
+            let sign = robot.sign_model(j);
             if let Some(column) = table.column(Ia, j) {
                 let kept = |i: usize| {
                     i == j || transmission.is_coupled(i) || table.column(Ia, i).is_none()
@@ -70,11 +93,17 @@ impl Drives {
                 drives.viscous.extend(outer(n, &direction, column, |_| false));
             }
             if let Some(column) = table.column(Fc, j) {
-                drives.coulomb.push(CoulombTerm { column, direction: vec![(j, 1.0)] });
+                drives.add_coulomb(sign, CoulombTerm { column, direction: vec![(j, 1.0)] });
             }
             if let Some(column) = table.column(FcMotor, j) {
                 let entries = direction.into_iter().enumerate().filter(|(_, s)| *s != 0.0);
-                drives.coulomb.push(CoulombTerm { column, direction: entries.collect() });
+                let direction = entries.collect();
+                drives.add_coulomb(sign, CoulombTerm { column, direction });
+            }
+            for &law in &robot.own_friction()[j].laws {
+                if let Some(column) = table.column(law.kind(), j) {
+                    drives.laws.push(LawTerm { column, joint: j, law, sign });
+                }
             }
             if let Some(column) = table.column(Off, j) {
                 drives.offset.push((column, j));
@@ -83,8 +112,29 @@ impl Drives {
         drives
     }
 
+    fn add_coulomb(&mut self, sign: SignModel, term: CoulombTerm) {
+        match self.coulomb.iter_mut().find(|alike| alike.sign == sign) {
+            Some(alike) => alike.terms.push(term),
+            None => self.coulomb.push(Alike { sign, terms: vec![term] }),
+        }
+    }
+
     pub(super) fn set_sign_model(&mut self, sign_model: SignModel) {
-        self.sign_model = sign_model;
+        for alike in &mut self.coulomb {
+            alike.sign = sign_model;
+        }
+        for term in &mut self.laws {
+            term.sign = sign_model;
+        }
+    }
+
+    /// Another speed for Stribeck friction in every joint \[rad/s or m/s\].
+    pub(super) fn set_stribeck_speed(&mut self, speed_rad_s: f64) {
+        for term in &mut self.laws {
+            if let FrictionLaw::Stribeck { speed_rad_s: own } = &mut term.law {
+                *own = speed_rad_s;
+            }
+        }
     }
 
     /// Calls `add(row, column, coefficient)` for every product φ\[column\] · coefficient in τ\[row\]
@@ -110,7 +160,7 @@ impl Drives {
         for &Term { column, row, input, factor } in &self.viscous {
             add(row, column, T::constant(factor) * dq[input]);
         }
-        for terms in self.coulomb.chunks(TOGETHER) {
+        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::chunks) {
             let mut signs = [T::zero(); TOGETHER];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
@@ -118,12 +168,15 @@ impl Drives {
                     *speed += T::constant(s) * dq[joint];
                 }
             }
-            self.sign_model.replace(signs);
+            sign_model.replace(signs);
             for (CoulombTerm { column, direction }, &mut sign) in terms.iter().zip(signs) {
                 for &(joint, s) in direction {
                     add(joint, *column, T::constant(s) * sign);
                 }
             }
+        }
+        for &LawTerm { column, joint, law, sign } in &self.laws {
+            add(joint, column, law.value(dq[joint], sign));
         }
         for &(column, row) in &self.offset {
             add(row, column, T::constant(1.0));
@@ -136,10 +189,13 @@ impl Drives {
         for term in self.inertia.iter().flatten().chain(&self.viscous) {
             at(term.row, term.column);
         }
-        for CoulombTerm { column, direction } in &self.coulomb {
+        for CoulombTerm { column, direction } in self.coulomb.iter().flat_map(|a| &a.terms) {
             for &(joint, _) in direction {
                 at(joint, *column);
             }
+        }
+        for term in &self.laws {
+            at(term.joint, term.column);
         }
         for &(column, row) in &self.offset {
             at(row, column);
@@ -157,22 +213,25 @@ impl Drives {
         for &Term { column, row, input, factor } in &self.viscous {
             add(row, input, factor * parameters[column]);
         }
-        for terms in self.coulomb.chunks(TOGETHER) {
+        for (sign_model, terms) in self.coulomb.iter().flat_map(Alike::chunks) {
             let mut signs = [0.0; TOGETHER];
             let signs = &mut signs[..terms.len()];
             for (speed, term) in signs.iter_mut().zip(terms) {
                 *speed = term.direction.iter().map(|&(joint, s)| s * dq[joint]).sum();
             }
-            self.sign_model.replace(signs);
+            sign_model.replace(signs);
             for (CoulombTerm { column, direction }, sign) in terms.iter().zip(signs) {
                 // fc s sign(s · q̇) has the derivative fc s sign'(s · q̇) sᵀ.
-                let slope = parameters[*column] * self.sign_model.slope(*sign);
+                let slope = parameters[*column] * sign_model.slope(*sign);
                 for &(row, s) in direction {
                     for &(joint, by) in direction {
                         add(row, joint, slope * s * by);
                     }
                 }
             }
+        }
+        for &LawTerm { column, joint, law, sign } in &self.laws {
+            add(joint, joint, parameters[column] * law.slope(dq[joint], sign));
         }
     }
 
@@ -184,16 +243,24 @@ impl Drives {
                 .filter_map(|term| Some(Term { column: places[term.column]?, ..*term }));
             kept.collect()
         };
-        let coulomb = self.coulomb.iter().filter_map(|term| {
-            Some(CoulombTerm { column: places[term.column]?, direction: term.direction.clone() })
-        });
+        let alike = |alike: &Alike| {
+            let kept = alike.terms.iter().filter_map(|term| {
+                let direction = term.direction.clone();
+                Some(CoulombTerm { column: places[term.column]?, direction })
+            });
+            Alike { sign: alike.sign, terms: kept.collect() }
+        };
+        let laws = self
+            .laws
+            .iter()
+            .filter_map(|term| Some(LawTerm { column: places[term.column]?, ..*term }));
         let offset = self.offset.iter().filter_map(|&(column, row)| Some((places[column]?, row)));
         Self {
             inertia: self.inertia.iter().map(|row| terms(row)).collect(),
             viscous: terms(&self.viscous),
-            coulomb: coulomb.collect(),
+            coulomb: self.coulomb.iter().map(alike).collect(),
+            laws: laws.collect(),
             offset: offset.collect(),
-            sign_model: self.sign_model,
         }
     }
 

@@ -68,6 +68,17 @@ impl Model {
         self
     }
 
+    /// The same model with friction laws that are as different as they can be at speeds of about
+    /// 1 rad/s or m/s: which parameters act together is a matter of structure, not of how narrow a
+    /// law is.
+    #[must_use]
+    pub fn with_plain_friction(self) -> Self {
+        let mut model = self.with_sign_model(SignModel::Sign);
+        model.drives.set_stribeck_speed(1.0);
+        model.all_columns.set_stribeck_speed(1.0);
+        model
+    }
+
     /// The same model with another geometry at one joint, counted from 0, of the same kind.
     #[must_use]
     pub(crate) fn with_joint(mut self, index: usize, joint: Joint) -> Self {

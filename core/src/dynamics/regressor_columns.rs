@@ -78,6 +78,10 @@ impl RegressorColumns {
         self.drives.set_sign_model(sign_model);
     }
 
+    pub(super) fn set_stribeck_speed(&mut self, speed_rad_s: f64) {
+        self.drives.set_stribeck_speed(speed_rad_s);
+    }
+
     /// Number of columns.
     pub fn width(&self) -> usize {
         self.width

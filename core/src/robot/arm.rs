@@ -1,6 +1,6 @@
 //! An arm, as read from its file.
 
-use super::friction::{FrictionTerms, SignModel};
+use super::friction::{FrictionTerms, JointFriction, SignModel};
 use super::joint::{Joint, Limits};
 use super::nominal::NominalParameters;
 use super::parameters::ParameterTable;
@@ -15,16 +15,35 @@ pub struct Robot {
     pub(super) joints: Vec<Joint>,
     pub(super) transmission: Transmission,
     pub(super) friction: FrictionTerms,
-    pub(super) sign_model: SignModel,
+    /// Of each joint.
+    pub(super) own_friction: Vec<JointFriction>,
     pub(super) parameters: ParameterTable,
     pub(super) nominal: Option<NominalParameters>,
 }
 
 impl Robot {
-    /// The same robot with another law for the sign of Coulomb friction.
+    /// The same robot with another law for the sign of Coulomb friction in every joint.
     #[must_use]
     pub fn with_sign_model(mut self, sign_model: SignModel) -> Self {
-        self.sign_model = sign_model;
+        for joint in &mut self.own_friction {
+            joint.sign = sign_model;
+        }
+        self
+    }
+
+    /// The same robot with other friction in its joints, one entry each. Nominal values stay; those
+    /// of terms that are new are 0, those of terms that went are gone.
+    #[must_use]
+    pub fn with_friction(mut self, friction: Vec<JointFriction>) -> Self {
+        assert_eq!(friction.len(), self.joints(), "one entry per joint");
+        self.own_friction = friction;
+        self.parameters = ParameterTable::new(
+            &self.joints,
+            self.friction,
+            &self.own_friction,
+            &self.transmission,
+        );
+        self.nominal = self.nominal.map(|nominal| nominal.over(&self.parameters));
         self
     }
 
@@ -67,14 +86,19 @@ impl Robot {
         self.joints.iter().map(|joint| &joint.limits)
     }
 
-    /// Which friction terms the joints have.
+    /// Which of the usual friction terms the joints have.
     pub fn friction(&self) -> FrictionTerms {
         self.friction
     }
 
-    /// The law for the sign of Coulomb friction.
-    pub fn sign_model(&self) -> SignModel {
-        self.sign_model
+    /// What each joint's friction has besides.
+    pub fn own_friction(&self) -> &[JointFriction] {
+        &self.own_friction
+    }
+
+    /// The law for the sign of Coulomb friction of a joint, counted from 0, and of its motor.
+    pub fn sign_model(&self, joint: usize) -> SignModel {
+        self.own_friction[joint].sign
     }
 
     /// The standard parameters of the model.

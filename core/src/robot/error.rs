@@ -89,9 +89,18 @@ pub enum RobotError {
         /// What is wrong with the matrix.
         source: TransmissionError,
     },
-    /// Coulomb friction without a sign model, or a sign model without Coulomb friction.
-    #[error("line {line}: give `sign` in [friction] if and only if `coulomb` is true")]
+    /// Coulomb friction without a sign model, or what needs Coulomb friction without it.
+    #[error(
+        "line {line}: give `sign` in [friction] if and only if `coulomb` is true, and `sign` or \
+         `stribeck_rad_s` of a joint only then"
+    )]
     SignModel {
+        /// Line, counted from 1.
+        line: usize,
+    },
+    /// A speed of Stribeck friction that is not positive.
+    #[error("line {line}: `stribeck_rad_s` must be a positive speed")]
+    StribeckSpeed {
         /// Line, counted from 1.
         line: usize,
     },

@@ -6,8 +6,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    Angle, FrictionTerms, Joint, JointKind, Limits, NominalParameters, ParameterTable, Robot,
-    RobotError, SignModel, Transmission,
+    Angle, FrictionLaw, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
+    ParameterTable, Robot, RobotError, SignModel, Transmission,
 };
 use crate::MAX_JOINTS;
 
@@ -40,6 +40,7 @@ struct RawJoint {
     position_max_m: Option<Spanned<f64>>,
     velocity_max_m_s: Option<Spanned<f64>>,
     force_max_n: Option<Spanned<f64>>,
+    friction: Option<Spanned<RawJointFriction>>,
 }
 
 #[derive(Deserialize)]
@@ -55,6 +56,21 @@ struct RawFriction {
     coulomb: bool,
     offset: bool,
     sign: Option<SignModel>,
+    quadratic: Option<bool>,
+    cubic: Option<bool>,
+    asymmetric: Option<bool>,
+    stribeck_rad_s: Option<Spanned<f64>>,
+}
+
+/// What differs at one joint from `[friction]`.
+#[derive(Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJointFriction {
+    sign: Option<SignModel>,
+    quadratic: Option<bool>,
+    cubic: Option<bool>,
+    asymmetric: Option<bool>,
+    stribeck_rad_s: Option<Spanned<f64>>,
 }
 
 /// The text, to turn the reader's byte offsets into lines.
@@ -114,8 +130,8 @@ impl Robot {
             Transmission::new(found, raw.transmission.rows.get_ref()).map_err(|source| {
                 RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
             })?;
-        let (friction, sign_model) = read_friction(text, &raw.friction)?;
-        let parameters = ParameterTable::new(&joints, friction, &transmission);
+        let (friction, own_friction) = read_friction(text, &raw.friction, &raw.joint)?;
+        let parameters = ParameterTable::new(&joints, friction, &own_friction, &transmission);
         let nominal =
             raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
 
@@ -125,7 +141,7 @@ impl Robot {
             joints,
             transmission,
             friction,
-            sign_model,
+            own_friction,
             parameters,
             nominal,
         })
@@ -200,14 +216,41 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
 fn read_friction(
     text: Text<'_>,
     raw: &Spanned<RawFriction>,
-) -> Result<(FrictionTerms, SignModel), RobotError> {
+    joints: &[Spanned<RawJoint>],
+) -> Result<(FrictionTerms, Vec<JointFriction>), RobotError> {
     let line = text.line_of(raw);
-    let &RawFriction { viscous, coulomb, offset, sign } = raw.get_ref();
+    let raw = raw.get_ref();
+    let &RawFriction { viscous, coulomb, offset, sign, .. } = raw;
     if coulomb != sign.is_some() {
         return Err(RobotError::SignModel { line });
     }
-    // Without Coulomb friction no term reads the sign model.
-    Ok((FrictionTerms { viscous, coulomb, offset }, sign.unwrap_or(SignModel::Sign)))
+    let own = |joint: &Spanned<RawJoint>| {
+        let own = joint.get_ref().friction.as_ref();
+        let line = own.map_or(line, |own| text.line_of(own));
+        let own = own.map(|own| own.get_ref().clone()).unwrap_or_default();
+        let stribeck = own.stribeck_rad_s.as_ref().or(raw.stribeck_rad_s.as_ref());
+        if !coulomb && (own.sign.is_some() || stribeck.is_some()) {
+            return Err(RobotError::SignModel { line });
+        }
+        let mut laws = Vec::new();
+        let usual = [
+            (own.quadratic.or(raw.quadratic), FrictionLaw::Quadratic),
+            (own.cubic.or(raw.cubic), FrictionLaw::Cubic),
+            (own.asymmetric.or(raw.asymmetric), FrictionLaw::Asymmetric),
+        ];
+        laws.extend(usual.into_iter().filter(|(has, _)| has == &Some(true)).map(|(_, law)| law));
+        if let Some(speed) = stribeck {
+            let speed_rad_s = text.finite("stribeck_rad_s", speed)?;
+            if speed_rad_s <= 0.0 {
+                return Err(RobotError::StribeckSpeed { line: text.line_of(speed) });
+            }
+            laws.push(FrictionLaw::Stribeck { speed_rad_s });
+        }
+        // Without Coulomb friction no term reads the sign model.
+        Ok(JointFriction { sign: own.sign.or(sign).unwrap_or(SignModel::Sign), laws })
+    };
+    let own = joints.iter().map(own).collect::<Result<_, _>>()?;
+    Ok((FrictionTerms { viscous, coulomb, offset }, own))
 }
 
 fn read_nominal(

@@ -13,7 +13,7 @@ mod transmission;
 pub use angle::Angle;
 pub use arm::Robot;
 pub use error::RobotError;
-pub use friction::{FrictionTerms, SignModel};
+pub use friction::{FrictionLaw, FrictionTerms, JointFriction, SignModel};
 pub use joint::{Joint, JointKind, Limits};
 pub use nominal::NominalParameters;
 pub use parameters::{Parameter, ParameterKind, ParameterTable};

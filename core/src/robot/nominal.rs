@@ -1,5 +1,7 @@
 //! Parameter values that a robot's file states.
 
+use super::ParameterTable;
+
 /// Nominal parameter values. A set of base parameters stands for an arm with the same dynamics in
 /// which every parameter that is not listed is 0; so does a set of essential parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +29,16 @@ impl NominalParameters {
                 *standard *= factor;
             }
         }
+        self
+    }
+
+    /// The values of those parameters that another table has.
+    pub(super) fn over(mut self, table: &ParameterTable) -> Self {
+        self.standard = vec![0.0; table.names().len()];
+        self.listed.retain(|(name, value)| {
+            let place = table.find(name).and_then(|column| self.standard.get_mut(column));
+            place.map(|place| *place = *value).is_some()
+        });
         self
     }
 

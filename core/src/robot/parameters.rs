@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{FrictionTerms, Joint, JointKind, Transmission};
+use super::{FrictionTerms, Joint, JointFriction, JointKind, Transmission};
 
 /// What a standard parameter stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -31,8 +31,16 @@ pub enum ParameterKind {
     Ia,
     /// Fv, viscous friction of the joint \[N·m·s/rad, or N·s/m\].
     Fv,
+    /// Fvq, friction of the joint with the square of its speed \[N·m·s²/rad², or N·s²/m²\].
+    FvQuadratic,
+    /// Fvc, friction of the joint with the cube of its speed \[N·m·s³/rad³, or N·s³/m³\].
+    FvCubic,
+    /// Fva, by how much viscous friction differs between the directions \[N·m·s/rad, or N·s/m\].
+    FvAsymmetric,
     /// Fc, Coulomb friction of the joint \[N·m, or N\].
     Fc,
+    /// Fs, by how much friction falls as the joint begins to move (Stribeck) \[N·m, or N\].
+    Fs,
     /// Offset of the joint's torque \[N·m, or N\].
     Off,
     /// Viscous friction of a coupled motor, on the side of its own joint.
@@ -66,9 +74,13 @@ impl ParameterKind {
             | (Self::Ia, Revolute) => "kg·m²",
             (Self::Mx | Self::My | Self::Mz, _) => "kg·m",
             (Self::M, _) | (Self::Ia, Prismatic) => "kg",
-            (Self::Fv | Self::FvMotor, Revolute) => "N·m·s/rad",
-            (Self::Fv | Self::FvMotor, Prismatic) => "N·s/m",
-            (Self::Fc | Self::FcMotor | Self::Off, joint) => joint.torque_unit(),
+            (Self::Fv | Self::FvAsymmetric | Self::FvMotor, Revolute) => "N·m·s/rad",
+            (Self::Fv | Self::FvAsymmetric | Self::FvMotor, Prismatic) => "N·s/m",
+            (Self::FvQuadratic, Revolute) => "N·m·s²/rad²",
+            (Self::FvQuadratic, Prismatic) => "N·s²/m²",
+            (Self::FvCubic, Revolute) => "N·m·s³/rad³",
+            (Self::FvCubic, Prismatic) => "N·s³/m³",
+            (Self::Fc | Self::Fs | Self::FcMotor | Self::Off, joint) => joint.torque_unit(),
         }
     }
 
@@ -86,7 +98,11 @@ impl ParameterKind {
             Self::M => "m",
             Self::Ia => "ia",
             Self::Fv => "fv",
+            Self::FvQuadratic => "fvq",
+            Self::FvCubic => "fvc",
+            Self::FvAsymmetric => "fva",
             Self::Fc => "fc",
+            Self::Fs => "fs",
             Self::Off => "off",
             Self::FvMotor => "fv_m",
             Self::FcMotor => "fc_m",
@@ -110,7 +126,8 @@ impl fmt::Display for Parameter {
 }
 
 /// The standard parameters in the order of the regressor's columns: per joint xx xy xz yy yz zz
-/// mx my mz m ia fv fc off, then fv_m and fc_m of every coupled motor; only what the robot has.
+/// mx my mz m ia fv fvq fvc fva fc fs off, then fv_m and fc_m of every coupled motor; only what the
+/// robot has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterTable {
     parameters: Vec<Parameter>,
@@ -121,17 +138,25 @@ impl ParameterTable {
     pub(super) fn new(
         joints: &[Joint],
         friction: FrictionTerms,
+        own_friction: &[JointFriction],
         transmission: &Transmission,
     ) -> Self {
-        use ParameterKind::{Fc, FcMotor, Fv, FvMotor, Ia, Off};
+        use ParameterKind::{
+            Fc, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
+        };
 
         let mut parameters = Vec::new();
-        for (joint, has) in joints.iter().enumerate() {
+        for (joint, (has, beside)) in joints.iter().zip(own_friction).enumerate() {
             parameters.extend(ParameterKind::LINK.map(|kind| Parameter { kind, joint }));
+            let law = |kind| (kind, beside.laws.iter().any(|law| law.kind() == kind));
             let own = [
                 (Ia, has.drive_inertia),
                 (Fv, friction.viscous),
+                law(FvQuadratic),
+                law(FvCubic),
+                law(FvAsymmetric),
                 (Fc, friction.coulomb),
+                law(Fs),
                 (Off, friction.offset),
             ];
             let own = own.into_iter().filter(|(_, present)| *present);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 use didim_core::identification::{DecimationFilter, Motion, Options, PositionFilter, Signals};
-use didim_core::robot::{ParameterKind, Robot};
+use didim_core::robot::{FrictionLaw, JointFriction, ParameterKind, Robot, SignModel};
 use nalgebra::DMatrix;
 
 /// SplitMix64.
@@ -90,6 +90,28 @@ impl Arm {
                 ParameterKind::Off => random.uniform(-0.5, 0.5),
                 _ => random.uniform(-0.1, 0.1),
             }
+        });
+        let truth = truth.collect();
+        Self { robot, model, base, truth }
+    }
+
+    /// With friction of its own in every joint, in turn: bent viscous friction behind another law
+    /// for the sign; Stribeck and a cube; viscous friction that differs by direction.
+    pub(crate) fn with_friction_laws(self, random: &mut Random) -> Self {
+        let friction = (0..self.robot.joints()).map(|joint| {
+            let (width_rad_s, laws) = match joint % 3 {
+                0 => (0.2, vec![FrictionLaw::Quadratic]),
+                1 => (0.05, vec![FrictionLaw::Cubic, FrictionLaw::Stribeck { speed_rad_s: 1.0 }]),
+                _ => (0.1, vec![FrictionLaw::Asymmetric]),
+            };
+            JointFriction { sign: SignModel::Tanh { width_rad_s }, laws }
+        });
+        let robot = self.robot.clone().with_friction(friction.collect());
+        let model = Model::new(&robot);
+        let base = BaseParameters::compute(&model).unwrap();
+        let truth = robot.parameters().names().iter().map(|name| {
+            let known = self.robot.parameters().find(name);
+            known.map_or_else(|| random.uniform(0.2, 0.5), |column| self.truth[column])
         });
         let truth = truth.collect();
         Self { robot, model, base, truth }

@@ -80,6 +80,13 @@ impl Looped {
         Self::of_arm(arm, random, sampled(0.0), pd)
     }
 
+    /// With friction of its own in every joint.
+    pub(crate) fn with_friction_laws(seed: u64, joints: usize) -> Self {
+        let mut random = Random(seed);
+        let arm = Arm::random(&mut random, joints).with_friction_laws(&mut random);
+        Self::of_arm(arm, random, sampled(0.0), pd)
+    }
+
     fn of_arm(
         arm: Arm,
         mut random: Random,

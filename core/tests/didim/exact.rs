@@ -55,3 +55,8 @@ fn cascaded_loops_give_the_truth_back() {
     let looped = Looped::random(5, 3, sampled(0.0), law);
     check("cascade", &looped, HELD);
 }
+
+#[test]
+fn every_friction_law_is_simulated_as_it_is_fitted() {
+    check("friction laws", &Looped::with_friction_laws(6, 3), HELD);
+}

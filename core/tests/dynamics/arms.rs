@@ -1,6 +1,7 @@
 //! Random arms and motions for tests of identities: the same for the same seed.
 
 use std::fmt::Write as _;
+use std::iter::repeat;
 
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::{ParameterKind, Robot};
@@ -46,6 +47,8 @@ pub(crate) struct Design {
     pub(crate) rows: Vec<Vec<f64>>,
     pub(crate) friction: [bool; 3],
     pub(crate) sign: &'static str,
+    /// What of a joint's friction differs from the others', as written in its file.
+    pub(crate) own_friction: Vec<Option<&'static str>>,
 }
 
 impl Design {
@@ -87,13 +90,27 @@ impl Design {
             "{ model = \"tanh\", width_rad_s = 0.05 }",
             "{ model = \"dead-band\", threshold_rad_s = 0.5 }",
         ][random.below(3)];
-        Self { gravity, joints, rows, friction, sign }
+        let own_friction = (0..n).map(|_| {
+            let laws = [
+                "quadratic = true, sign = { model = \"tanh\", width_rad_s = 0.2 }",
+                "cubic = true, stribeck_rad_s = 0.8",
+                "asymmetric = true",
+            ];
+            // The last needs no Coulomb friction.
+            let first = if friction[1] { 0 } else { 2 };
+            random.chance(0.4).then(|| laws[first + random.below(3 - first)])
+        });
+        let own_friction = own_friction.collect();
+        Self { gravity, joints, rows, friction, sign, own_friction }
     }
 
     pub(crate) fn toml(&self) -> String {
         let [viscous, coulomb, offset] = self.friction;
         let mut text = format!("name = \"random\"\ngravity_m_s2 = {:?}\n", self.gravity);
-        for (prismatic, [alpha, d, theta, r], drive_inertia) in &self.joints {
+        let own_friction = self.own_friction.iter().chain(repeat(&None));
+        for ((prismatic, [alpha, d, theta, r], drive_inertia), own) in
+            self.joints.iter().zip(own_friction)
+        {
             let (kind, limits) = if *prismatic {
                 (
                     "prismatic",
@@ -112,6 +129,9 @@ impl Design {
                  theta_deg = {theta:?}\nr_m = {r:?}\ndrive_inertia = {drive_inertia}\n{limits}"
             )
             .unwrap();
+            if let Some(own) = own {
+                writeln!(text, "friction = {{ {own} }}").unwrap();
+            }
         }
         write!(
             text,

@@ -118,6 +118,7 @@ fn a_vertical_sliding_axis_keeps_its_mass() {
         rows: vec![vec![100.0]],
         friction: [true, true, true],
         sign: "{ model = \"sign\" }",
+        own_friction: vec![None],
     };
     let base = BaseParameters::compute(&Model::new(&design.robot())).unwrap();
     assert_eq!(base.names(), ["m1r", "fv1", "fc1", "off1r"]);
@@ -133,6 +134,7 @@ fn a_planar_arm_of_two_joints_has_its_textbook_parameters() {
     design.joints = vec![(false, [0.0; 4], true), (false, [0.0, 0.5, 0.0, 0.0], true)];
     design.rows = vec![vec![50.0, 0.0], vec![0.0, 50.0]];
     design.friction = [false, false, false];
+    design.own_friction = vec![None, None];
     let base = BaseParameters::compute(&Model::new(&design.robot())).unwrap();
     assert_eq!(base.names(), ["zz1r", "zz2", "mx2", "my2", "ia2"]);
     assert_eq!(base.expression("zz1r").unwrap(), "zz1 + ia1 + 0.25 m2");

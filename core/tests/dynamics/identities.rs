@@ -83,7 +83,7 @@ fn drives_across_couplings_are_those_of_their_motors() {
             }
             if robot.friction().coulomb {
                 // The sign model reads the motor's speed as seen at the joint.
-                let sign = robot.sign_model().value(speed[m] / ratio);
+                let sign = robot.sign_model(m).value(speed[m] / ratio);
                 torque[m] += motors.coulomb[m] * ratio.signum() * sign;
             }
         }

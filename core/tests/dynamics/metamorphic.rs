@@ -14,6 +14,7 @@ fn plain(random: &mut Random) -> Design {
         row.iter_mut().enumerate().filter(|(j, _)| *j != i).for_each(|(_, entry)| *entry = 0.0);
     }
     design.friction = [false; 3];
+    design.own_friction.fill(None);
     design
 }
 

@@ -18,8 +18,8 @@ fn the_tx40_is_read_in_si_units() {
     let limits = *robot.limits().nth(4).unwrap();
     assert!((limits.position_max - 133.5_f64.to_radians()).abs() < 1e-15);
     assert_eq!((limits.velocity_max, limits.torque_max), (5.585, 43.19));
-    assert_eq!(robot.sign_model(), SignModel::Tanh { width_rad_s: 0.05 });
-    assert_eq!(robot.with_sign_model(SignModel::Sign).sign_model(), SignModel::Sign);
+    assert_eq!(robot.sign_model(0), SignModel::Tanh { width_rad_s: 0.05 });
+    assert_eq!(robot.with_sign_model(SignModel::Sign).sign_model(0), SignModel::Sign);
 }
 
 #[test]
@@ -121,6 +121,50 @@ fn sign_model_goes_with_coulomb_friction() {
     assert!(matches!(error, RobotError::SignModel { .. }));
     let (error, _) = refused("sign = { model = \"tanh\", width_rad_s = 0.05 }", "");
     assert!(matches!(error, RobotError::SignModel { .. }));
+}
+
+#[test]
+fn a_joint_may_have_friction_of_its_own() {
+    let text = TX40.replacen("offset = true", "offset = true\nquadratic = true", 1).replacen(
+        "torque_max_nm = 103.49",
+        "torque_max_nm = 103.49\nfriction = { quadratic = false, stribeck_rad_s = 0.2, \
+             sign = { model = \"sign\" } }",
+        1,
+    );
+    let robot = Robot::from_toml(&text).unwrap();
+    let table = robot.parameters();
+    let of_joint = |joint: usize| {
+        let own = table.parameters().iter().zip(table.names()).filter(|(p, _)| p.joint == joint);
+        own.map(|(_, name)| name.as_str()).skip(10).collect::<Vec<_>>()
+    };
+    assert_eq!(of_joint(1), ["ia2", "fv2", "fvq2", "fc2", "off2"]);
+    assert_eq!(of_joint(2), ["ia3", "fv3", "fc3", "fs3", "off3"]);
+    assert_eq!(robot.sign_model(2), SignModel::Sign);
+    assert_eq!(robot.sign_model(1), SignModel::Tanh { width_rad_s: 0.05 });
+    // What the file states of the arm keeps its places.
+    let (changed, plain) = (robot.nominal().unwrap(), tx40());
+    assert_eq!(changed.listed(), plain.nominal().unwrap().listed());
+    assert_eq!(plain.clone().with_friction(robot.own_friction().to_vec()), robot);
+    assert_eq!(robot.with_friction(plain.own_friction().to_vec()), plain);
+}
+
+#[test]
+fn friction_that_makes_no_sense_is_refused_with_its_line() {
+    let own = |friction: &str| {
+        let with = format!("torque_max_nm = 103.49\nfriction = {friction}");
+        let (error, line) = refused("torque_max_nm = 103.49", &with);
+        (error, line + 1)
+    };
+    let (error, line) = own("{ stribeck_rad_s = 0.0 }");
+    assert!(matches!(error, RobotError::StribeckSpeed { line: found } if found == line), "{error}");
+    let (error, line) = own("{ quadratisch = true }");
+    assert!(matches!(&error, RobotError::Format { line: found, .. } if *found == line), "{error}");
+    let without = TX40
+        .replacen("coulomb = true\n", "coulomb = false\n", 1)
+        .replacen("sign = { model = \"tanh\", width_rad_s = 0.05 }\n", "", 1)
+        .replacen("offset = true", "offset = true\nstribeck_rad_s = 0.1", 1);
+    let error = Robot::from_toml(&without).unwrap_err();
+    assert!(matches!(error, RobotError::SignModel { .. }), "{error}");
 }
 
 #[test]

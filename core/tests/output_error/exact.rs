@@ -94,3 +94,8 @@ fn cascaded_loops_give_the_truth_back() {
     }
     assert_eq!(refused, 2);
 }
+
+#[test]
+fn every_friction_law_is_simulated_as_it_is_fitted() {
+    check("friction laws", &Looped::with_friction_laws(25, 3), HELD);
+}

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::model::Model;
 use crate::dynamics::workspace::Workspace;
-use crate::robot::{JointKind, SignModel};
+use crate::robot::JointKind;
 
 /// Start of the random motions: the same for every robot, so that the same robot always has the
 /// same base parameters.
@@ -28,11 +28,8 @@ impl Random {
 }
 
 /// Regressors of as many random motions as there are parameters, one below the other.
-///
-/// Which parameters act together is a matter of structure, not of the friction law's width, so
-/// the plain sign stands in for the robot's own.
 pub(super) fn observation(model: &Model) -> DMatrix<f64> {
-    let model = model.clone().with_sign_model(SignModel::Sign);
+    let model = model.clone().with_plain_friction();
     let (n, p) = (model.joints(), model.parameter_names().len());
     let mut random = Random(SEED);
     let mut workspace = Workspace::new();

@@ -10,7 +10,7 @@ use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{BesideObservation, Motion, MotionGroup, regressor_rows};
 use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 use crate::regression::{JointSolution, Observations};
-use crate::robot::{JointKind, SignModel};
+use crate::robot::JointKind;
 use crate::signal::{Group, group_of};
 
 /// Friction laws of each direction beside the model's: the bends and the curvature.
@@ -27,7 +27,6 @@ pub(in super::super) struct Columns<'a> {
     context: &'a Context<'a>,
     columns: Vec<Column>,
     directions: Vec<Direction>,
-    sign: SignModel,
     /// The regressor's columns that are not selected.
     left_out: Vec<usize>,
     parameters: &'a DVector<f64>,
@@ -47,8 +46,7 @@ impl<'a> Columns<'a> {
         let sizes = Sizes { context, parameters, observed: &observed };
         let directions = sizes.directions();
         let columns = sizes.columns(&directions);
-        let sign = context.robot.sign_model();
-        Self { context, columns, directions, sign, left_out, parameters, observed }
+        Self { context, columns, directions, left_out, parameters, observed }
     }
 
     /// With other standard deviations beforehand, where there are as many.
@@ -171,14 +169,14 @@ impl<'a> Columns<'a> {
                 };
                 match &column.acts {
                     Acts::Bend { direction, bend } => {
-                        along(*direction, &|direction, u| self.bend(direction, *bend, u))
+                        along(*direction, &|direction, u| bend_of(direction, *bend, u))
                     }
                     Acts::Curvature { direction } => along(*direction, &curvature),
                     Acts::Neighbour { row, of, by } => set(
                         *row,
                         match by {
                             Motive::Speed => dq[*of],
-                            Motive::Sign => self.sign.value(dq[*of]),
+                            Motive::Sign => self.context.robot.sign_model(*of).value(dq[*of]),
                             Motive::Acceleration => ddq[*of],
                         },
                     ),
@@ -233,12 +231,12 @@ impl<'a> Columns<'a> {
                             }
                         }
                         for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
-                            *law = self.bend(direction, bend, u);
+                            *law = bend_of(direction, bend, u);
                         }
                         laws[LAWS - 1] = curvature(direction, u);
                     }
                     for (joint, signals) in of_joints.chunks_exact_mut(OF_A_JOINT).enumerate() {
-                        signals[0] = self.sign.value(speed(joint));
+                        signals[0] = self.context.robot.sign_model(joint).value(speed(joint));
                         for (signal, motion) in signals[1..].iter_mut().zip(motions) {
                             *signal = group_of(column(motion, joint), first);
                         }
@@ -248,11 +246,6 @@ impl<'a> Columns<'a> {
         };
         let rows = self.context.decimate(count, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)
-    }
-
-    #[inline(always)]
-    fn bend(&self, direction: &Direction, bend: usize, u: Group) -> Group {
-        (u * Lanes::constant(direction.scale(bend))).tanh() - self.sign.value(u)
     }
 
     /// What a joint solution says of each freedom, the largest torques first. `along` has the columns
@@ -329,6 +322,12 @@ impl<'a> Columns<'a> {
             _ => None,
         }
     }
+}
+
+/// tanh(u/w) less the model's own sign function.
+#[inline(always)]
+fn bend_of(direction: &Direction, bend: usize, u: Group) -> Group {
+    (u * Lanes::constant(direction.scale(bend))).tanh() - direction.sign.value(u)
 }
 
 /// |u| u over the highest speed.

@@ -8,7 +8,7 @@ use crate::dynamics::Model;
 use crate::identification::given::Context;
 use crate::identification::observation::{BesideObservation, Motion};
 use crate::regression::Observations;
-use crate::robot::{Angle, Joint, JointKind, ParameterKind, Robot};
+use crate::robot::{Angle, Joint, JointKind, ParameterKind, Robot, SignModel};
 
 /// Speeds at which the tried friction laws bend, as shares of the highest speed of the window.
 const BENDS: [f64; 3] = [0.003, 0.02, 0.1];
@@ -76,6 +76,8 @@ pub(super) struct Direction {
     pub(super) shares: Vec<f64>,
     /// The highest speed along the motion.
     pub(super) highest: f64,
+    /// The model's own law for the sign.
+    pub(super) sign: SignModel,
     freedom: Freedom,
     coulomb: f64,
     viscous: f64,
@@ -115,7 +117,7 @@ impl Observed {
                 own.iter().zip(&torque_nm).map(|(own, torque)| own / torque).fold(0.0, f64::max)
             })
             .collect();
-        let highest = |(_, shares): (Freedom, Vec<f64>)| {
+        let highest = |(_, shares): (Moving, Vec<f64>)| {
             highest(motion, context.experiment.counted_samples(), &shares)
         };
         let highest_speed = speed_shares(context.robot).map(highest).collect();
@@ -158,16 +160,21 @@ impl Sizes<'_> {
     pub(super) fn directions(&self) -> Vec<Direction> {
         let all = speed_shares(self.context.robot).zip(&self.observed.highest_speed);
         let moving = all.filter(|(_, highest)| **highest > 0.0);
-        let direction = |((freedom, shares), highest): ((Freedom, Vec<f64>), &f64)| {
-            let (coulomb, viscous) = match freedom {
-                Freedom::MotorFriction(motor) => {
-                    let own = |kind| self.of(kind, motor - 1).unwrap_or_default();
-                    (own(ParameterKind::FcMotor), own(ParameterKind::FvMotor))
+        let direction = |((of, shares), highest): ((Moving, Vec<f64>), &f64)| {
+            let (freedom, coulomb, viscous) = match of {
+                Moving::Motor(motor) => {
+                    let own = |kind| self.of(kind, motor).unwrap_or_default();
+                    let friction = [ParameterKind::FcMotor, ParameterKind::FvMotor].map(own);
+                    (Freedom::MotorFriction(motor + 1), friction[0], friction[1])
                 }
-                Freedom::JointFriction(joint) => (self.coulomb(joint - 1), self.viscous(joint - 1)),
-                _ => (0.0, 0.0),
+                Moving::Joint(joint) => {
+                    let freedom = Freedom::JointFriction(joint + 1);
+                    (freedom, self.coulomb(joint), self.viscous(joint))
+                }
             };
-            Direction { shares, highest: *highest, freedom, coulomb, viscous }
+            let (Moving::Joint(index) | Moving::Motor(index)) = of;
+            let sign = self.context.robot.sign_model(index);
+            Direction { shares, highest: *highest, sign, freedom, coulomb, viscous }
         };
         moving.map(direction).collect()
     }
@@ -240,18 +247,24 @@ fn turned(angle: Angle, by: f64) -> Angle {
     Angle { cos: angle.cos * cos - angle.sin * sin, sin: angle.sin * cos + angle.cos * sin }
 }
 
+/// What moves along a direction, counted from 0.
+#[derive(Clone, Copy)]
+enum Moving {
+    Joint(usize),
+    Motor(usize),
+}
+
 /// Directions along which friction may act: of every joint, and of every motor that is geared to several;
 /// with how much each joint's speed adds to it.
-fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Freedom, Vec<f64>)> + '_ {
+fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Moving, Vec<f64>)> + '_ {
     let (joints, transmission) = (robot.joints(), robot.transmission());
     let of_joint = move |joint| {
         let shares = (0..joints).map(|j| if j == joint { 1.0 } else { 0.0 }).collect();
-        (Freedom::JointFriction(joint + 1), shares)
+        (Moving::Joint(joint), shares)
     };
     let coupled = (0..joints).filter(|&motor| transmission.is_coupled(motor));
-    let of_motor = move |motor| {
-        (Freedom::MotorFriction(motor + 1), transmission.direction(motor)[..joints].to_vec())
-    };
+    let of_motor =
+        move |motor| (Moving::Motor(motor), transmission.direction(motor)[..joints].to_vec());
     (0..joints).map(of_joint).chain(coupled.map(of_motor))
 }
 
