@@ -49,7 +49,7 @@ struct Output<'a> {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let model = StoredModel::read(&arguments.result, &cell).map_err(CliError::failed)?;
+    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
     // Before the work that would be lost.
     arguments.report.as_deref().map_or(Ok(()), check_place)?;
     let (measurement, counted) = arguments.samples.read(&arguments.input, &cell)?;

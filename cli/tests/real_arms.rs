@@ -403,3 +403,78 @@ fn the_measured_torques_of_a_tiago_as_the_independent_implementation() {
         "unseen",
     );
 }
+
+/// The cell of the KR 300 with a line more in `[identification]`, in a folder of its own.
+fn changed_cell(line: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = repository("tests/data/kr300");
+    let text = std::fs::read_to_string(folder.join("cell.toml")).unwrap();
+    let text = text
+        .replacen("[identification]\n", &format!("[identification]\n{line}\n"), 1)
+        .replace("\"robot.toml\"", &format!("{:?}", folder.join("robot.toml")))
+        .replace("../../../config", repository("config").to_str().unwrap());
+    let place = tempfile::tempdir().unwrap();
+    let cell = place.path().join("cell.toml");
+    std::fs::write(&cell, text).unwrap();
+    (place, cell)
+}
+
+/// Friction laws that two motions of the KR 300 chose: what was held out is predicted better, the third
+/// motion no worse, and the result carries its laws to whoever predicts with it.
+#[test]
+fn friction_laws_chosen_by_a_kr300_go_with_the_result() {
+    let (place, cell) = changed_cell("friction = \"auto\"");
+    let folder = repository("tests/data/kr300");
+    let [b, c, a] = ["b.csv", "c.csv", "a.csv"].map(|name| folder.join(name));
+    let counted: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];
+    let identify: [&dyn AsRef<OsStr>; 7] =
+        [&"identify", &"--cell", &cell, &"--input", &b, &"--input", &c];
+    let text = succeed(&[&identify[..], &counted].concat());
+    let found = json(&succeed(&[&identify[..], &counted, &[&"--json"]].concat()));
+
+    let chosen = &found["friction"];
+    let gains = chosen["gains"].as_array().unwrap();
+    assert!(!gains.is_empty());
+    let [before, after] = ["before", "after"].map(|of| figure(&chosen[of], "held_out"));
+    assert!(after < before, "{chosen}");
+    assert!((figure(&found["held_out"], "relative_error") - after).abs() < 1e-12);
+    assert!(figure(&chosen["after"], "elsewhere") < 0.15, "{chosen}");
+    // What a person is shown can be put into the robot file: each line is a table.
+    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("friction = {")).collect();
+    assert!(!lines.is_empty() && lines.len() <= gains.len(), "{text}");
+    for line in lines {
+        let table: toml::Table = line.parse().unwrap();
+        assert!(table["friction"]["sign"]["model"].is_str(), "{line}");
+    }
+
+    let result = place.path().join("result.json");
+    std::fs::write(&result, found.to_string()).unwrap();
+    // By the cell whose robot file has none of the laws.
+    let plain = folder.join("cell.toml");
+    let predict: [&dyn AsRef<OsStr>; 8] =
+        [&"predict", &"--json", &"--cell", &plain, &"--result", &result, &"--input", &a];
+    let found = json(&succeed(&[&predict[..], &counted].concat()));
+    let error = figure(&found, "relative_error");
+    assert!(error < 0.0545, "{error}: without the laws it is 0.0545");
+    let foretold = figure(&found["foretold"], "relative_error");
+    assert!((0.5..2.0).contains(&(foretold / error)), "{foretold}");
+}
+
+/// Results of a service are compared for years: its laws are stated.
+#[test]
+fn a_service_does_not_choose_friction_laws() {
+    let (_place, cell) = changed_cell("friction = \"auto\"");
+    for command in ["check", "replay"] {
+        let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&command, &"--cell", &cell];
+        if command == "replay" {
+            arguments.push(&"none.log");
+        }
+        let ended = didim(&arguments);
+        let error = &ended.stderr;
+        assert_ne!(ended.code, Some(0));
+        assert!(error.contains("`identification.friction`"), "{error}");
+        assert!(error.contains("put the laws that it prints into the robot file"), "{error}");
+    }
+    let (_place, cell) = changed_cell("friction = \"automatic\"");
+    let error = didim(&[&"check", &"--cell", &cell]).stderr;
+    assert!(error.contains("automatic") && error.contains("auto`"), "{error}");
+}

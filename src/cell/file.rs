@@ -69,6 +69,14 @@ impl BusSection {
     }
 }
 
+/// Where the friction laws of the joints come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionSource {
+    /// The data choose them.
+    Auto,
+}
+
 /// `[identification]`
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -78,6 +86,9 @@ pub struct IdentificationSection {
     /// Sign model of Coulomb friction, when another than the robot file's is wanted.
     #[serde(default)]
     pub sign: Option<SignModel>,
+    /// Where the friction laws come from, when not from the robot file.
+    #[serde(default)]
+    pub friction: Option<FrictionSource>,
     /// Filter of the positions.
     pub position_filter: PositionFilter,
     /// Filter and decimation of both sides of the equation.

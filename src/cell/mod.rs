@@ -14,9 +14,9 @@ mod values;
 
 use std::path::Path;
 
-use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_core::identification::{IdentificationError, Method, Options};
-use didim_core::robot::Robot;
+use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::layout::CompiledLayout;
@@ -65,6 +65,8 @@ pub struct Cell {
     pub method: Method,
     /// How it identifies, by whatever method.
     pub options: Options,
+    /// Whether the data choose the friction laws before.
+    pub chooses_friction: bool,
     /// How the service runs.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC or device files, so that a result names what it was made with.
@@ -84,6 +86,41 @@ impl Cell {
     pub fn with_parameters(mut self, names: &[String]) -> Self {
         self.options.parameters = Some(names.to_vec());
         self
+    }
+
+    /// The same cell with these friction laws, one entry per joint.
+    ///
+    /// # Errors
+    /// [`BaseParametersError`], where no base parameters can be told apart.
+    pub fn with_friction(
+        mut self,
+        friction: Vec<JointFriction>,
+    ) -> Result<Self, BaseParametersError> {
+        self.robot = self.robot.with_friction(friction);
+        self.model = Model::new(&self.robot);
+        self.base = BaseParameters::compute(&self.model)?;
+        self.options = self.options.with_friction(&self.robot);
+        Ok(self)
+    }
+
+    /// As [`Self::read`], for a service: its results have to be of one model, whatever the window.
+    ///
+    /// # Errors
+    /// See [`CellError`].
+    pub fn read_for_service(path: &Path) -> Result<Self, CellError> {
+        let cell = Self::read(path)?;
+        if cell.chooses_friction {
+            return Err(CellError::Value {
+                file: path.to_path_buf(),
+                key: "identification.friction",
+                problem:
+                    "\"auto\" is for recordings, and the results of a service have to be of one \
+                          model; run `didim identify` on a recording, put the laws that it prints \
+                          into the robot file, and remove this key"
+                        .to_owned(),
+            });
+        }
+        Ok(cell)
     }
 
     /// Reads a cell file and every file that it names.
@@ -239,6 +276,7 @@ impl Cell {
             window: file.window,
             method,
             options,
+            chooses_friction: file.identification.friction.is_some(),
             service: file.service,
         })
     }

@@ -4,8 +4,9 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
-    CrossValidation, Estimate, Experiment, ExperimentError, Failure, Identification,
-    IdentificationError, Method, Note, Reduction, cross_validate, essential_parameters, identify,
+    ChosenFriction, CrossValidation, Estimate, Experiment, ExperimentError, Failure,
+    Identification, IdentificationError, Method, Note, Reduction, choose_friction, cross_validate,
+    essential_parameters, identify,
 };
 
 use super::rate::{RateError, measurement};
@@ -80,6 +81,20 @@ pub fn identify_measurements(
         identification.estimate.verdict.notes.push(Note::RateUnchecked);
     }
     Ok(identification)
+}
+
+/// Chooses the friction laws of a cell's robot from measurements; `tried` is called after each
+/// identification on the way.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn choose_friction_from(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+    tried: impl FnMut(),
+) -> Result<ChosenFriction, IdentifyError> {
+    let experiment = joined(cell, measurements)?;
+    Ok(choose_friction(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
 }
 
 /// How far two identifications are apart: root mean square over the parameters that both have of their differences, in

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use didim_core::identification::{KnownModel, ModelUncertainty, Prediction, predict};
+use didim_core::robot::JointFriction;
 use serde::Deserialize;
 
 use super::identify::{IdentifyError, joined};
@@ -78,9 +79,16 @@ struct Stored {
 #[derive(Deserialize)]
 struct StoredEstimate {
     robot: String,
+    /// Where the data chose the laws.
+    friction: Option<StoredFriction>,
     parameters: Vec<StoredParameter>,
     /// Results of earlier versions have none.
     model_uncertainty: Option<ModelUncertainty>,
+}
+
+#[derive(Deserialize)]
+struct StoredFriction {
+    friction: Vec<JointFriction>,
 }
 
 #[derive(Deserialize)]
@@ -90,11 +98,12 @@ struct StoredParameter {
 }
 
 impl StoredModel {
-    /// Reads a result file, or what `didim identify --json` printed.
+    /// Reads a result file, or what `didim identify --json` printed. Returned with the cell that predicts by
+    /// it: the friction laws are those of the result, where the data chose them.
     ///
     /// # Errors
     /// [`ResultError`].
-    pub fn read(file: &Path, cell: &Cell) -> Result<Self, ResultError> {
+    pub fn read(file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
         let text = fs::read(file)
             .map_err(|source| ResultError::Read { file: file.to_path_buf(), source })?;
         let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
@@ -111,12 +120,21 @@ impl StoredModel {
                 robot: robot.to_owned(),
             });
         }
+        let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
+        if let Some(StoredFriction { friction }) = estimate.friction {
+            let (found, joints) = (friction.len(), cell.robot.joints());
+            if found != joints {
+                return Err(unfit(format!(
+                    "it has the friction of {found} joints, not of {joints}"
+                )));
+            }
+            cell = cell.with_friction(friction).map_err(|error| unfit(error.to_string()))?;
+        }
         let parameters: Vec<(String, f64)> =
             estimate.parameters.into_iter().map(|p| (p.name, p.value)).collect();
-        check_names(&parameters, cell)
-            .map_err(|what| ResultError::Parameters { file: file.to_path_buf(), what })?;
+        check_names(&parameters, &cell).map_err(unfit)?;
         let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
-        Ok(Self { parameters, configuration, uncertainty })
+        Ok((Self { parameters, configuration, uncertainty }, cell))
     }
 
     /// Base parameters of the robot that the result does not have: they count as 0.

@@ -4,6 +4,7 @@ pub mod comparison;
 pub mod convergence;
 pub mod estimate;
 pub mod figure;
+pub mod friction;
 pub mod history;
 pub mod html;
 mod panel;

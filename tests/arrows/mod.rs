@@ -20,7 +20,7 @@ const ORDER: [(&str, &str); 9] = [
     ),
     (
         "core/src/identification",
-        "cross_validation identify closed_loop equation_error prediction judgement observation given",
+        "friction cross_validation identify closed_loop equation_error prediction judgement observation given",
     ),
     ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "check service report offline cell live archive signals files window text"),

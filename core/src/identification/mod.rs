@@ -1,7 +1,7 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! identify, cross_validation → closed_loop → equation_error → prediction → judgement → observation → given
+//! friction, cross_validation → identify → closed_loop → equation_error → prediction → judgement → observation → given
 //! ```
 //!
 //! | room | what |
@@ -16,6 +16,7 @@
 mod closed_loop;
 mod cross_validation;
 mod equation_error;
+mod friction;
 mod given;
 mod identify;
 mod judgement;
@@ -28,6 +29,7 @@ pub use equation_error::{
     Reduction, ReductionStep, UncheckedEstimate, UncheckedParameter, essential_parameters,
     idim_ls_unchecked,
 };
+pub use friction::choose_friction;
 pub use given::{
     ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure, IdentificationError,
     IterationError, LimitError, Method, Optimiser, Options, PositionFilter, Selection,
@@ -36,10 +38,11 @@ pub use given::{
 };
 pub use identify::identify;
 pub use judgement::{
-    ConvergenceStep, Elsewhere, Estimate, Fit, Foretold, Freedom, FreedomEstimate, HeldOut,
-    Identification, Information, ModelUncertainty, Note, Output, ParameterEstimate, PositionBias,
-    Quantity, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay,
-    UseVerdict, Uses, Verdict,
+    ChosenFriction, ConvergenceStep, Elsewhere, Estimate, Fit, Foretold, Freedom, FreedomEstimate,
+    FrictionChange, FrictionGain, FrictionScore, HeldOut, Identification, Information,
+    ModelUncertainty, Note, Output, ParameterEstimate, PositionBias, Quantity, Reason,
+    ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses,
+    Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};

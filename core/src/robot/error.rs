@@ -98,12 +98,6 @@ pub enum RobotError {
         /// Line, counted from 1.
         line: usize,
     },
-    /// A speed of Stribeck friction that is not positive.
-    #[error("line {line}: `stribeck_rad_s` must be a positive speed")]
-    StribeckSpeed {
-        /// Line, counted from 1.
-        line: usize,
-    },
     /// A nominal value for a parameter that the robot does not have.
     #[error("line {line}: the robot has no parameter `{name}`; its parameters are {known}")]
     UnknownParameter {

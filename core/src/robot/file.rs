@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::friction::RawJointFriction;
 use super::{
-    Angle, FrictionLaw, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
+    Angle, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
     ParameterTable, Robot, RobotError, SignModel, Transmission,
 };
 use crate::MAX_JOINTS;
@@ -59,18 +60,7 @@ struct RawFriction {
     quadratic: Option<bool>,
     cubic: Option<bool>,
     asymmetric: Option<bool>,
-    stribeck_rad_s: Option<Spanned<f64>>,
-}
-
-/// What differs at one joint from `[friction]`.
-#[derive(Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawJointFriction {
-    sign: Option<SignModel>,
-    quadratic: Option<bool>,
-    cubic: Option<bool>,
-    asymmetric: Option<bool>,
-    stribeck_rad_s: Option<Spanned<f64>>,
+    stribeck_rad_s: Option<f64>,
 }
 
 /// The text, to turn the reader's byte offsets into lines.
@@ -219,35 +209,22 @@ fn read_friction(
     joints: &[Spanned<RawJoint>],
 ) -> Result<(FrictionTerms, Vec<JointFriction>), RobotError> {
     let line = text.line_of(raw);
-    let raw = raw.get_ref();
-    let &RawFriction { viscous, coulomb, offset, sign, .. } = raw;
+    let &RawFriction { viscous, coulomb, offset, .. } = raw.get_ref();
+    let &RawFriction { sign, quadratic, cubic, asymmetric, stribeck_rad_s, .. } = raw.get_ref();
+    let all = RawJointFriction { sign, quadratic, cubic, asymmetric, stribeck_rad_s };
     if coulomb != sign.is_some() {
         return Err(RobotError::SignModel { line });
     }
     let own = |joint: &Spanned<RawJoint>| {
-        let own = joint.get_ref().friction.as_ref();
-        let line = own.map_or(line, |own| text.line_of(own));
-        let own = own.map(|own| own.get_ref().clone()).unwrap_or_default();
-        let stribeck = own.stribeck_rad_s.as_ref().or(raw.stribeck_rad_s.as_ref());
-        if !coulomb && (own.sign.is_some() || stribeck.is_some()) {
+        let (line, own) = match &joint.get_ref().friction {
+            Some(own) => (text.line_of(own), own.get_ref().clone()),
+            None => (line, RawJointFriction::default()),
+        };
+        let own = own.over(&all);
+        if !coulomb && (own.sign.is_some() || own.stribeck_rad_s.is_some()) {
             return Err(RobotError::SignModel { line });
         }
-        let mut laws = Vec::new();
-        let usual = [
-            (own.quadratic.or(raw.quadratic), FrictionLaw::Quadratic),
-            (own.cubic.or(raw.cubic), FrictionLaw::Cubic),
-            (own.asymmetric.or(raw.asymmetric), FrictionLaw::Asymmetric),
-        ];
-        laws.extend(usual.into_iter().filter(|(has, _)| has == &Some(true)).map(|(_, law)| law));
-        if let Some(speed) = stribeck {
-            let speed_rad_s = text.finite("stribeck_rad_s", speed)?;
-            if speed_rad_s <= 0.0 {
-                return Err(RobotError::StribeckSpeed { line: text.line_of(speed) });
-            }
-            laws.push(FrictionLaw::Stribeck { speed_rad_s });
-        }
-        // Without Coulomb friction no term reads the sign model.
-        Ok(JointFriction { sign: own.sign.or(sign).unwrap_or(SignModel::Sign), laws })
+        JointFriction::try_from(own).map_err(|message| RobotError::Format { line, message })
     };
     let own = joints.iter().map(own).collect::<Result<_, _>>()?;
     Ok((FrictionTerms { viscous, coulomb, offset }, own))

@@ -1,6 +1,8 @@
 //! Which friction terms an arm has, and how they follow from the speed.
 
-use serde::Deserialize;
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
 
 use super::ParameterKind;
 use crate::numeric::Scalar;
@@ -9,8 +11,8 @@ use crate::numeric::Scalar;
 ///
 /// Widths and thresholds apply to joint-side speeds: rad/s at a revolute joint, and the same
 /// number of m/s at a prismatic one.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "RawSignModel")]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawSignModel", into = "RawSignModel")]
 pub enum SignModel {
     /// −1, 0 or 1: the textbook's law, which takes the sign of noise at rest.
     Sign,
@@ -76,20 +78,51 @@ pub struct FrictionTerms {
     pub offset: bool,
 }
 
-/// What the friction of one joint has besides: its own law for the sign, and further terms.
-#[derive(Clone, Debug, PartialEq)]
+/// What the friction of one joint has besides: its own law for the sign, and further terms. Shown as
+/// the table that states it in a robot's file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "RawJointFriction", into = "RawJointFriction")]
 pub struct JointFriction {
     /// The law for the sign of Coulomb friction.
     pub sign: SignModel,
-    /// Terms beside the usual ones, each at most once, in the order of [`FrictionLaw::kind`].
+    /// Terms beside the usual ones, each kind at most once, in the order of their kinds.
     pub laws: Vec<FrictionLaw>,
+}
+
+impl JointFriction {
+    /// With one more term, in place of another of its kind.
+    #[must_use]
+    pub fn with_law(&self, law: FrictionLaw) -> Self {
+        let mut laws = self.laws.clone();
+        laws.retain(|own| own.kind() != law.kind());
+        laws.push(law);
+        laws.sort_by_key(|law| law.kind());
+        Self { sign: self.sign, laws }
+    }
+
+    /// With every speed at which it bends changed \[rad/s or m/s\].
+    #[must_use]
+    pub fn with_shapes(&self, change: impl Fn(f64) -> f64) -> Self {
+        let sign = match self.sign {
+            SignModel::Tanh { width_rad_s } => SignModel::Tanh { width_rad_s: change(width_rad_s) },
+            other => other,
+        };
+        let changed = |law: &FrictionLaw| match *law {
+            FrictionLaw::Stribeck { speed_rad_s } => {
+                FrictionLaw::Stribeck { speed_rad_s: change(speed_rad_s) }
+            }
+            other => other,
+        };
+        Self { sign, laws: self.laws.iter().map(changed).collect() }
+    }
 }
 
 /// A friction term beside the usual ones: its coefficient is a parameter, its shape is stated.
 ///
 /// Unequal Coulomb friction in the two directions is no term of its own: fc⁺ and fc⁻ are fc and
 /// `off` while the joint moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum FrictionLaw {
     /// `fvq` q̇·|q̇|: viscous friction that bends, as that of grease which warms in the gap.
     Quadratic,
@@ -154,25 +187,39 @@ fn bell<T: Scalar>(speed: T, width: f64) -> T {
 }
 
 /// The sign model as written in a file.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawSignModel {
     model: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
     threshold_rad_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     width_rad_s: Option<f64>,
+}
+
+impl From<SignModel> for RawSignModel {
+    fn from(model: SignModel) -> Self {
+        let (model, threshold_rad_s, width_rad_s) = match model {
+            SignModel::Sign => ("sign", None, None),
+            SignModel::DeadBand { threshold_rad_s } => ("dead-band", Some(threshold_rad_s), None),
+            SignModel::Tanh { width_rad_s } => ("tanh", None, Some(width_rad_s)),
+        };
+        Self { model: model.to_owned(), threshold_rad_s, width_rad_s }
+    }
+}
+
+fn positive(key: &str, value: f64) -> Result<f64, String> {
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(format!("`{key}` is {value}; give a positive speed in rad/s"))
+    }
 }
 
 impl TryFrom<RawSignModel> for SignModel {
     type Error = String;
 
     fn try_from(raw: RawSignModel) -> Result<Self, String> {
-        let positive = |key: &str, value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(value)
-            } else {
-                Err(format!("`{key}` is {value}; give a positive speed in rad/s"))
-            }
-        };
         match (raw.model.as_str(), raw.threshold_rad_s, raw.width_rad_s) {
             ("sign", None, None) => Ok(Self::Sign),
             ("dead-band", Some(threshold), None) => {
@@ -190,6 +237,107 @@ impl TryFrom<RawSignModel> for SignModel {
                 "the sign model \"{other}\" does not exist; use \"sign\", \"dead-band\" or \"tanh\""
             )),
         }
+    }
+}
+
+/// What a file states of a joint's friction; what it leaves out is that of all joints.
+#[derive(Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawJointFriction {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) sign: Option<SignModel>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) quadratic: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) cubic: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) asymmetric: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) stribeck_rad_s: Option<f64>,
+}
+
+impl RawJointFriction {
+    /// With what is left out taken from another.
+    pub(super) fn over(self, all: &Self) -> Self {
+        Self {
+            sign: self.sign.or(all.sign),
+            quadratic: self.quadratic.or(all.quadratic),
+            cubic: self.cubic.or(all.cubic),
+            asymmetric: self.asymmetric.or(all.asymmetric),
+            stribeck_rad_s: self.stribeck_rad_s.or(all.stribeck_rad_s),
+        }
+    }
+}
+
+impl TryFrom<RawJointFriction> for JointFriction {
+    type Error = String;
+
+    fn try_from(raw: RawJointFriction) -> Result<Self, String> {
+        let stribeck = raw.stribeck_rad_s.map(|speed_rad_s| {
+            let speed_rad_s = positive("stribeck_rad_s", speed_rad_s)?;
+            Ok::<_, String>(FrictionLaw::Stribeck { speed_rad_s })
+        });
+        let law = |stated: Option<bool>, law| stated.unwrap_or(false).then_some(law);
+        let laws = [
+            law(raw.quadratic, FrictionLaw::Quadratic),
+            law(raw.cubic, FrictionLaw::Cubic),
+            law(raw.asymmetric, FrictionLaw::Asymmetric),
+            stribeck.transpose()?,
+        ];
+        // Without Coulomb friction no term reads the sign model.
+        let sign = raw.sign.unwrap_or(SignModel::Sign);
+        Ok(Self { sign, laws: laws.into_iter().flatten().collect() })
+    }
+}
+
+impl From<JointFriction> for RawJointFriction {
+    fn from(friction: JointFriction) -> Self {
+        let mut raw = Self { sign: Some(friction.sign), ..Self::default() };
+        for law in friction.laws {
+            match law {
+                FrictionLaw::Quadratic => raw.quadratic = Some(true),
+                FrictionLaw::Cubic => raw.cubic = Some(true),
+                FrictionLaw::Asymmetric => raw.asymmetric = Some(true),
+                FrictionLaw::Stribeck { speed_rad_s } => raw.stribeck_rad_s = Some(speed_rad_s),
+            }
+        }
+        raw
+    }
+}
+
+impl fmt::Display for SignModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sign => write!(f, "{{ model = \"sign\" }}"),
+            Self::DeadBand { threshold_rad_s } => {
+                write!(f, "{{ model = \"dead-band\", threshold_rad_s = {threshold_rad_s:?} }}")
+            }
+            Self::Tanh { width_rad_s } => {
+                write!(f, "{{ model = \"tanh\", width_rad_s = {width_rad_s:?} }}")
+            }
+        }
+    }
+}
+
+impl fmt::Display for FrictionLaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Quadratic => write!(f, "quadratic = true"),
+            Self::Cubic => write!(f, "cubic = true"),
+            Self::Asymmetric => write!(f, "asymmetric = true"),
+            Self::Stribeck { speed_rad_s } => write!(f, "stribeck_rad_s = {speed_rad_s:?}"),
+        }
+    }
+}
+
+/// As a `[[joint]]` states it, in a file whose `[friction]` has no further law for all joints.
+impl fmt::Display for JointFriction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{{ ")?;
+        for law in &self.laws {
+            write!(f, "{law}, ")?;
+        }
+        write!(f, "sign = {} }}", self.sign)
     }
 }
 

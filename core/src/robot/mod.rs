@@ -7,6 +7,7 @@ mod file;
 mod friction;
 mod joint;
 mod nominal;
+mod parameter_kind;
 mod parameters;
 mod transmission;
 
@@ -16,5 +17,6 @@ pub use error::RobotError;
 pub use friction::{FrictionLaw, FrictionTerms, JointFriction, SignModel};
 pub use joint::{Joint, JointKind, Limits};
 pub use nominal::NominalParameters;
-pub use parameters::{Parameter, ParameterKind, ParameterTable};
+pub use parameter_kind::ParameterKind;
+pub use parameters::{Parameter, ParameterTable};
 pub use transmission::{Transmission, TransmissionError};

@@ -141,6 +141,10 @@ fn a_joint_may_have_friction_of_its_own() {
     assert_eq!(of_joint(2), ["ia3", "fv3", "fc3", "fs3", "off3"]);
     assert_eq!(robot.sign_model(2), SignModel::Sign);
     assert_eq!(robot.sign_model(1), SignModel::Tanh { width_rad_s: 0.05 });
+    // What a joint's friction is shown as can be put into a file that has no law for all joints.
+    let shown = format!("torque_max_nm = 103.49\nfriction = {}", robot.own_friction()[2]);
+    let again = Robot::from_toml(&TX40.replacen("torque_max_nm = 103.49", &shown, 1)).unwrap();
+    assert_eq!(again.own_friction()[2], robot.own_friction()[2]);
     // What the file states of the arm keeps its places.
     let (changed, plain) = (robot.nominal().unwrap(), tx40());
     assert_eq!(changed.listed(), plain.nominal().unwrap().listed());
@@ -155,10 +159,12 @@ fn friction_that_makes_no_sense_is_refused_with_its_line() {
         let (error, line) = refused("torque_max_nm = 103.49", &with);
         (error, line + 1)
     };
-    let (error, line) = own("{ stribeck_rad_s = 0.0 }");
-    assert!(matches!(error, RobotError::StribeckSpeed { line: found } if found == line), "{error}");
-    let (error, line) = own("{ quadratisch = true }");
-    assert!(matches!(&error, RobotError::Format { line: found, .. } if *found == line), "{error}");
+    for friction in ["{ stribeck_rad_s = 0.0 }", "{ quadratisch = true }"] {
+        let (error, line) = own(friction);
+        let RobotError::Format { line: found, message } = &error else { panic!("{error}") };
+        assert_eq!(*found, line);
+        assert!(message.contains(&friction[2..10]), "{message}");
+    }
     let without = TX40
         .replacen("coulomb = true\n", "coulomb = false\n", 1)
         .replacen("sign = { model = \"tanh\", width_rad_s = 0.05 }\n", "", 1)

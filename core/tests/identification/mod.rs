@@ -3,6 +3,7 @@
 mod checks;
 mod cross_validation;
 mod exact;
+mod friction;
 mod noise;
 mod recording;
 mod recordings;

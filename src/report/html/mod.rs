@@ -7,6 +7,7 @@
 mod chart;
 mod comparison;
 mod freedoms;
+mod friction;
 mod history;
 mod information;
 mod joints;
@@ -55,6 +56,7 @@ impl Report<'_> {
                 (joints::residuals(self))
                 (joints::delays(estimate))
                 (information::section(self))
+                (friction::section(self))
                 (freedoms::section(self))
                 (summary::convergence(&estimate.convergence))
                 (summary::singular_values(self))

@@ -51,6 +51,14 @@ pub enum IdentificationError {
         /// The name.
         name: String,
     },
+    /// Friction laws are chosen by what they predict, and no piece of the motion can be held out.
+    /// Remedy: a longer or a richer motion.
+    #[error(
+        "friction laws are chosen by how well they predict pieces of the motion that they were not \
+         fitted to, and none can be left out of this one; record longer, with all joints moving, or \
+         state the laws in the robot file"
+    )]
+    NothingHeldOut,
     /// The list of parameters is empty. Remedy: leave it out to identify all base parameters.
     #[error("the list of parameters is empty; leave it out to identify every base parameter")]
     NoParameter,

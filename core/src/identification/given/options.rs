@@ -11,6 +11,7 @@ use super::tolerances::Tolerances;
 use super::uses::Use;
 use crate::control::SimulatedController;
 use crate::regression::RobustLoss;
+use crate::robot::Robot;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
 
 /// The options of an identification, by whatever method, as a cell file states them.
@@ -68,6 +69,22 @@ impl Options {
             controller: None,
             simulation: SimulationOptions::default(),
         }
+    }
+
+    /// With the friction terms that a robot has beside the usual ones among the parameters.
+    #[must_use]
+    pub fn with_friction(mut self, robot: &Robot) -> Self {
+        if let Some(names) = &mut self.parameters {
+            let table = robot.parameters();
+            let beside = table.parameters().iter().zip(table.names());
+            let beside: Vec<_> = beside.filter(|(p, _)| p.kind.is_friction_law()).collect();
+            for (_, name) in beside {
+                if !names.contains(name) {
+                    names.push(name.clone());
+                }
+            }
+        }
+        self
     }
 
     /// What controls the simulated arm.

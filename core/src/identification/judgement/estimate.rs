@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::bias::PositionBias;
+use super::chosen_friction::ChosenFriction;
 use super::elsewhere::Elsewhere;
 use super::freedoms::FreedomEstimate;
 use super::held_out::HeldOut;
@@ -136,6 +137,9 @@ pub struct Estimate {
     pub samples: usize,
     /// Rows of the observation matrix, all joints together.
     pub rows: usize,
+    /// The friction laws, where the data chose them and not the robot's file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<ChosenFriction>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterEstimate>,
     /// Condition number of the weighted, decimated observation matrix.

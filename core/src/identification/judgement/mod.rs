@@ -3,6 +3,7 @@
 
 mod bias;
 mod checks;
+mod chosen_friction;
 mod elsewhere;
 mod estimate;
 mod estimated_torque;
@@ -22,6 +23,7 @@ mod workspace;
 
 pub use bias::PositionBias;
 pub(crate) use checks::PositionError;
+pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
 pub use elsewhere::Elsewhere;
 pub use estimate::{
     ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,

@@ -1,0 +1,262 @@
+//! Which friction laws the data want: those that predict what they were not fitted to.
+//!
+//! Terms are added one at a time, as in forward selection, and judged by held-out pieces and by the
+//! uncertainty elsewhere, never by the fit. The shapes that are not linear (the width of the sign, the
+//! speed of Stribeck friction) are searched on a grid and refined, with every linear parameter solved
+//! anew for each: separable least squares (Golub and Pereyra 2003).
+
+use super::given::{Experiment, IdentificationError, Method, Options};
+use super::identify::identify;
+use super::judgement::{ChosenFriction, Estimate, FrictionChange, FrictionGain, FrictionScore};
+use super::observation::filtered_motion;
+use crate::dynamics::{BaseParameters, Model};
+use crate::robot::{FrictionLaw, JointFriction, Parameter, ParameterKind, Robot, SignModel};
+
+/// Widths of the sign that are tried, as shares of a joint's highest speed.
+const WIDTHS: [f64; 7] = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
+
+/// Speeds of Stribeck friction that are tried, likewise.
+const STRIBECK: [f64; 3] = [0.02, 0.06, 0.2];
+
+/// Shapes are refined by these factors, one after the other, each as often as it helps.
+const REFINEMENTS: [f64; 4] = [1.4, 1.0 / 1.4, 1.18, 1.0 / 1.18];
+
+/// But not more often than this.
+const MAX_STEPS: usize = 5;
+
+/// A change has to take this share of a joint's held-out error away: a law that nobody needs is one
+/// more that the next motion may contradict.
+const LEAST_GAIN: f64 = 0.05;
+
+/// So much more uncertainty of the torque elsewhere, relative to all of it, is a tie.
+const TIE: f64 = 0.001;
+
+/// Rounds in which every joint may get one change.
+const MAX_ROUNDS: usize = 4;
+
+/// Chooses the friction laws of a robot by IDIM-LS; `tried` is called after each identification.
+///
+/// # Errors
+/// [`IdentificationError::NothingHeldOut`], and those of IDIM-LS with the robot's own laws.
+pub fn choose_friction(
+    robot: &Robot,
+    base: &BaseParameters,
+    experiment: &Experiment,
+    options: &Options,
+    tried: impl FnMut(),
+) -> Result<ChosenFriction, IdentificationError> {
+    let motion = filtered_motion(experiment, &options.position_filter)?;
+    let highest = motion
+        .velocity
+        .column_iter()
+        .map(|speed| experiment.counted_samples().map(|k| speed[k].abs()).fold(0.0, f64::max));
+    let highest: Vec<f64> = highest.collect();
+    let mut search = Search { robot, experiment, options, tried, trials: 0 };
+    let first = search.first(base)?;
+    let (before, mut best, mut gains) = (first.score, first, Vec::new());
+    for _ in 0..MAX_ROUNDS {
+        let accepted = search.round(&mut best, &search.candidates(&highest), &mut gains);
+        if !accepted {
+            break;
+        }
+    }
+    search.refine(&mut best);
+    Ok(ChosenFriction {
+        friction: best.friction,
+        gains,
+        before,
+        after: best.score,
+        trials: search.trials,
+    })
+}
+
+/// A model with certain friction laws, identified.
+#[derive(Clone)]
+struct Trial {
+    friction: Vec<JointFriction>,
+    score: FrictionScore,
+    held_out_per_joint: Vec<f64>,
+    /// Joints whose friction grows where Stribeck friction falls: another law in disguise.
+    rising: Vec<bool>,
+}
+
+struct Search<'a, T> {
+    robot: &'a Robot,
+    experiment: &'a Experiment,
+    options: &'a Options,
+    tried: T,
+    trials: usize,
+}
+
+impl<T: FnMut()> Search<'_, T> {
+    /// With the robot's own laws.
+    fn first(&mut self, base: &BaseParameters) -> Result<Trial, IdentificationError> {
+        let estimate = self.identify(self.robot, base)?;
+        let friction = self.robot.own_friction().to_vec();
+        scored(friction, &estimate).ok_or(IdentificationError::NothingHeldOut)
+    }
+
+    /// The changes that are tried, each with what it is at every joint that moves.
+    fn candidates(&self, highest: &[f64]) -> Vec<Vec<Option<FrictionChange>>> {
+        let at_each = |change: &dyn Fn(f64) -> FrictionChange| {
+            let of_joint = |speed: &f64| (*speed > 0.0).then(|| change(*speed));
+            highest.iter().map(of_joint).collect()
+        };
+        let laws = [FrictionLaw::Quadratic, FrictionLaw::Cubic, FrictionLaw::Asymmetric];
+        let mut candidates: Vec<Vec<_>> =
+            laws.into_iter().map(|law| at_each(&|_| FrictionChange::Law(law))).collect();
+        if self.robot.friction().coulomb {
+            candidates.extend(WIDTHS.map(|share| {
+                at_each(&|speed| {
+                    FrictionChange::Sign(SignModel::Tanh { width_rad_s: rounded(share * speed) })
+                })
+            }));
+            candidates.extend(STRIBECK.map(|share| {
+                at_each(&|speed| {
+                    FrictionChange::Law(FrictionLaw::Stribeck {
+                        speed_rad_s: rounded(share * speed),
+                    })
+                })
+            }));
+        }
+        candidates
+    }
+
+    /// Tries every candidate at all joints at once, takes the best of each joint, and keeps those of them
+    /// that are still worth it one after the other. Whether any was.
+    fn round(
+        &mut self,
+        best: &mut Trial,
+        candidates: &[Vec<Option<FrictionChange>>],
+        gains: &mut Vec<FrictionGain>,
+    ) -> bool {
+        let mut wanted: Vec<Option<(f64, FrictionChange)>> = vec![None; best.friction.len()];
+        for candidate in candidates {
+            let Some(trial) = self.with(best, candidate) else { continue };
+            for (joint, change) in candidate.iter().enumerate() {
+                let gain = best.gain(&trial, joint);
+                let Some(change) = change.filter(|_| gain >= LEAST_GAIN) else { continue };
+                if wanted[joint].is_none_or(|(other, _)| gain > other) {
+                    wanted[joint] = Some((gain, change));
+                }
+            }
+        }
+        let mut wanted: Vec<_> = (wanted.into_iter().enumerate())
+            .filter_map(|(joint, wanted)| wanted.map(|(gain, change)| (gain, joint, change)))
+            .collect();
+        wanted.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut accepted = false;
+        for (_, joint, change) in wanted {
+            let mut alone = vec![None; best.friction.len()];
+            alone[joint] = Some(change);
+            let Some(trial) = self.with(best, &alone) else { continue };
+            if best.gain(&trial, joint) < LEAST_GAIN || !no_worse(trial.score, best.score) {
+                continue;
+            }
+            let held_out = [&*best, &trial].map(|of| of.held_out_per_joint[joint]);
+            gains.push(FrictionGain { joint: joint + 1, change, held_out });
+            *best = trial;
+            accepted = true;
+        }
+        accepted
+    }
+
+    /// Moves the shapes that are not linear to where each joint is predicted best.
+    fn refine(&mut self, best: &mut Trial) {
+        for factor in REFINEMENTS {
+            let improved = |_: &usize| self.refine_by(factor, best);
+            (0..MAX_STEPS).take_while(improved).for_each(drop);
+        }
+    }
+
+    /// Takes one step at the joints that it helps. Whether there is any.
+    fn refine_by(&mut self, factor: f64, best: &mut Trial) -> bool {
+        // What nobody asked to be changed stays.
+        let stated = self.robot.own_friction();
+        let scaled = |(own, stated): (&JointFriction, &JointFriction)| {
+            if own == stated { own.clone() } else { own.with_shapes(|v| rounded(factor * v)) }
+        };
+        let all: Vec<_> = best.friction.iter().zip(stated).map(scaled).collect();
+        let Some(trial) = self.trial_of(best, all.clone()) else { return false };
+        let chosen = (best.friction.iter().zip(all).enumerate())
+            .map(
+                |(joint, (own, scaled))| {
+                    if best.gain(&trial, joint) > 0.0 { scaled } else { own.clone() }
+                },
+            )
+            .collect();
+        let chosen = self.trial_of(best, chosen).filter(|trial| no_worse(trial.score, best.score));
+        let found = chosen.is_some();
+        if let Some(trial) = chosen {
+            *best = trial;
+        }
+        found
+    }
+
+    /// With a change at each joint that has one; none where it changes nothing, or is no model that can be
+    /// identified.
+    fn with(&mut self, best: &Trial, changes: &[Option<FrictionChange>]) -> Option<Trial> {
+        let changed = (best.friction.iter().zip(changes)).map(|(own, change)| match change {
+            Some(FrictionChange::Sign(sign)) => JointFriction { sign: *sign, ..own.clone() },
+            Some(FrictionChange::Law(law)) => own.with_law(*law),
+            None => own.clone(),
+        });
+        self.trial_of(best, changed.collect())
+    }
+
+    /// None where nothing differs.
+    fn trial_of(&mut self, best: &Trial, friction: Vec<JointFriction>) -> Option<Trial> {
+        if friction == best.friction { None } else { self.trial(friction) }
+    }
+
+    fn trial(&mut self, friction: Vec<JointFriction>) -> Option<Trial> {
+        let robot = self.robot.clone().with_friction(friction.clone());
+        let base = BaseParameters::compute(&Model::new(&robot)).ok()?;
+        scored(friction, &self.identify(&robot, &base).ok()?)
+    }
+
+    fn identify(
+        &mut self,
+        robot: &Robot,
+        base: &BaseParameters,
+    ) -> Result<Estimate, IdentificationError> {
+        self.trials += 1;
+        let options = self.options.clone().with_friction(robot);
+        let found = identify(Method::IdimLs, robot, base, self.experiment, &options);
+        (self.tried)();
+        Ok(found?.estimate)
+    }
+}
+
+fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
+    let held_out = estimate.held_out.relative_error?;
+    let score = FrictionScore { held_out, elsewhere: estimate.elsewhere.relative_error };
+    let held_out_per_joint = estimate.held_out.relative_error_per_joint.clone();
+    let is_negative =
+        |name: String| estimate.parameters.iter().any(|own| own.name == name && own.value < 0.0);
+    let rising = (0..friction.len())
+        .map(|joint| is_negative(Parameter { kind: ParameterKind::Fs, joint }.to_string()));
+    let rising = rising.collect();
+    Some(Trial { friction, score, held_out_per_joint, rising })
+}
+
+impl Trial {
+    /// The share of a joint's held-out error that another has less; 0 where its law is none.
+    fn gain(&self, other: &Self, joint: usize) -> f64 {
+        if other.rising[joint] {
+            return 0.0;
+        }
+        1.0 - other.held_out_per_joint[joint] / self.held_out_per_joint[joint]
+    }
+}
+
+/// To three digits: a shape is not known any better.
+fn rounded(speed: f64) -> f64 {
+    let digits = 10_f64.powf(2.0 - speed.abs().log10().floor());
+    (speed * digits).round() / digits
+}
+
+/// Whether a score is not worse than another in either regard, ties included.
+fn no_worse(one: FrictionScore, other: FrictionScore) -> bool {
+    one.held_out <= other.held_out && one.elsewhere <= other.elsewhere + TIE
+}
