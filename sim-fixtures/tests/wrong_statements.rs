@@ -2,11 +2,13 @@
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
-    Estimate, Experiment, Freedom, Method, Reason, SignalTiming, Signals, identify,
+    Estimate, Experiment, Freedom, Method, Note, Options, Reason, SignalTiming, Signals, Start,
+    identify,
 };
+use didim_core::robot::Robot;
 use didim_sim::{Scenario, tx40_paper};
 
-use crate::common::experiment::{listed, regression};
+use crate::common::experiment::{listed, loop_options, regression};
 
 /// Rest before and after the motion, in samples.
 const REST: usize = 1250;
@@ -78,4 +80,92 @@ fn one_torque_of_the_other_sign_is_told_by_its_friction() {
     let reasons = &estimate.verdict.uses.prediction.reasons;
     let told = |reason: &Reason| matches!(reason, Reason::Negative { name, .. } if name == "fv1");
     assert!(reasons.iter().any(told), "{reasons:?}");
+}
+
+/// What another robot file makes of the paper's arm: one row of its transmission is wrong.
+fn with_row(row: &str, wrong: &str, method: Method) -> Estimate {
+    let scenario = tx40_paper().unwrap();
+    let file = include_str!("../../config/robots/tx40.toml");
+    assert!(file.contains(row), "{row}");
+    let mut file = file.replace(row, wrong);
+    if wrong == UNCOUPLED {
+        // Such an arm has no friction of a coupled motor.
+        file = file.replace("fv_m6", "# fv_m6").replace("fc_m6", "# fc_m6");
+    }
+    let robot = Robot::from_toml(&file).unwrap();
+    let names = robot.nominal().unwrap().listed().iter().map(|(name, _)| name.clone()).collect();
+    let options = match method {
+        Method::IdimLs => regression(Some(names), 200.0),
+        _ => Options {
+            parameters: Some(names),
+            ..loop_options(&scenario, 50.0, Start::UnitDriveInertias)
+        },
+    };
+    let signals = Signals::of_motors(&scenario.record_with_rests(REST, REST).unwrap());
+    let hold_s = scenario.controller().timing.sample_period_s();
+    let experiment = Experiment::motor_side(&signals, robot.transmission())
+        .unwrap()
+        .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
+        .unwrap()
+        .with_counted(REST..REST + scenario.samples())
+        .unwrap();
+    let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
+    identify(method, &robot, &base, &experiment, &options).unwrap().estimate
+}
+
+/// The rows of motors 3 and 6: 45 turns for one of joint 3, and 32 for one of joints 5 and 6.
+const COUPLED: &str = "[0.0, 0.0, 0.0, 0.0, 32.0, 32.0]";
+const UNCOUPLED: &str = "[0.0, 0.0, 0.0, 0.0, 0.0, 32.0]";
+const TURNED: &str = "[0.0, 0.0, 0.0, 0.0, -32.0, 32.0]";
+const GEAR: &str = "[0.0, 0.0, 45.0, 0.0, 0.0, 0.0]";
+const OTHER_GEAR: &str = "[0.0, 0.0, 50.0, 0.0, 0.0, 0.0]";
+
+/// A coupling that is left out leaves a model of other parameters that predicts to a per cent: a note says
+/// what it looks like, and its values are not called physical.
+#[test]
+fn a_coupling_that_is_left_out_is_named() {
+    let estimate = with_row(COUPLED, UNCOUPLED, Method::IdimLs);
+    let named = estimate.verdict.notes.iter().find_map(|note| match note {
+        Note::Lacking { freedom } => Some(freedom.freedom),
+        _ => None,
+    });
+    assert_eq!(named, Some(Freedom::Coupling { joint: 5, neighbour: 6 }));
+    assert!(estimate.elsewhere.relative_error < 0.05, "{:?}", estimate.elsewhere);
+    assert_eq!(estimate.verdict.uses.physical_values.applicable, Some(false));
+    // Moving alone, joint 6 has its own friction and that of its motor.
+    let fc6 = estimate.parameters.iter().find(|p| p.name == "fc6").unwrap();
+    let [joint, motor] = ["fc6", "fc_m6"].map(|name| tx40_paper().unwrap().truth_of(name).unwrap());
+    let off = (fc6.value - joint - motor).abs() / fc6.combined_standard_deviation;
+    assert!(off < 2.0, "{fc6:?} for {joint} and {motor}");
+
+    // Nothing is said where nothing lacks.
+    let right = with_row(COUPLED, COUPLED, Method::IdimLs);
+    let said = |note: &Note| matches!(note, Note::Lacking { .. });
+    assert!(!right.verdict.notes.iter().any(said), "{:?}", right.verdict.notes);
+}
+
+#[test]
+fn a_coupling_of_the_other_sign_is_refused() {
+    let estimate = with_row(COUPLED, TURNED, Method::IdimLs);
+    let found = contradicted(&estimate.verdict.uses.prediction.reasons);
+    let joints: Vec<Freedom> = found.iter().map(|(freedom, _)| *freedom).collect();
+    assert_eq!(joints, [Freedom::TorqueGain(6), Freedom::TorqueGain(5)], "{found:?}");
+    assert!(!estimate.verdict.applicable);
+}
+
+/// A loop of wrong joints makes other commands than were recorded, at these joints and no others.
+#[test]
+fn a_wrong_transmission_is_told_by_the_commands_of_the_described_controller() {
+    for (row, wrong, joints) in
+        [(COUPLED, UNCOUPLED, &[5, 6][..]), (COUPLED, TURNED, &[5, 6]), (GEAR, OTHER_GEAR, &[3])]
+    {
+        let estimate = with_row(row, wrong, Method::Didim);
+        let told =
+            estimate.verdict.uses.prediction.reasons.iter().filter_map(|reason| match reason {
+                Reason::Controller { joint, .. } => Some(*joint),
+                _ => None,
+            });
+        assert_eq!(told.collect::<Vec<_>>(), joints, "{wrong}");
+        assert!(!estimate.verdict.applicable, "{wrong}");
+    }
 }

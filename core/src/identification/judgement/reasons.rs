@@ -6,7 +6,7 @@ use core::ops::Range;
 use serde::{Serialize, Serializer};
 
 use super::bias::PositionBias;
-use super::freedoms::FreedomEstimate;
+use super::freedoms::{Freedom, FreedomEstimate};
 use crate::identification::given::Failure;
 
 /// What speaks against the use of a result. Joints are numbered from 1; errors and deviations are
@@ -91,6 +91,8 @@ pub enum Note {
     /// Rows were weighted down throughout the motion: joints, from 1, with how many of the rows
     /// of each.
     DownweightedThroughout { joints: Vec<(usize, usize)>, of: usize },
+    /// What the model lacks most, where that is more than a little.
+    Lacking { freedom: FreedomEstimate },
     /// The bus's layout lets the frames count, whatever their stamps.
     RateUnchecked,
 }
@@ -314,9 +316,30 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &FreedomEstimate) -> fmt::Res
     write!(f, "; it makes {:.3} N·m at joint {}", found.torque_nm, found.joint)
 }
 
+/// What the model lacks, its size, and what to do.
+fn lacking(f: &mut fmt::Formatter<'_>, found: &FreedomEstimate) -> fmt::Result {
+    let (freedom, joint) = (found.freedom, found.joint);
+    write!(
+        f,
+        "what the model lacks most looks like this: {freedom}, {:.3} N·m or {:.1} % of the torque of \
+         joint {joint}",
+        found.torque_nm,
+        100.0 * found.relative_torque
+    )?;
+    f.write_str(match freedom {
+        Freedom::JointFriction(_) | Freedom::MotorFriction(_) => {
+            "; `friction = \"auto\"` tries other laws on a recording"
+        }
+        Freedom::Coupling { .. } => "; check the rows of both motors in `transmission.rows`",
+        Freedom::LeftOutParameters => "; `identify --essential` finds those that a motion needs",
+        _ => "",
+    })
+}
+
 impl Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Lacking { freedom } => lacking(f, freedom),
             Self::NoReference => f.write_str(
                 "no reference was recorded: the filtered measured position is used instead, which \
                  the simulated loop follows with a lag of its own; at best this result is nearly \

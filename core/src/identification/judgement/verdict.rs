@@ -19,6 +19,9 @@ const CONTRADICTED: f64 = 3.0;
 /// A smaller share of a joint's torque is less than what a rigid model leaves.
 const DUST: f64 = 0.01;
 
+/// What the model lacks is worth a note from this share of a joint's torque on.
+const LACKING: f64 = 0.03;
+
 /// A parameter that carries this share of a joint's torque is asked for its value.
 const CARRYING: f64 = 0.05;
 
@@ -300,6 +303,12 @@ impl VerdictLimits {
             let decimated = !context.decimation.is_none();
             notes.push(Note::ColouredResiduals { joints, decimated });
         }
+        // What is stated has its reason where it is contradicted.
+        let most = estimate.freedoms.first().filter(|found| found.quantity.is_none());
+        notes.extend(
+            most.filter(|found| found.relative_torque >= LACKING)
+                .map(|freedom| Note::Lacking { freedom: freedom.clone() }),
+        );
         notes
     }
 }
