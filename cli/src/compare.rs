@@ -9,7 +9,8 @@ use didim_sim::Scenario;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::identify::{Samples, chosen_friction};
+use super::choices::Choices;
+use super::identify::Samples;
 use super::output::{check_place, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
@@ -17,7 +18,6 @@ use didim::files::read_text;
 use didim::offline::compare::{
     Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, tasks, trials,
 };
-use didim::report;
 use didim::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use didim::report::html::{ComparisonReport, InputFile, Origin, SampleRange, SimulatedInput};
 use didim_formats::Measurement;
@@ -85,7 +85,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (measurement, counted, scenario) = experiment(arguments, &cell)?;
 
     let of = arguments.input.as_deref().unwrap_or(&arguments.cell);
-    let chosen = chosen_friction(&mut cell, &[(&measurement, counted.clone())], of)?;
+    let choices = Choices::make(&mut cell, &[(&measurement, counted.clone())], of)?;
 
     let bars = Bars::new(&tasks(&trials, arguments.folds));
     let input = ComparisonInput {
@@ -108,9 +108,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&comparison).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        if let Some(chosen) = &chosen {
-            print(&format!("{}\n", report::friction::choice(chosen)))?;
-        }
+        print(&choices.text())?;
         print(&terminal(&view))?;
     }
     // After the result, which a file that cannot be written must not cost. Run times are no part of

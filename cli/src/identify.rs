@@ -6,17 +6,16 @@ use std::time::Instant;
 
 use clap::Args;
 use didim_core::identification::{
-    ChosenFriction, Estimate, Identification, IdentificationError, Method, Reduction,
+    Estimate, Identification, IdentificationError, Method, Reduction,
 };
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::CliError;
+use super::choices::Choices;
 use super::output::{print, write_figure, write_report};
 use didim::cell::Cell;
 use didim::offline::identify::{
-    IdentifyError, choose_friction_from, identify_measurement, identify_measurements,
-    reduce_measurements, rms_deviation,
+    IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
 use didim::offline::read_log;
 use didim::report;
@@ -167,7 +166,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         read.iter().map(|(measurement, counted)| (measurement, counted.clone())).collect();
     let first = &arguments.input[0];
     let start = Instant::now();
-    let chosen = chosen_friction(&mut cell, &measurements, first)?;
+    let choices = Choices::make(&mut cell, &measurements, first)?;
     let mut reduction = None;
     if arguments.essential {
         let found = reduce_measurements(&cell, &measurements)
@@ -185,7 +184,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             error => CliError::in_file(first, error),
         })?;
     let elapsed = start.elapsed();
-    identification.estimate.friction = chosen;
+    let chosen = choices.text();
+    choices.note_in(&mut identification.estimate);
     let recordings = recordings(&cell, method, arguments, &measurements, &identification.estimate);
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
@@ -197,9 +197,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         if let Some(reduction) = &reduction {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
-        if let Some(chosen) = &identification.estimate.friction {
-            print(&format!("{}\n", report::friction::choice(chosen)))?;
-        }
+        print(&chosen)?;
         print(&text(&cell, &identification, arguments.regrouping))?;
         for (measurement, counted) in &measurements {
             print(&what_counted(counted, measurement))?;
@@ -223,29 +221,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_report(path, &report)?;
     }
     Ok(())
-}
-
-/// The friction laws that the data choose, where the cell wants it so: the cell has them then.
-pub(super) fn chosen_friction(
-    cell: &mut Cell,
-    measurements: &[(&Measurement, Range<usize>)],
-    file: &Path,
-) -> Result<Option<ChosenFriction>, CliError> {
-    if !cell.chooses_friction {
-        return Ok(None);
-    }
-    let bar = ProgressBar::new_spinner();
-    // A template that does not parse would be a mistake of ours; the default does as well.
-    if let Ok(style) =
-        ProgressStyle::with_template("{spinner} friction laws tried: {pos}  {elapsed}")
-    {
-        bar.set_style(style);
-    }
-    let chosen = choose_friction_from(cell, measurements, || bar.inc(1));
-    bar.finish_and_clear();
-    let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
-    *cell = cell.clone().with_friction(chosen.friction.clone()).map_err(CliError::failed)?;
-    Ok(Some(chosen))
 }
 
 /// A number above 0, as an argument.

@@ -6,6 +6,7 @@
 mod baseline;
 mod capture;
 mod check;
+mod choices;
 mod compare;
 mod convert;
 mod convert_frames;

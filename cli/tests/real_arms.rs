@@ -459,6 +459,46 @@ fn friction_laws_chosen_by_a_kr300_go_with_the_result() {
     assert!((0.5..2.0).contains(&(foretold / error)), "{foretold}");
 }
 
+/// The cut-off that two motions of the KR 300 choose: a lower one predicts what was held out worse.
+#[test]
+fn the_cut_off_chosen_by_a_kr300_goes_with_the_result() {
+    let (place, cell) = changed_cell("");
+    let text = std::fs::read_to_string(&cell).unwrap();
+    let auto = text.replace("cutoff_hz = 5.0", "cutoff_hz = \"auto\"");
+    assert_ne!(auto, text);
+    std::fs::write(&cell, auto).unwrap();
+    let folder = repository("tests/data/kr300");
+    let [b, c, a] = ["b.csv", "c.csv", "a.csv"].map(|name| folder.join(name));
+    let counted: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];
+    let identify: [&dyn AsRef<OsStr>; 7] =
+        [&"identify", &"--cell", &cell, &"--input", &b, &"--input", &c];
+    let text = succeed(&[&identify[..], &counted].concat());
+    let found = json(&succeed(&[&identify[..], &counted, &[&"--json"]].concat()));
+
+    let chosen = figure(&found["position_cutoff"], "cutoff_hz");
+    assert!((7.0..=15.0).contains(&chosen), "{chosen}");
+    let trials = found["position_cutoff"]["trials"].as_array().unwrap();
+    let held_out = |trial: &Value| figure(trial, "held_out");
+    let least = trials.iter().map(held_out).fold(f64::INFINITY, f64::min);
+    let (lower, rest): (Vec<_>, Vec<_>) =
+        trials.iter().partition(|trial| figure(trial, "cutoff_hz") < chosen);
+    assert!(lower.len() >= 3 && lower.into_iter().all(|trial| held_out(trial) > 1.01 * least));
+    assert!(held_out(rest[0]) <= 1.01 * least);
+    assert!((figure(&found["held_out"], "relative_error") - held_out(rest[0])).abs() < 1e-12);
+    assert!(text.contains(&format!("position_filter = {{ cutoff_hz = {chosen:?} }}")), "{text}");
+
+    let result = place.path().join("result.json");
+    std::fs::write(&result, found.to_string()).unwrap();
+    let predict: [&dyn AsRef<OsStr>; 8] =
+        [&"predict", &"--json", &"--cell", &cell, &"--result", &result, &"--input", &a];
+    let predicted = json(&succeed(&[&predict[..], &counted].concat()));
+    assert!(figure(&predicted, "relative_error") < 0.06, "{predicted}");
+    assert!(predicted["foretold"].is_object(), "{predicted}");
+
+    let check = didim(&[&"check", &"--cell", &cell]);
+    assert!(check.stderr.contains("state the cut-off that it prints"), "{check:?}");
+}
+
 /// Results of a service are compared for years: its laws are stated.
 #[test]
 fn a_service_does_not_choose_friction_laws() {

@@ -1,5 +1,6 @@
 //! The cell file as it is typed. [`Cell`](super::Cell) is what the program needs.
 
+use core::fmt;
 use std::path::PathBuf;
 
 use didim_core::control::SimulatedController;
@@ -10,7 +11,8 @@ use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
 use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
-use serde::Deserialize;
+use serde::de::{Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::BusAddress;
 use crate::archive::drift::DriftOptions;
@@ -69,6 +71,59 @@ impl BusSection {
     }
 }
 
+/// `position_filter` of `[identification]`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionFilterSection {
+    /// Order of one pass; that of the method's own default when left out.
+    #[serde(default = "PositionFilter::default_order")]
+    pub order: usize,
+    /// Cut-off of one pass.
+    pub cutoff_hz: Cutoff,
+}
+
+/// The cut-off of the position filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cutoff {
+    /// Stated \[Hz\].
+    Hz(f64),
+    /// The data choose it.
+    Auto,
+}
+
+impl<'de> Deserialize<'de> for Cutoff {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl Visitor<'_> for Either {
+            type Value = Cutoff;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a frequency in Hz or \"auto\"")
+            }
+
+            fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Cutoff, E> {
+                Ok(Cutoff::Hz(value))
+            }
+
+            fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Cutoff, E> {
+                i32::try_from(value)
+                    .map(|value| Cutoff::Hz(f64::from(value)))
+                    .map_err(|_| E::invalid_value(Unexpected::Signed(value), &self))
+            }
+
+            fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<Cutoff, E> {
+                match value {
+                    "auto" => Ok(Cutoff::Auto),
+                    other => Err(E::invalid_value(Unexpected::Str(other), &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}
+
 /// Where the friction laws of the joints come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -90,7 +145,7 @@ pub struct IdentificationSection {
     #[serde(default)]
     pub friction: Option<FrictionSource>,
     /// Filter of the positions.
-    pub position_filter: PositionFilter,
+    pub position_filter: PositionFilterSection,
     /// Filter and decimation of both sides of the equation.
     pub decimation_filter: DecimationFilter,
     /// Essential parameters; every base parameter when left out.

@@ -15,7 +15,7 @@ mod values;
 use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_core::identification::{IdentificationError, Method, Options};
+use didim_core::identification::{IdentificationError, Method, Options, PositionFilter};
 use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
 use didim_drivers::assemble::Assembler;
@@ -27,6 +27,7 @@ pub use error::CellError;
 pub use file::{BusSection, CellFile, IdentificationSection, Processes, ServiceSection};
 pub use library::{Library, SHIPPED};
 
+use self::file::Cutoff;
 use crate::archive::store::ConfigurationTexts;
 use crate::live::worker::WindowOptions;
 use crate::text::sha256;
@@ -65,6 +66,8 @@ pub struct Cell {
     pub method: Method,
     /// How it identifies, by whatever method.
     pub options: Options,
+    /// Whether the data choose the cut-off of the position filter before.
+    pub chooses_cutoff: bool,
     /// Whether the data choose the friction laws before.
     pub chooses_friction: bool,
     /// How the service runs.
@@ -109,18 +112,24 @@ impl Cell {
     /// See [`CellError`].
     pub fn read_for_service(path: &Path) -> Result<Self, CellError> {
         let cell = Self::read(path)?;
-        if cell.chooses_friction {
-            return Err(CellError::Value {
-                file: path.to_path_buf(),
-                key: "identification.friction",
-                problem:
-                    "\"auto\" is for recordings, and the results of a service have to be of one \
-                          model; run `didim identify` on a recording, put the laws that it prints \
-                          into the robot file, and remove this key"
-                        .to_owned(),
-            });
-        }
-        Ok(cell)
+        let (key, instead) = match cell {
+            Self { chooses_cutoff: true, .. } => {
+                ("identification.position_filter", "state the cut-off that it prints")
+            }
+            Self { chooses_friction: true, .. } => (
+                "identification.friction",
+                "put the laws that it prints into the robot file, and remove this key",
+            ),
+            _ => return Ok(cell),
+        };
+        Err(CellError::Value {
+            file: path.to_path_buf(),
+            key,
+            problem: format!(
+                "\"auto\" is for recordings, and the results of a service have to be of one model; \
+                 run `didim identify` on a recording, and {instead}"
+            ),
+        })
     }
 
     /// Reads a cell file and every file that it names.
@@ -180,9 +189,16 @@ impl Cell {
         let method = file.identification.method;
         let controlled = file.controller.is_some();
         let simulation = file.identification.simulation;
+        let decimation_filter = file.identification.decimation_filter;
+        let position_filter = file.identification.position_filter;
+        let cutoff_hz = match position_filter.cutoff_hz {
+            Cutoff::Hz(stated) => stated,
+            // Until the data have chosen: the band that is identified.
+            Cutoff::Auto => decimation_filter.cutoff_hz(sample_rate_hz),
+        };
         let options = Options {
-            position_filter: file.identification.position_filter,
-            decimation_filter: file.identification.decimation_filter,
+            position_filter: PositionFilter { order: position_filter.order, cutoff_hz },
+            decimation_filter,
             parameters: file.identification.parameters.clone(),
             robust: file.identification.robust,
             limits: file.identification.limits,
@@ -276,6 +292,7 @@ impl Cell {
             window: file.window,
             method,
             options,
+            chooses_cutoff: position_filter.cutoff_hz == Cutoff::Auto,
             chooses_friction: file.identification.friction.is_some(),
             service: file.service,
         })

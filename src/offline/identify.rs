@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_core::identification::{
-    ChosenFriction, CrossValidation, Estimate, Experiment, ExperimentError, Failure,
-    Identification, IdentificationError, Method, Note, Reduction, choose_friction, cross_validate,
-    essential_parameters, identify,
+    ChosenCutoff, ChosenFriction, CrossValidation, Estimate, Experiment, ExperimentError, Failure,
+    Identification, IdentificationError, Method, Note, Reduction, choose_cutoff, choose_friction,
+    cross_validate, essential_parameters, identify,
 };
 
 use super::rate::{RateError, measurement};
@@ -81,6 +81,20 @@ pub fn identify_measurements(
         identification.estimate.verdict.notes.push(Note::RateUnchecked);
     }
     Ok(identification)
+}
+
+/// Chooses the cut-off of the position filter for measurements; `tried` is called after each
+/// identification on the way.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn choose_cutoff_from(
+    cell: &Cell,
+    measurements: &[(&Measurement, Range<usize>)],
+    tried: impl FnMut(),
+) -> Result<ChosenCutoff, IdentifyError> {
+    let experiment = joined(cell, measurements)?;
+    Ok(choose_cutoff(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
 }
 
 /// Chooses the friction laws of a cell's robot from measurements; `tried` is called after each

@@ -79,11 +79,18 @@ struct Stored {
 #[derive(Deserialize)]
 struct StoredEstimate {
     robot: String,
+    /// Where the data chose the cut-off.
+    position_cutoff: Option<StoredCutoff>,
     /// Where the data chose the laws.
     friction: Option<StoredFriction>,
     parameters: Vec<StoredParameter>,
     /// Results of earlier versions have none.
     model_uncertainty: Option<ModelUncertainty>,
+}
+
+#[derive(Deserialize)]
+struct StoredCutoff {
+    cutoff_hz: f64,
 }
 
 #[derive(Deserialize)]
@@ -99,7 +106,7 @@ struct StoredParameter {
 
 impl StoredModel {
     /// Reads a result file, or what `didim identify --json` printed. Returned with the cell that predicts by
-    /// it: the friction laws are those of the result, where the data chose them.
+    /// it: position filter and friction laws are those of the result, where the data chose them.
     ///
     /// # Errors
     /// [`ResultError`].
@@ -121,6 +128,9 @@ impl StoredModel {
             });
         }
         let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
+        if let Some(StoredCutoff { cutoff_hz }) = estimate.position_cutoff {
+            cell.options.position_filter.cutoff_hz = cutoff_hz;
+        }
         if let Some(StoredFriction { friction }) = estimate.friction {
             let (found, joints) = (friction.len(), cell.robot.joints());
             if found != joints {

@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod convergence;
+pub mod cutoff;
 pub mod estimate;
 pub mod figure;
 pub mod friction;

@@ -20,7 +20,7 @@ const ORDER: [(&str, &str); 9] = [
     ),
     (
         "core/src/identification",
-        "friction cross_validation identify closed_loop equation_error prediction judgement observation given",
+        "friction cutoff cross_validation identify closed_loop equation_error prediction judgement observation given",
     ),
     ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "check service report offline cell live archive signals files window text"),
@@ -31,7 +31,7 @@ const ORDER: [(&str, &str); 9] = [
     (
         "cli/src",
         "lib baseline capture check compare convert demo history manual metrics note predict reload replay run study \
-         top window convert_frames identify sim outcome state status output error",
+         top window convert_frames identify choices sim outcome state status output error",
     ),
 ];
 

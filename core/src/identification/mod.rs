@@ -1,7 +1,7 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! friction, cross_validation → identify → closed_loop → equation_error → prediction → judgement → observation → given
+//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → prediction → judgement → observation → given
 //! ```
 //!
 //! | room | what |
@@ -15,6 +15,7 @@
 
 mod closed_loop;
 mod cross_validation;
+mod cutoff;
 mod equation_error;
 mod friction;
 mod given;
@@ -25,6 +26,7 @@ mod prediction;
 
 pub use closed_loop::mean_joint_inertia;
 pub use cross_validation::{CrossValidation, cross_validate};
+pub use cutoff::choose_cutoff;
 pub use equation_error::{
     Reduction, ReductionStep, UncheckedEstimate, UncheckedParameter, essential_parameters,
     idim_ls_unchecked,
@@ -38,9 +40,9 @@ pub use given::{
 };
 pub use identify::identify;
 pub use judgement::{
-    ChosenFriction, ConvergenceStep, Elsewhere, Estimate, Fit, Foretold, Freedom, FreedomEstimate,
-    FrictionChange, FrictionGain, FrictionScore, HeldOut, Identification, Information,
-    ModelUncertainty, Note, Output, ParameterEstimate, PositionBias, Quantity, Reason,
+    ChosenCutoff, ChosenFriction, ConvergenceStep, CutoffTrial, Elsewhere, Estimate, Fit, Foretold,
+    Freedom, FreedomEstimate, FrictionChange, FrictionGain, FrictionScore, HeldOut, Identification,
+    Information, ModelUncertainty, Note, Output, ParameterEstimate, PositionBias, Quantity, Reason,
     ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses,
     Verdict,
 };

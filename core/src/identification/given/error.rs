@@ -51,12 +51,12 @@ pub enum IdentificationError {
         /// The name.
         name: String,
     },
-    /// Friction laws are chosen by what they predict, and no piece of the motion can be held out.
-    /// Remedy: a longer or a richer motion.
+    /// What is `"auto"` is chosen by what it predicts, and no piece of the motion can be held out.
+    /// Remedy: a longer or a richer motion, or a statement.
     #[error(
-        "friction laws are chosen by how well they predict pieces of the motion that they were not \
-         fitted to, and none can be left out of this one; record longer, with all joints moving, or \
-         state the laws in the robot file"
+        "what is \"auto\" is chosen by how well pieces of the motion are predicted that were not \
+         fitted, and none can be left out of this one; record longer, with all joints moving, or \
+         state the cut-off in the cell file and the friction laws in the robot file"
     )]
     NothingHeldOut,
     /// The list of parameters is empty. Remedy: leave it out to identify all base parameters.

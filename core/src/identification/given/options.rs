@@ -144,7 +144,8 @@ pub struct PositionFilter {
 }
 
 impl PositionFilter {
-    fn default_order() -> usize {
+    /// 4.
+    pub fn default_order() -> usize {
         4
     }
 
@@ -186,6 +187,12 @@ impl DecimationFilter {
 
     fn default_cutoff_ratio() -> f64 {
         0.8
+    }
+
+    /// Cut-off of one pass at a sample rate before decimation, both \[Hz\].
+    pub fn cutoff_hz(&self, sample_rate_hz: f64) -> f64 {
+        let factor = f64::from(u32::try_from(self.factor).unwrap_or(u32::MAX));
+        self.cutoff_ratio * 0.5 * sample_rate_hz / factor
     }
 
     /// The filter, which depends on the factor only.

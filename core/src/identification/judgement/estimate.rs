@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::bias::PositionBias;
+use super::chosen_cutoff::ChosenCutoff;
 use super::chosen_friction::ChosenFriction;
 use super::elsewhere::Elsewhere;
 use super::freedoms::FreedomEstimate;
@@ -137,6 +138,9 @@ pub struct Estimate {
     pub samples: usize,
     /// Rows of the observation matrix, all joints together.
     pub rows: usize,
+    /// The cut-off of the position filter, where the data chose it and not the cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_cutoff: Option<ChosenCutoff>,
     /// The friction laws, where the data chose them and not the robot's file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<ChosenFriction>,

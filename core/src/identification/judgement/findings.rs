@@ -140,6 +140,7 @@ impl Findings<'_> {
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
             rows: observations.matrix().nrows(),
+            position_cutoff: None,
             friction: None,
             parameters: ParameterEstimate::of(
                 context.robot,

@@ -3,6 +3,7 @@
 
 mod bias;
 mod checks;
+mod chosen_cutoff;
 mod chosen_friction;
 mod elsewhere;
 mod estimate;
@@ -23,6 +24,7 @@ mod workspace;
 
 pub use bias::PositionBias;
 pub(crate) use checks::PositionError;
+pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
 pub use elsewhere::Elsewhere;
 pub use estimate::{

@@ -1,0 +1,73 @@
+//! What a cell leaves to the data: chosen before the method runs.
+
+use std::ops::Range;
+use std::path::Path;
+
+use didim_core::identification::{ChosenCutoff, ChosenFriction, Estimate};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::CliError;
+use didim::cell::Cell;
+use didim::offline::identify::{choose_cutoff_from, choose_friction_from};
+use didim::report;
+use didim_formats::Measurement;
+
+/// What the data chose; nothing of what the cell states.
+pub(super) struct Choices {
+    cutoff: Option<ChosenCutoff>,
+    friction: Option<ChosenFriction>,
+}
+
+impl Choices {
+    /// Chooses what the cell leaves open: the cell has it then.
+    pub(super) fn make(
+        cell: &mut Cell,
+        measurements: &[(&Measurement, Range<usize>)],
+        file: &Path,
+    ) -> Result<Self, CliError> {
+        let mut choices = Self { cutoff: None, friction: None };
+        if cell.chooses_cutoff {
+            let bar = counting("cut-offs");
+            let chosen = choose_cutoff_from(cell, measurements, || bar.inc(1));
+            bar.finish_and_clear();
+            let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
+            cell.options.position_filter.cutoff_hz = chosen.cutoff_hz;
+            choices.cutoff = Some(chosen);
+        }
+        // With the motion that the filter shows.
+        if cell.chooses_friction {
+            let bar = counting("friction laws");
+            let chosen = choose_friction_from(cell, measurements, || bar.inc(1));
+            bar.finish_and_clear();
+            let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
+            let changed = cell.clone().with_friction(chosen.friction.clone());
+            *cell = changed.map_err(CliError::failed)?;
+            choices.friction = Some(chosen);
+        }
+        Ok(choices)
+    }
+
+    /// For people: each choice, and an empty line.
+    pub(super) fn text(&self) -> String {
+        let cutoff = self.cutoff.as_ref().map(report::cutoff::choice);
+        let friction = self.friction.as_ref().map(report::friction::choice);
+        cutoff.into_iter().chain(friction).map(|text| text + "\n").collect()
+    }
+
+    /// Puts them into the result, which needs them to be used.
+    pub(super) fn note_in(self, estimate: &mut Estimate) {
+        estimate.position_cutoff = self.cutoff;
+        estimate.friction = self.friction;
+    }
+}
+
+/// Counts what is tried, on stderr where it is a terminal.
+fn counting(what: &str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    // A template that does not parse would be a mistake of ours; the default does as well.
+    let template = format!("{{spinner}} {what} tried: {{pos}}  {{elapsed}}");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar
+}
