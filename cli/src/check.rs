@@ -40,7 +40,7 @@ struct Answer<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = match Cell::read_for_service(&arguments.cell) {
+    let cell = match Cell::read_decided(&arguments.cell) {
         Ok(cell) => cell,
         Err(error) => {
             if arguments.json {

@@ -16,6 +16,8 @@ use didim_formats::Measurement;
 pub(super) struct Choices {
     cutoff: Option<ChosenCutoff>,
     friction: Option<ChosenFriction>,
+    /// Parameters of the friction laws that were not in the cell's list, if it has one.
+    added: Vec<String>,
 }
 
 impl Choices {
@@ -25,7 +27,7 @@ impl Choices {
         measurements: &[(&Measurement, Range<usize>)],
         file: &Path,
     ) -> Result<Self, CliError> {
-        let mut choices = Self { cutoff: None, friction: None };
+        let mut choices = Self { cutoff: None, friction: None, added: Vec::new() };
         if cell.chooses_cutoff {
             let bar = counting("cut-offs");
             let chosen = choose_cutoff_from(cell, measurements, || bar.inc(1));
@@ -40,24 +42,32 @@ impl Choices {
             let chosen = choose_friction_from(cell, measurements, || bar.inc(1));
             bar.finish_and_clear();
             let chosen = chosen.map_err(|error| CliError::in_file(file, error))?;
+            let stated = cell.options.parameters.clone().unwrap_or_default();
             let changed = cell.clone().with_friction(chosen.friction.clone());
             *cell = changed.map_err(CliError::failed)?;
+            let all = cell.options.parameters.iter().flatten();
+            choices.added = all.filter(|name| !stated.contains(name)).cloned().collect();
             choices.friction = Some(chosen);
         }
         Ok(choices)
     }
 
-    /// For people: each choice, and an empty line.
-    pub(super) fn text(&self) -> String {
+    /// For people: each choice that the cell has now, and an empty line.
+    pub(super) fn text(&self, cell: &Cell) -> String {
         let cutoff = self.cutoff.as_ref().map(report::cutoff::choice);
-        let friction = self.friction.as_ref().map(report::friction::choice);
+        let friction = self.friction.as_ref();
+        let friction = friction.map(|of| report::friction::choice(of, cell, &self.added));
         cutoff.into_iter().chain(friction).map(|text| text + "\n").collect()
     }
 
     /// Puts them into the result, which needs them to be used.
-    pub(super) fn note_in(self, estimate: &mut Estimate) {
-        estimate.position_cutoff = self.cutoff;
-        estimate.friction = self.friction;
+    pub(super) fn note_in(&self, estimate: &mut Estimate) {
+        if self.friction.is_some() {
+            // Its advice was followed.
+            estimate.verdict.notes.retain(|note| !note.is_about_friction_laws());
+        }
+        estimate.position_cutoff.clone_from(&self.cutoff);
+        estimate.friction.clone_from(&self.friction);
     }
 }
 

@@ -94,8 +94,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         counted: &counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
-    let comparison = compare(input, &trials, arguments.folds, &|progress| bars.show(progress));
+    let mut comparison = compare(input, &trials, arguments.folds, &|progress| bars.show(progress));
     bars.clear();
+    for estimate in comparison.methods.iter_mut().filter_map(|of| of.estimate.as_mut()) {
+        choices.note_in(estimate);
+    }
 
     let outcomes = limits.as_ref().map(|limits| limits.check(&comparison)).unwrap_or_default();
     let view = View {
@@ -108,7 +111,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&comparison).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&choices.text())?;
+        print(&choices.text(&cell))?;
         print(&terminal(&view))?;
     }
     // After the result, which a file that cannot be written must not cost. Run times are no part of

@@ -167,6 +167,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let first = &arguments.input[0];
     let start = Instant::now();
     let choices = Choices::make(&mut cell, &measurements, first)?;
+    // Before the method, which may fail with what was chosen.
+    if !arguments.json {
+        print(&choices.text(&cell))?;
+    }
     let mut reduction = None;
     if arguments.essential {
         let found = reduce_measurements(&cell, &measurements)
@@ -184,7 +188,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             error => CliError::in_file(first, error),
         })?;
     let elapsed = start.elapsed();
-    let chosen = choices.text();
     choices.note_in(&mut identification.estimate);
     let recordings = recordings(&cell, method, arguments, &measurements, &identification.estimate);
     if arguments.json {
@@ -197,7 +200,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         if let Some(reduction) = &reduction {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
-        print(&chosen)?;
         print(&text(&cell, &identification, arguments.regrouping))?;
         for (measurement, counted) in &measurements {
             print(&what_counted(counted, measurement))?;

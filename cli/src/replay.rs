@@ -40,7 +40,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read_for_service(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
     let source = open_log(&arguments.log).map_err(CliError::failed)?;
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let paths = &one_run.paths;

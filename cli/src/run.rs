@@ -42,7 +42,7 @@ enum Part {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read_for_service(&arguments.cell).map_err(CliError::configuration)?;
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
     let mut paths = Paths::of_service(&cell);
     if let Some(state) = &arguments.state {
         paths.state = Some(state.clone());

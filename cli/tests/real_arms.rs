@@ -418,18 +418,35 @@ fn changed_cell(line: &str) -> (tempfile::TempDir, std::path::PathBuf) {
     (place, cell)
 }
 
+const COUNTED: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];
+
+/// What `didim identify` says of two motions of the KR 300 with a cell, to people and as JSON.
+fn of_b_and_c(cell: &Path) -> (String, Value) {
+    let [b, c] = motion_files(["b", "c"]);
+    let identify: [&dyn AsRef<OsStr>; 7] =
+        [&"identify", &"--cell", &cell, &"--input", &b, &"--input", &c];
+    let text = succeed(&[&identify[..], &COUNTED].concat());
+    (text, json(&succeed(&[&identify[..], &COUNTED, &[&"--json"]].concat())))
+}
+
+/// What `didim predict` says of the third by a stored result.
+fn predicted_a(cell: &Path, result: &Path) -> Value {
+    let [a] = motion_files(["a"]);
+    let predict: [&dyn AsRef<OsStr>; 8] =
+        [&"predict", &"--json", &"--cell", &cell, &"--result", &result, &"--input", &a];
+    json(&succeed(&[&predict[..], &COUNTED].concat()))
+}
+
+fn motion_files<const N: usize>(letters: [&str; N]) -> [std::path::PathBuf; N] {
+    letters.map(|letter| repository(&format!("tests/data/kr300/{letter}.csv")))
+}
+
 /// Friction laws that two motions of the KR 300 chose: what was held out is predicted better, the third
 /// motion no worse, and the result carries its laws to whoever predicts with it.
 #[test]
 fn friction_laws_chosen_by_a_kr300_go_with_the_result() {
     let (place, cell) = changed_cell("friction = \"auto\"");
-    let folder = repository("tests/data/kr300");
-    let [b, c, a] = ["b.csv", "c.csv", "a.csv"].map(|name| folder.join(name));
-    let counted: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];
-    let identify: [&dyn AsRef<OsStr>; 7] =
-        [&"identify", &"--cell", &cell, &"--input", &b, &"--input", &c];
-    let text = succeed(&[&identify[..], &counted].concat());
-    let found = json(&succeed(&[&identify[..], &counted, &[&"--json"]].concat()));
+    let (text, found) = of_b_and_c(&cell);
 
     let chosen = &found["friction"];
     let gains = chosen["gains"].as_array().unwrap();
@@ -449,10 +466,7 @@ fn friction_laws_chosen_by_a_kr300_go_with_the_result() {
     let result = place.path().join("result.json");
     std::fs::write(&result, found.to_string()).unwrap();
     // By the cell whose robot file has none of the laws.
-    let plain = folder.join("cell.toml");
-    let predict: [&dyn AsRef<OsStr>; 8] =
-        [&"predict", &"--json", &"--cell", &plain, &"--result", &result, &"--input", &a];
-    let found = json(&succeed(&[&predict[..], &counted].concat()));
+    let found = predicted_a(&repository("tests/data/kr300/cell.toml"), &result);
     let error = figure(&found, "relative_error");
     assert!(error < 0.0545, "{error}: without the laws it is 0.0545");
     let foretold = figure(&found["foretold"], "relative_error");
@@ -467,13 +481,7 @@ fn the_cut_off_chosen_by_a_kr300_goes_with_the_result() {
     let auto = text.replace("cutoff_hz = 5.0", "cutoff_hz = \"auto\"");
     assert_ne!(auto, text);
     std::fs::write(&cell, auto).unwrap();
-    let folder = repository("tests/data/kr300");
-    let [b, c, a] = ["b.csv", "c.csv", "a.csv"].map(|name| folder.join(name));
-    let counted: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];
-    let identify: [&dyn AsRef<OsStr>; 7] =
-        [&"identify", &"--cell", &cell, &"--input", &b, &"--input", &c];
-    let text = succeed(&[&identify[..], &counted].concat());
-    let found = json(&succeed(&[&identify[..], &counted, &[&"--json"]].concat()));
+    let (text, found) = of_b_and_c(&cell);
 
     let chosen = figure(&found["position_cutoff"], "cutoff_hz");
     assert!((7.0..=15.0).contains(&chosen), "{chosen}");
@@ -489,9 +497,7 @@ fn the_cut_off_chosen_by_a_kr300_goes_with_the_result() {
 
     let result = place.path().join("result.json");
     std::fs::write(&result, found.to_string()).unwrap();
-    let predict: [&dyn AsRef<OsStr>; 8] =
-        [&"predict", &"--json", &"--cell", &cell, &"--result", &result, &"--input", &a];
-    let predicted = json(&succeed(&[&predict[..], &counted].concat()));
+    let predicted = predicted_a(&cell, &result);
     assert!(figure(&predicted, "relative_error") < 0.06, "{predicted}");
     assert!(predicted["foretold"].is_object(), "{predicted}");
 

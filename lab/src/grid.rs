@@ -54,9 +54,8 @@ impl Grid {
         let plan = Plan::read(path)?;
         check_keys(&plan).map_err(|(key, problem)| PlanError::value(path, key, problem))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let cell = Cell::read(&folder.join(&plan.cell)).map_err(|source| PlanError::Cell {
-            file: path.to_path_buf(),
-            source: Box::new(source),
+        let cell = Cell::read_decided(&folder.join(&plan.cell)).map_err(|source| {
+            PlanError::Cell { file: path.to_path_buf(), source: Box::new(source) }
         })?;
         if let Some(method) = plan.method.iter().find(|m| m.method.simulates())
             && cell.options.controller.is_none()

@@ -73,7 +73,7 @@ impl BusSection {
 
 /// `position_filter` of `[identification]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a filter such as { cutoff_hz = 50.0 }")]
 pub struct PositionFilterSection {
     /// Order of one pass; that of the method's own default when left out.
     #[serde(default = "PositionFilter::default_order")]

@@ -66,6 +66,8 @@ pub struct Cell {
     pub method: Method,
     /// How it identifies, by whatever method.
     pub options: Options,
+    /// Whether the cell states the law for the sign, for all joints.
+    pub overrides_sign: bool,
     /// Whether the data choose the cut-off of the position filter before.
     pub chooses_cutoff: bool,
     /// Whether the data choose the friction laws before.
@@ -106,11 +108,12 @@ impl Cell {
         Ok(self)
     }
 
-    /// As [`Self::read`], for a service: its results have to be of one model, whatever the window.
+    /// As [`Self::read`], of a cell that leaves nothing to the data: for a service and for studies, whose
+    /// results have to be of one model.
     ///
     /// # Errors
     /// See [`CellError`].
-    pub fn read_for_service(path: &Path) -> Result<Self, CellError> {
+    pub fn read_decided(path: &Path) -> Result<Self, CellError> {
         let cell = Self::read(path)?;
         let (key, instead) = match cell {
             Self { chooses_cutoff: true, .. } => {
@@ -126,8 +129,8 @@ impl Cell {
             file: path.to_path_buf(),
             key,
             problem: format!(
-                "\"auto\" is for recordings, and the results of a service have to be of one model; \
-                 run `didim identify` on a recording, and {instead}"
+                "\"auto\" is for a recording, and what is compared over years or runs has to be of one \
+                 model; run `didim identify` on a recording, and {instead}"
             ),
         })
     }
@@ -172,6 +175,12 @@ impl Cell {
             key,
             problem,
         };
+        let own = robot_as_described.own_friction();
+        if file.identification.sign.is_some() && own.iter().any(|one| one.sign != own[0].sign) {
+            let problem = "goes for all joints, and the robot file states laws that differ by joint; \
+                           remove the key, or state one law in the robot file";
+            return Err(wrong("identification.sign", problem.to_owned()));
+        }
         let (layout, layout_texts) = layout::read(library, path, &file.bus.layout)?;
         if layout.axes() != robot.joints() {
             return Err(CellError::Axes {
@@ -292,6 +301,7 @@ impl Cell {
             window: file.window,
             method,
             options,
+            overrides_sign: file.identification.sign.is_some(),
             chooses_cutoff: position_filter.cutoff_hz == Cutoff::Auto,
             chooses_friction: file.identification.friction.is_some(),
             service: file.service,

@@ -54,8 +54,7 @@ fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
         ));
     }
     let decimation = &cell.options.decimation_filter;
-    #[expect(clippy::cast_precision_loss, reason = "a factor of decimation is small")]
-    let band = decimation.cutoff_ratio * 0.5 * rate / decimation.factor as f64;
+    let band = decimation.cutoff_hz(rate);
     if cutoff < FLAT * band {
         findings.push(Finding::warning(
             key,

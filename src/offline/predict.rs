@@ -128,8 +128,20 @@ impl StoredModel {
             });
         }
         let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
-        if let Some(StoredCutoff { cutoff_hz }) = estimate.position_cutoff {
-            cell.options.position_filter.cutoff_hz = cutoff_hz;
+        match estimate.position_cutoff {
+            Some(StoredCutoff { cutoff_hz }) => {
+                cell.options.position_filter.cutoff_hz = cutoff_hz;
+                let design = cell.options.position_filter.design(cell.sample_rate_hz());
+                design.map_err(|error| {
+                    unfit(format!("`position_cutoff` has {cutoff_hz} Hz: {error}"))
+                })?;
+            }
+            None if cell.chooses_cutoff => {
+                let what = "the cell leaves the cut-off of the position filter to the data, and the \
+                            result does not say which it was";
+                return Err(unfit(what.to_owned()));
+            }
+            None => {}
         }
         if let Some(StoredFriction { friction }) = estimate.friction {
             let (found, joints) = (friction.len(), cell.robot.joints());

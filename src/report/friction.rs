@@ -2,22 +2,33 @@
 
 use didim_core::identification::{ChosenFriction, FrictionChange, FrictionScore};
 
+use crate::cell::Cell;
 use crate::text::{aligned, significant};
 
-/// What was changed and what each change gained, and the laws as the robot file states them.
-pub fn choice(chosen: &ChosenFriction) -> String {
+/// What was changed and what each change gained, and what to write into the files of the cell, which
+/// has the laws already. `added` are the parameters that came with them, if the cell lists its own.
+pub fn choice(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
     let rows: Vec<Vec<String>> = gains(chosen).map(Vec::from).collect();
     let mut text = if rows.is_empty() {
-        "no other friction law predicts better than those of the robot file\n".to_owned()
+        "No other friction law predicts better than those of the robot file\n".to_owned()
     } else {
         aligned(&["joint", "friction", "held-out error", "with it"], &rows)
     };
     text += &format!("{}\n", effect(chosen));
     if !rows.is_empty() {
         text += "\nin the robot file, of these [[joint]]s:\n";
-        let changed = |joint: &usize| chosen.gains.iter().any(|gain| gain.joint == *joint);
-        for (joint, friction) in (1..).zip(&chosen.friction).filter(|(joint, _)| changed(joint)) {
-            text += &format!("friction = {friction} # {joint}\n");
+        let changed = |joint: usize| chosen.gains.iter().any(|gain| gain.joint == joint);
+        for joint in 1..=chosen.friction.len() {
+            // A law for the sign that the cell states goes for all joints, also those that were not changed.
+            if cell.overrides_sign || changed(joint) {
+                text += &format!("{} # {joint}\n", cell.robot.own_friction_toml(joint - 1));
+            }
+        }
+        if cell.overrides_sign {
+            text += "in the cell file: remove `sign` from [identification]\n";
+        }
+        if !added.is_empty() {
+            text += &format!("in the cell file: add to `parameters`: {}\n", added.join(", "));
         }
     }
     text
@@ -41,7 +52,7 @@ pub(super) fn effect(chosen: &ChosenFriction) -> String {
         format!("{} → {}", percent(score(&chosen.before)), percent(score(&chosen.after)))
     };
     format!(
-        "friction laws chosen in {} identifications: held-out error {}, uncertainty elsewhere {}",
+        "Chosen in {} identifications: held-out error {}, uncertainty elsewhere {}",
         chosen.trials,
         of(|score| score.held_out),
         of(|score| score.elsewhere)

@@ -13,7 +13,7 @@ use crate::service::supervision::Reload;
 /// says whether this process has a worker that is to use the rest.
 pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) -> Reload {
     Box::new(move || {
-        let cell = Cell::read_for_service(&file).map_err(|error| error.to_string())?;
+        let cell = Cell::read_decided(&file).map_err(|error| error.to_string())?;
         if let Some(key) = running.needs_restart_for(&cell) {
             return Err(format!(
                 "{}: `{key}` has changed, which needs a restart of the service; only [window], \

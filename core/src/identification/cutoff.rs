@@ -18,7 +18,7 @@ const STEPS: [f64; 6] = [1.0, 1.5, 2.0, 3.0, 5.0, 7.0];
 const RANGE: [f64; 2] = [0.1, 20.0];
 
 /// But at most this share of the sample rate: beyond, differences take noise for acceleration.
-const HIGHEST: f64 = 0.4;
+const HIGHEST: f64 = 0.35;
 
 /// A held-out error so much larger than the smallest, relative to it, is a tie.
 const TIE: f64 = 0.01;
@@ -27,7 +27,8 @@ const TIE: f64 = 0.01;
 /// called after each identification.
 ///
 /// # Errors
-/// [`IdentificationError::NothingHeldOut`] where no piece can be left out with any cut-off.
+/// [`IdentificationError::NothingHeldOut`] where no piece can be left out with any cut-off, and those of
+/// IDIM-LS where it has no result with any.
 pub fn choose_cutoff(
     robot: &Robot,
     base: &BaseParameters,
@@ -36,19 +37,22 @@ pub fn choose_cutoff(
     mut tried: impl FnMut(),
 ) -> Result<ChosenCutoff, IdentificationError> {
     let candidates = candidates(options, experiment.sample_rate_hz());
+    let mut failure = None;
     let trial = |cutoff_hz| {
         let mut options = options.clone();
         options.position_filter.cutoff_hz = cutoff_hz;
         let found = identify(Method::IdimLs, robot, base, experiment, &options);
         tried();
-        let estimate = found.ok()?.estimate;
+        let estimate =
+            found.map_err(|error| failure = failure.take().or(Some(error))).ok()?.estimate;
         let held_out = estimate.held_out.relative_error?;
         Some(CutoffTrial { cutoff_hz, held_out, elsewhere: estimate.elsewhere.relative_error })
     };
     let trials: Vec<CutoffTrial> = candidates.into_iter().filter_map(trial).collect();
     let least = trials.iter().map(|trial| trial.held_out).fold(f64::INFINITY, f64::min);
     let chosen = trials.iter().find(|trial| trial.held_out <= (1.0 + TIE) * least);
-    let cutoff_hz = chosen.ok_or(IdentificationError::NothingHeldOut)?.cutoff_hz;
+    let nothing = || failure.unwrap_or(IdentificationError::NothingHeldOut);
+    let cutoff_hz = chosen.ok_or_else(nothing)?.cutoff_hz;
     Ok(ChosenCutoff { cutoff_hz, trials })
 }
 

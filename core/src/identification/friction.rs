@@ -51,8 +51,10 @@ pub fn choose_friction(
         .column_iter()
         .map(|speed| experiment.counted_samples().map(|k| speed[k].abs()).fold(0.0, f64::max));
     let highest: Vec<f64> = highest.collect();
-    let mut search = Search { robot, experiment, options, tried, trials: 0 };
+    let mut search =
+        Search { robot, experiment, options, tried, trials: 0, most_elsewhere: f64::INFINITY };
     let first = search.first(base)?;
+    search.most_elsewhere = first.score.elsewhere + TIE;
     let (before, mut best, mut gains) = (first.score, first, Vec::new());
     for _ in 0..MAX_ROUNDS {
         let accepted = search.round(&mut best, &search.candidates(&highest), &mut gains);
@@ -61,6 +63,10 @@ pub fn choose_friction(
         }
     }
     search.refine(&mut best);
+    // Each with the shape that it has in the end.
+    for gain in &mut gains {
+        gain.change = refined(gain.change, &best.friction[gain.joint - 1]);
+    }
     Ok(ChosenFriction {
         friction: best.friction,
         gains,
@@ -75,6 +81,8 @@ pub fn choose_friction(
 struct Trial {
     friction: Vec<JointFriction>,
     score: FrictionScore,
+    /// Whether the result is good for what is asked of it.
+    applicable: bool,
     held_out_per_joint: Vec<f64>,
     /// Joints whose friction grows where Stribeck friction falls: another law in disguise.
     rising: Vec<bool>,
@@ -86,6 +94,8 @@ struct Search<'a, T> {
     options: &'a Options,
     tried: T,
     trials: usize,
+    /// How uncertain the torque elsewhere may be.
+    most_elsewhere: f64,
 }
 
 impl<T: FnMut()> Search<'_, T> {
@@ -134,6 +144,9 @@ impl<T: FnMut()> Search<'_, T> {
         for candidate in candidates {
             let Some(trial) = self.with(best, candidate) else { continue };
             for (joint, change) in candidate.iter().enumerate() {
+                if trial.friction[joint] == best.friction[joint] {
+                    continue;
+                }
                 let gain = best.gain(&trial, joint);
                 let Some(change) = change.filter(|_| gain >= LEAST_GAIN) else { continue };
                 if wanted[joint].is_none_or(|(other, _)| gain > other) {
@@ -150,7 +163,7 @@ impl<T: FnMut()> Search<'_, T> {
             let mut alone = vec![None; best.friction.len()];
             alone[joint] = Some(change);
             let Some(trial) = self.with(best, &alone) else { continue };
-            if best.gain(&trial, joint) < LEAST_GAIN || !no_worse(trial.score, best.score) {
+            if best.gain(&trial, joint) < LEAST_GAIN || !self.is_no_worse(&trial, best) {
                 continue;
             }
             let held_out = [&*best, &trial].map(|of| of.held_out_per_joint[joint]);
@@ -171,7 +184,7 @@ impl<T: FnMut()> Search<'_, T> {
 
     /// Takes one step at the joints that it helps. Whether there is any.
     fn refine_by(&mut self, factor: f64, best: &mut Trial) -> bool {
-        // What nobody asked to be changed stays.
+        // A joint that was not changed stays as it is.
         let stated = self.robot.own_friction();
         let scaled = |(own, stated): (&JointFriction, &JointFriction)| {
             if own == stated { own.clone() } else { own.with_shapes(|v| rounded(factor * v)) }
@@ -185,7 +198,7 @@ impl<T: FnMut()> Search<'_, T> {
                 },
             )
             .collect();
-        let chosen = self.trial_of(best, chosen).filter(|trial| no_worse(trial.score, best.score));
+        let chosen = self.trial_of(best, chosen).filter(|trial| self.is_no_worse(trial, best));
         let found = chosen.is_some();
         if let Some(trial) = chosen {
             *best = trial;
@@ -202,6 +215,15 @@ impl<T: FnMut()> Search<'_, T> {
             None => own.clone(),
         });
         self.trial_of(best, changed.collect())
+    }
+
+    /// Not worse than another in what was held out, as good for what is asked of it, and no more uncertain
+    /// elsewhere than the laws of the robot's file, ties included.
+    fn is_no_worse(&self, one: &Trial, other: &Trial) -> bool {
+        one.score.held_out <= other.score.held_out
+            && one.score.elsewhere <= self.most_elsewhere
+            && one.applicable >= other.applicable
+            && one.rising.iter().zip(&other.rising).all(|(one, other)| one <= other)
     }
 
     /// None where nothing differs.
@@ -237,7 +259,8 @@ fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
     let rising = (0..friction.len())
         .map(|joint| is_negative(Parameter { kind: ParameterKind::Fs, joint }.to_string()));
     let rising = rising.collect();
-    Some(Trial { friction, score, held_out_per_joint, rising })
+    let applicable = estimate.verdict.applicable;
+    Some(Trial { friction, score, applicable, held_out_per_joint, rising })
 }
 
 impl Trial {
@@ -250,13 +273,17 @@ impl Trial {
     }
 }
 
+/// A change with the shape that it has at a joint.
+fn refined(change: FrictionChange, friction: &JointFriction) -> FrictionChange {
+    let same_kind = |law: FrictionLaw| friction.laws.iter().find(|own| own.kind() == law.kind());
+    match change {
+        FrictionChange::Sign(_) => FrictionChange::Sign(friction.sign),
+        FrictionChange::Law(law) => FrictionChange::Law(same_kind(law).copied().unwrap_or(law)),
+    }
+}
+
 /// To three digits: a shape is not known any better.
 fn rounded(speed: f64) -> f64 {
     let digits = 10_f64.powf(2.0 - speed.abs().log10().floor());
     (speed * digits).round() / digits
-}
-
-/// Whether a score is not worse than another in either regard, ties included.
-fn no_worse(one: FrictionScore, other: FrictionScore) -> bool {
-    one.held_out <= other.held_out && one.elsewhere <= other.elsewhere + TIE
 }

@@ -96,6 +96,17 @@ impl Robot {
         &self.own_friction
     }
 
+    /// The friction of a joint, counted from 0, as its `[[joint]]` states it in a file whose `[friction]`
+    /// has no further law for all joints.
+    pub fn own_friction_toml(&self, joint: usize) -> String {
+        let JointFriction { sign, laws } = &self.own_friction[joint];
+        let mut parts: Vec<String> = laws.iter().map(ToString::to_string).collect();
+        if self.friction.coulomb {
+            parts.push(format!("sign = {sign}"));
+        }
+        format!("friction = {{ {} }}", parts.join(", "))
+    }
+
     /// The law for the sign of Coulomb friction of a joint, counted from 0, and of its motor.
     pub fn sign_model(&self, joint: usize) -> SignModel {
         self.own_friction[joint].sign

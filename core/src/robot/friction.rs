@@ -167,7 +167,10 @@ impl FrictionLaw {
             Self::Asymmetric => Scalar::sign(speed),
             Self::Stribeck { speed_rad_s } => {
                 let (bell, value) = (bell(speed, speed_rad_s), sign.value(speed));
-                let falls = -2.0 * speed / (speed_rad_s * speed_rad_s) * bell;
+                if bell <= 0.0 {
+                    return 0.0;
+                }
+                let falls = -2.0 * (speed / speed_rad_s) / speed_rad_s * bell;
                 falls * value + bell * sign.slope(value)
             }
         }
@@ -188,7 +191,10 @@ fn bell<T: Scalar>(speed: T, width: f64) -> T {
 
 /// The sign model as written in a file.
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a sign model such as { model = \"tanh\", width_rad_s = 0.05 }"
+)]
 struct RawSignModel {
     model: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -242,7 +248,10 @@ impl TryFrom<RawSignModel> for SignModel {
 
 /// What a file states of a joint's friction; what it leaves out is that of all joints.
 #[derive(Clone, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "friction of a joint such as { quadratic = true, stribeck_rad_s = 0.1 }"
+)]
 pub(super) struct RawJointFriction {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) sign: Option<SignModel>,
@@ -327,17 +336,6 @@ impl fmt::Display for FrictionLaw {
             Self::Asymmetric => write!(f, "asymmetric = true"),
             Self::Stribeck { speed_rad_s } => write!(f, "stribeck_rad_s = {speed_rad_s:?}"),
         }
-    }
-}
-
-/// As a `[[joint]]` states it, in a file whose `[friction]` has no further law for all joints.
-impl fmt::Display for JointFriction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{{ ")?;
-        for law in &self.laws {
-            write!(f, "{law}, ")?;
-        }
-        write!(f, "sign = {} }}", self.sign)
     }
 }
 

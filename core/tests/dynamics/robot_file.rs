@@ -142,7 +142,7 @@ fn a_joint_may_have_friction_of_its_own() {
     assert_eq!(robot.sign_model(2), SignModel::Sign);
     assert_eq!(robot.sign_model(1), SignModel::Tanh { width_rad_s: 0.05 });
     // What a joint's friction is shown as can be put into a file that has no law for all joints.
-    let shown = format!("torque_max_nm = 103.49\nfriction = {}", robot.own_friction()[2]);
+    let shown = format!("torque_max_nm = 103.49\n{}", robot.own_friction_toml(2));
     let again = Robot::from_toml(&TX40.replacen("torque_max_nm = 103.49", &shown, 1)).unwrap();
     assert_eq!(again.own_friction()[2], robot.own_friction()[2]);
     // What the file states of the arm keeps its places.

@@ -26,7 +26,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         } }
     };
     let explanation = "Chosen by how well each law predicts pieces of the motion that it was not \
-                       fitted to; one that makes the torque elsewhere less certain is not taken. \
-                       Shapes were refined afterwards.";
+                       fitted to; none that makes the torque elsewhere less certain is taken, ties \
+                       of 0.1 points aside.";
     super::section("Friction laws", explanation, &content)
 }

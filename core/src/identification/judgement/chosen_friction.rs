@@ -19,7 +19,7 @@ pub enum FrictionChange {
 pub struct FrictionGain {
     /// The joint, counted from 1.
     pub joint: usize,
-    /// What was changed.
+    /// What was changed, with the shape that it has after all changes.
     pub change: FrictionChange,
     /// Relative error of the joint on held-out pieces, before and after.
     pub held_out: [f64; 2],

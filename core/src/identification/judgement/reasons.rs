@@ -316,6 +316,14 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &FreedomEstimate) -> fmt::Res
     write!(f, "; it makes {:.3} N·m at joint {}", found.torque_nm, found.joint)
 }
 
+impl Note {
+    /// Whether it is about a friction law of the model.
+    pub fn is_about_friction_laws(&self) -> bool {
+        let Self::Lacking { freedom } = self else { return false };
+        matches!(freedom.freedom, Freedom::JointFriction(_) | Freedom::MotorFriction(_))
+    }
+}
+
 /// What the model lacks, its size, and what to do.
 fn lacking(f: &mut fmt::Formatter<'_>, found: &FreedomEstimate) -> fmt::Result {
     let (freedom, joint) = (found.freedom, found.joint);

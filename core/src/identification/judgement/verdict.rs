@@ -8,7 +8,7 @@ use super::reasons::{Note, Reason};
 use super::uses::{UseVerdict, Uses};
 use super::workspace::Indefinite;
 use crate::identification::given::{Context, VerdictLimits};
-use crate::robot::ParameterKind;
+use crate::robot::{FrictionLaw, Parameter, ParameterKind};
 
 /// A parameter within this many standard deviations of zero could be zero.
 const INSIGNIFICANT: f64 = 2.0;
@@ -84,11 +84,11 @@ impl VerdictLimits {
                 |(joint, (torque, limit))| Reason::OtherUnit { joint, torque: *torque, limit },
             ),
         );
-        let kinds = known.context.selection.kinds();
-        let positive: Vec<bool> = (estimate.parameters.iter().zip(kinds))
-            .filter(|(p, kind)| !p.regrouped && positive_quantity(**kind).is_some())
-            .filter(|(p, _)| p.value.abs() > self.negative_deviations * p.standard_deviation)
-            .map(|(p, _)| p.value < 0.0)
+        let positive: Vec<bool> = (estimate.parameters.iter().enumerate())
+            .filter(|(index, p)| !p.regrouped && positive_quantity(known.context, *index).is_some())
+            .map(|(_, p)| p)
+            .filter(|p| p.value.abs() > self.negative_deviations * p.standard_deviation)
+            .map(|p| p.value < 0.0)
             .collect();
         let negative = positive.iter().filter(|negative| **negative).count();
         if 2 * negative > positive.len() {
@@ -196,11 +196,10 @@ impl VerdictLimits {
         wrong: &[Reason],
     ) -> impl Iterator<Item = Reason> {
         // A regrouped parameter may be negative: others are subtracted in it.
-        let kinds = known.context.selection.kinds();
-        let alone = estimate.parameters.iter().zip(kinds).filter(|(p, _)| !p.regrouped);
+        let alone = estimate.parameters.iter().enumerate().filter(|(_, p)| !p.regrouped);
         let follows = has_wrong_signs(wrong);
-        alone.filter(move |_| !follows).filter_map(|(parameter, &kind)| {
-            let quantity = positive_quantity(kind)?;
+        alone.filter(move |_| !follows).filter_map(|(index, parameter)| {
+            let quantity = positive_quantity(known.context, index)?;
             let (value, standard_deviation) =
                 (parameter.value, parameter.combined_standard_deviation);
             exceeds(-value, self.negative_deviations * standard_deviation).then(|| {
@@ -359,12 +358,20 @@ fn exceeds(value: f64, limit: f64) -> bool {
     value.is_nan() || value > limit
 }
 
-/// What the quantity is called when it cannot be negative.
-fn positive_quantity(kind: ParameterKind) -> Option<&'static str> {
+/// What a selected parameter is called, by its number, when it cannot be negative.
+fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
+    let column = context.selection.columns()[index];
+    let Parameter { kind, joint } = context.robot.parameters().parameters()[column];
+    // Of friction that bends, the part that does not may have either sign.
+    let bends = |law: &FrictionLaw| !matches!(law, FrictionLaw::Stribeck { .. });
+    if kind == ParameterKind::Fv && context.robot.own_friction()[joint].laws.iter().any(bends) {
+        return None;
+    }
     match kind {
         ParameterKind::Ia => Some("drive inertia"),
         ParameterKind::Fv | ParameterKind::FvMotor => Some("viscous friction"),
         ParameterKind::Fc | ParameterKind::FcMotor => Some("Coulomb friction"),
+        ParameterKind::Fs => Some("Stribeck friction"),
         _ => None,
     }
 }

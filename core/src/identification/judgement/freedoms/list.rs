@@ -147,13 +147,23 @@ impl Sizes<'_> {
         Some(self.parameters[index].abs())
     }
 
+    /// What a joint has of it as it begins to move \[N·m or N\].
     fn coulomb(&self, joint: usize) -> f64 {
-        self.of(ParameterKind::Fc, joint)
-            .unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint])
+        let own = self.of(ParameterKind::Fc, joint);
+        let own = own.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
+        own + self.of(ParameterKind::Fs, joint).unwrap_or_default()
     }
 
+    /// Viscous friction of a joint at its highest speed, over that speed \[N·m·s/rad or N·s/m\]: however it
+    /// is shared out among the laws that the joint has.
     fn viscous(&self, joint: usize) -> f64 {
-        self.of(ParameterKind::Fv, joint).unwrap_or_default()
+        use ParameterKind::{Fv, FvAsymmetric, FvCubic, FvQuadratic};
+
+        let highest = self.observed.highest_speed[joint];
+        let at_highest = [Fv, FvAsymmetric, FvQuadratic, FvCubic].into_iter().zip([0, 0, 1, 2]);
+        let own = at_highest
+            .map(|(kind, power)| self.of(kind, joint).unwrap_or_default() * highest.powi(power));
+        own.sum()
     }
 
     /// Those along which the arm moves.
