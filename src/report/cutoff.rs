@@ -2,11 +2,11 @@
 
 use didim_core::identification::{ChosenCutoff, CutoffTrial};
 
-use crate::text::{aligned, significant};
+use super::percent;
+use crate::text::aligned;
 
 /// What was tried, and the line for the cell file.
 pub fn choice(chosen: &ChosenCutoff) -> String {
-    let percent = |share: f64| format!("{} %", significant(100.0 * share, 3));
     let row = |trial: &CutoffTrial| {
         let is_chosen = trial.cutoff_hz.total_cmp(&chosen.cutoff_hz).is_eq();
         let mark = if is_chosen { "chosen" } else { "" };

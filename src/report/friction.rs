@@ -2,8 +2,9 @@
 
 use didim_core::identification::{ChosenFriction, FrictionChange, FrictionScore};
 
+use super::percent;
 use crate::cell::Cell;
-use crate::text::{aligned, significant};
+use crate::text::aligned;
 
 /// What was changed and what each change gained, and what to write into the files of the cell, which
 /// has the laws already. `added` are the parameters that came with them, if the cell lists its own.
@@ -57,8 +58,4 @@ pub(super) fn effect(chosen: &ChosenFriction) -> String {
         of(|score| score.held_out),
         of(|score| score.elsewhere)
     )
-}
-
-fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 3))
 }

@@ -16,6 +16,8 @@ mod uses;
 use didim_core::identification::{Identification, Prediction};
 use didim_core::robot::Robot;
 
+use crate::text::significant;
+
 /// One joint's torque, measured and predicted, for a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct TorquePanel<'a> {
@@ -93,4 +95,9 @@ fn value_range<'a>(series: impl IntoIterator<Item = &'a [f64]>) -> Option<(f64, 
     let finite = series.into_iter().flatten().copied().filter(|v| v.is_finite());
     let (low, high) = finite.fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
     (high > low).then_some((low, high))
+}
+
+/// A share in per cent, to three digits.
+fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 3))
 }

@@ -56,9 +56,9 @@ pub fn choose_friction(
     let first = search.first(base)?;
     search.most_elsewhere = first.score.elsewhere + TIE;
     let (before, mut best, mut gains) = (first.score, first, Vec::new());
+    let candidates = search.candidates(&highest);
     for _ in 0..MAX_ROUNDS {
-        let accepted = search.round(&mut best, &search.candidates(&highest), &mut gains);
-        if !accepted {
+        if !search.round(&mut best, &candidates, &mut gains) {
             break;
         }
     }
@@ -77,7 +77,6 @@ pub fn choose_friction(
 }
 
 /// A model with certain friction laws, identified.
-#[derive(Clone)]
 struct Trial {
     friction: Vec<JointFriction>,
     score: FrictionScore,

@@ -76,10 +76,8 @@ impl Options {
     pub fn with_friction(mut self, robot: &Robot) -> Self {
         if let Some(names) = &mut self.parameters {
             let table = robot.parameters();
-            let beside = table.parameters().iter().zip(table.names());
-            let beside: Vec<_> = beside.filter(|(p, _)| p.kind.is_friction_law()).collect();
-            for (_, name) in beside {
-                if !names.contains(name) {
+            for (parameter, name) in table.parameters().iter().zip(table.names()) {
+                if parameter.kind.is_friction_law() && !names.contains(name) {
                     names.push(name.clone());
                 }
             }
