@@ -39,6 +39,7 @@ fn longest(random: &mut Random, twist_deg: impl Fn(&mut Random) -> f64) -> Desig
         friction: [true; 3],
         sign: "{ model = \"tanh\", width_rad_s = 0.05 }",
         own_friction: Vec::new(),
+        known_torques: false,
     }
 }
 

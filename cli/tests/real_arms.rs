@@ -441,6 +441,35 @@ fn motion_files<const N: usize>(letters: [&str; N]) -> [std::path::PathBuf; N] {
     letters.map(|letter| repository(&format!("tests/data/kr300/{letter}.csv")))
 }
 
+/// DIDIM simulates each motion by itself, and two say of the third what they say by IDIM-LS.
+#[test]
+fn two_motions_of_a_kr300_simulated_predict_the_third() {
+    let (place, cell) = changed_cell("friction = \"auto\"");
+    let stated = repository("tests/data/kr300/cell.toml");
+    // As they are stated, and as they are chosen.
+    for (cell, expected) in [(&stated, 0.0547), (&cell, 0.0540)] {
+        let [b, c] = motion_files(["b", "c"]);
+        let identify: [&dyn AsRef<OsStr>; 10] = [
+            &"identify",
+            &"--json",
+            &"--cell",
+            &cell,
+            &"--method",
+            &"didim",
+            &"--input",
+            &b,
+            &"--input",
+            &c,
+        ];
+        let found = json(&succeed(&[&identify[..], &COUNTED].concat()));
+        assert_eq!(found["relative_error_per_recording"].as_array().unwrap().len(), 2);
+        let result = place.path().join("result.json");
+        std::fs::write(&result, found.to_string()).unwrap();
+        let error = figure(&predicted_a(cell, &result), "relative_error");
+        assert!((error - expected).abs() < 0.002, "{error} for {expected}");
+    }
+}
+
 /// Friction laws that two motions of the KR 300 chose: what was held out is predicted better, the third
 /// motion no worse, and the result carries its laws to whoever predicts with it.
 #[test]

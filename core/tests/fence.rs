@@ -10,9 +10,11 @@ use std::fs;
 use std::path::Path;
 
 /// What the sources name of `std`.
-const OF_STD: [&str; 3] = [
+const OF_STD: [&str; 4] = [
     // An ordered map is `alloc`'s: its order does not change from run to run, as a hash map's does.
     "std::collections::BTreeMap",
+    // A value that is borrowed or owned, `alloc`'s as well.
+    "std::borrow::Cow",
     // Asks the processor for its instruction sets.
     "std::arch::is_x86_feature_detected",
     // A value that is computed once.

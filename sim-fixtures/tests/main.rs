@@ -14,6 +14,7 @@ mod didim;
 mod model_errors;
 mod one_error;
 mod output_error;
+mod recordings;
 mod reduction;
 mod scenarios;
 mod starts;

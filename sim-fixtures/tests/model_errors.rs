@@ -5,7 +5,9 @@ use crate::common::experiment::{experiment, listed, regression};
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 use didim_core::identification::{Method, identify};
 use didim_core::robot::SignModel;
-use didim_core::simulation::{Cogging, FlexibleMode, NoiseConfig, Record, Stribeck, Unmodelled};
+use didim_core::simulation::{
+    Cogging, FlexibleMode, MaxwellSlip, NoiseConfig, Record, Stribeck, Unmodelled,
+};
 use didim_sim::{Payload, Scenario, tx40_paper, tx40_physical};
 
 const SAMPLES: usize = 2000;
@@ -28,9 +30,17 @@ fn assert_lacking(
     unmodelled: Unmodelled,
     mut expected: impl FnMut(&[f64; 6], &[f64; 6]) -> [f64; 6],
 ) {
+    assert_lacking_by_load(unmodelled, |q, dq, _| expected(q, dq));
+}
+
+/// The same of the load as well, the torque on links and rotors.
+fn assert_lacking_by_load(
+    unmodelled: Unmodelled,
+    mut expected: impl FnMut(&[f64; 6], &[f64; 6], &[f64; 6]) -> [f64; 6],
+) {
     let scenario = quiet().with_unmodelled(unmodelled).unwrap();
     let model = Model::new(scenario.robot());
-    let (mut ws, mut torque) = (Workspace::new(), [0.0; 6]);
+    let (mut ws, mut torque, mut friction) = (Workspace::new(), [0.0; 6], [0.0; 6]);
     let mut closed_loop = scenario.closed_loop().unwrap();
     let mut largest = 0.0_f64;
     for k in 0..SAMPLES {
@@ -43,9 +53,12 @@ fn assert_lacking(
             &sample.true_acceleration_rad_s2[..6],
             &mut torque,
         );
+        let velocity = &sample.true_velocity_rad_s[..6];
+        model.friction(scenario.standard_parameters(), velocity, &mut friction);
+        let load = core::array::from_fn(|j| torque[j] - friction[j]);
         let motion = [&sample.true_position_rad, &sample.true_velocity_rad_s]
             .map(|signal| signal[..6].try_into().unwrap());
-        let expected = expected(&motion[0], &motion[1]);
+        let expected = expected(&motion[0], &motion[1], &load);
         for j in 0..6 {
             let lacking = sample.joint_torque_nm[j] - torque[j];
             assert!((lacking - expected[j]).abs() < 1e-9, "sample {k}, joint {j}: {lacking}");
@@ -88,6 +101,29 @@ fn ripple_goes_with_the_angle_of_the_motor() {
             32.0 * m[5],
         ];
         joint.map(|torque| -torque)
+    });
+}
+
+#[test]
+fn coulomb_friction_can_grow_with_the_load() {
+    let share = 0.1;
+    let unmodelled = Unmodelled { load_friction: Some(vec![share; 6]), ..Default::default() };
+    assert_lacking_by_load(unmodelled, |_, dq, load| {
+        core::array::from_fn(|j| share * load[j].abs() * (dq[j] / 0.05).tanh())
+    });
+}
+
+#[test]
+fn friction_can_lag_at_reversals() {
+    let element = MaxwellSlip { torque_nm: 0.7, stiffness_nm_rad: 350.0 };
+    let unmodelled = Unmodelled { hysteresis: Some(vec![element; 6]), ..Default::default() };
+    let mut held: Option<([f64; 6], [f64; 6])> = None;
+    assert_lacking(unmodelled, |q, _| {
+        let (before, friction) = held.unwrap_or((*q, [0.0; 6]));
+        let friction =
+            core::array::from_fn(|j| (friction[j] + 350.0 * (q[j] - before[j])).clamp(-0.7, 0.7));
+        held = Some((*q, friction));
+        friction
     });
 }
 

@@ -1,5 +1,6 @@
 //! What is stated wrongly, on the simulated TX40: told by its name and size.
 
+use didim_core::control::{ControlTiming, ControllerConfig};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::identification::{
     Estimate, Experiment, Freedom, Method, Note, Options, Reason, SignalTiming, Signals, Start,
@@ -167,5 +168,45 @@ fn a_wrong_transmission_is_told_by_the_commands_of_the_described_controller() {
             });
         assert_eq!(told.collect::<Vec<_>>(), joints, "{wrong}");
         assert!(!estimate.verdict.applicable, "{wrong}");
+    }
+}
+
+/// Torques that are all 5 % high are those of a heavier arm, under whatever controller: the described one says
+/// that they are not.
+#[test]
+fn torque_gains_that_are_all_wrong_are_told_by_the_described_controller() {
+    let sampled = tx40_paper().unwrap();
+    let sample_period_s = sampled.controller().timing.sample_period_s();
+    let continuous = ControllerConfig {
+        timing: ControlTiming::Continuous { sample_period_s },
+        ..sampled.controller().clone()
+    };
+    let continuous = tx40_paper().unwrap().with_controller(continuous).unwrap();
+    let held = SignalTiming { hold_s: sample_period_s, delay_s: 0.0 };
+    for (scenario, timing) in [(sampled, held), (continuous, SignalTiming::INSTANTANEOUS)] {
+        let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
+        let options = loop_options(&scenario, 200.0, Start::IdimLs);
+        let record = scenario.record_with_rests(REST, REST).unwrap();
+        for (gain, joints) in [(1.0, &[][..]), (1.05, &[1, 2, 3, 4, 5, 6])] {
+            let mut signals = Signals::of_motors(&record);
+            signals.torque_nm.iter_mut().flatten().for_each(|torque| *torque *= gain);
+            let experiment = Experiment::motor_side(&signals, scenario.robot().transmission())
+                .unwrap()
+                .with_torque_timing(timing)
+                .unwrap()
+                .with_counted(REST..REST + scenario.samples())
+                .unwrap();
+            for method in [Method::IdimLs, Method::Didim] {
+                let found = identify(method, scenario.robot(), &base, &experiment, &options);
+                let verdict = found.unwrap().estimate.verdict;
+                let told =
+                    verdict.uses.prediction.reasons.iter().filter_map(|reason| match reason {
+                        Reason::Controller { joint, .. } => Some(*joint),
+                        _ => None,
+                    });
+                assert_eq!(told.collect::<Vec<_>>(), joints, "{method} {gain} {timing:?}");
+                assert_eq!(verdict.applicable, joints.is_empty(), "{:?}", verdict.reasons);
+            }
+        }
     }
 }

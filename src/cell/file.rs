@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use didim_core::control::SimulatedController;
 use didim_core::identification::{
-    DecimationFilter, Method, PositionFilter, SimulationOptions, Tolerances, Use, VerdictLimits,
+    DecimationFilter, KeptParameters, Method, PositionFilter, SimulationOptions, Tolerances, Use,
+    VerdictLimits,
 };
 use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
@@ -151,6 +152,9 @@ pub struct IdentificationSection {
     /// Essential parameters; every base parameter when left out.
     #[serde(default)]
     pub parameters: Option<Vec<String>>,
+    /// Which of the others keep the values of the robot file's `[nominal]`; they are 0 when left out.
+    #[serde(default)]
+    pub keep_nominal: Option<KeptParameters>,
     /// Whether rows with large residuals count less, and how.
     #[serde(default)]
     pub robust: Option<RobustLoss>,

@@ -15,7 +15,9 @@ mod values;
 use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_core::identification::{IdentificationError, Method, Options, PositionFilter};
+use didim_core::identification::{
+    IdentificationError, KeptParameters, Method, Options, PositionFilter,
+};
 use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
 use didim_drivers::assemble::Assembler;
@@ -86,10 +88,13 @@ impl Cell {
         Assembler::new(self.layout.clone(), self.scales.clone())
     }
 
-    /// The same cell with other parameters to identify.
+    /// The same cell with other parameters to identify; they do not keep their nominal values.
     #[must_use]
     pub fn with_parameters(mut self, names: &[String]) -> Self {
         self.options.parameters = Some(names.to_vec());
+        if let Some(KeptParameters::Named(kept)) = &mut self.options.keep_nominal {
+            kept.retain(|name| !names.contains(name));
+        }
         self
     }
 
@@ -209,6 +214,7 @@ impl Cell {
             position_filter: PositionFilter { order: position_filter.order, cutoff_hz },
             decimation_filter,
             parameters: file.identification.parameters.clone(),
+            keep_nominal: file.identification.keep_nominal.clone(),
             robust: file.identification.robust,
             limits: file.identification.limits,
             required_uses: file.identification.required_uses.clone(),
@@ -257,6 +263,9 @@ impl Cell {
                 ));
             }
         }
+        options
+            .selection(&robot, &base)
+            .map_err(|source| wrong("identification.keep_nominal", source.to_string()))?;
         if !controlled && (method.simulates() || simulation.is_some()) {
             let key = match method.simulates() {
                 true => "identification.method",
@@ -319,7 +328,13 @@ impl Cell {
         let plain = friction.iter().all(|own| own.laws.is_empty() && own.sign == friction[0].sign);
         let laws =
             if plain { format!("{:?}", self.robot.sign_model(0)) } else { format!("{friction:?}") };
-        sha256(&[&laws, &sums.collect::<String>()])
+        // What is known or kept is in no parameter.
+        let known = self.robot.known_torques();
+        let known = known.iter().any(Option::is_some).then(|| format!("{known:?}"));
+        let kept = self.options.keep_nominal.as_ref();
+        let kept = kept.map(|kept| format!("{kept:?} {:?}", self.robot.nominal()));
+        let beside: String = known.into_iter().chain(kept).collect();
+        sha256(&[&(laws + &beside), &sums.collect::<String>()])
     }
 
     /// The nominal sample rate of the bus \[Hz\].

@@ -63,6 +63,8 @@ pub enum ResultError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredModel {
     parameters: Vec<(String, f64)>,
+    /// Those beside them that kept their nominal values.
+    kept: Vec<(String, f64)>,
     /// Hash of the configuration that it was identified with, where it says so.
     pub configuration: Option<String>,
     uncertainty: Option<ModelUncertainty>,
@@ -84,6 +86,8 @@ struct StoredEstimate {
     /// Where the data chose the laws.
     friction: Option<StoredFriction>,
     parameters: Vec<StoredParameter>,
+    #[serde(default)]
+    kept: Vec<StoredParameter>,
     /// Results of earlier versions have none.
     model_uncertainty: Option<ModelUncertainty>,
 }
@@ -152,17 +156,18 @@ impl StoredModel {
             }
             cell = cell.with_friction(friction).map_err(|error| unfit(error.to_string()))?;
         }
-        let parameters: Vec<(String, f64)> =
-            estimate.parameters.into_iter().map(|p| (p.name, p.value)).collect();
-        check_names(&parameters, &cell).map_err(unfit)?;
+        let [parameters, kept] = [estimate.parameters, estimate.kept]
+            .map(|of| of.into_iter().map(|p| (p.name, p.value)).collect::<Vec<_>>());
+        check_names(&parameters, &kept, &cell).map_err(unfit)?;
         let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
-        Ok((Self { parameters, configuration, uncertainty }, cell))
+        Ok((Self { parameters, kept, configuration, uncertainty }, cell))
     }
 
     /// Base parameters of the robot that the result does not have: they count as 0.
     pub fn missing<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
         let names = cell.base.names().iter().map(String::as_str);
-        names.filter(|name| self.parameters.iter().all(|(own, _)| own != name)).collect()
+        let all = || self.parameters.iter().chain(&self.kept);
+        names.filter(|name| all().all(|(own, _)| own != name)).collect()
     }
 
     /// Predicts the torques of a measurement, of which the samples in `counted` count.
@@ -176,23 +181,29 @@ impl StoredModel {
         counted: Range<usize>,
     ) -> Result<Prediction, IdentifyError> {
         let experiment = joined(cell, &[(measurement, counted)])?;
-        let parameters: Vec<(&str, f64)> =
-            self.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let model = KnownModel { parameters: &parameters, uncertainty: self.uncertainty.as_ref() };
+        let [parameters, kept] = [&self.parameters, &self.kept]
+            .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>());
+        let uncertainty = self.uncertainty.as_ref();
+        let model = KnownModel { parameters: &parameters, kept: &kept, uncertainty };
         Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, model)?)
     }
 }
 
 /// Every parameter is one of the robot's, and stands there once.
-fn check_names(parameters: &[(String, f64)], cell: &Cell) -> Result<(), String> {
+fn check_names(
+    parameters: &[(String, f64)],
+    kept: &[(String, f64)],
+    cell: &Cell,
+) -> Result<(), String> {
     if parameters.is_empty() {
         return Err("it has no parameters".to_owned());
     }
-    for (index, (name, _)) in parameters.iter().enumerate() {
+    let all = || parameters.iter().chain(kept);
+    for (index, (name, _)) in all().enumerate() {
         if cell.base.find(name).is_none() {
             return Err(format!("{} has no base parameter `{name}`", cell.robot.name()));
         }
-        if parameters[..index].iter().any(|(other, _)| other == name) {
+        if all().take(index).any(|(other, _)| other == name) {
             return Err(format!("`{name}` stands there twice"));
         }
     }

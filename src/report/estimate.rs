@@ -1,5 +1,7 @@
 //! An estimate as tables for people.
 
+use core::fmt::Write as _;
+
 use didim_core::identification::{Estimate, ParameterEstimate};
 
 use super::{convergence, uses};
@@ -26,7 +28,18 @@ pub fn parameter_table(estimate: &Estimate) -> String {
         })
         .collect();
     let header = ["parameter", "value", "± statistical", "± combined", "relative", "combined"];
-    aligned(&header, &rows)
+    let mut text = aligned(&header, &rows);
+    if !estimate.kept.is_empty() {
+        let _ = writeln!(text, "kept at their nominal values: {}", kept(estimate));
+    }
+    text
+}
+
+/// The parameters that were not identified and kept their nominal values.
+pub(super) fn kept(estimate: &Estimate) -> String {
+    let kept =
+        estimate.kept.iter().map(|p| format!("{} {} {}", p.name, significant(p.value, 4), p.unit));
+    kept.collect::<Vec<_>>().join(", ")
 }
 
 /// The parameters against the truth: truth, estimate, relative standard deviation and the deviation

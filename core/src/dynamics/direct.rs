@@ -71,7 +71,8 @@ impl Model {
     ) -> Result<(), NotPositiveDefinite> {
         // A bound that the compiler sees.
         let n = self.joints().min(MAX_JOINTS);
-        let friction = self.friction_torques(parameters, dq);
+        let mut friction = self.friction_torques(parameters, dq);
+        self.take_off_known(q, &mut friction);
         self.place(ws, q);
         let links = self.heavy_links(parameters);
         self.propagate(ws, links, dq, None);

@@ -8,7 +8,8 @@ use crate::numeric::Scalar;
 
 impl Model {
     /// Joint torques τ = M(φ, q) q̈ + h(φ, q, q̇) \[N·m or N\] by the recursive Newton–Euler
-    /// algorithm, linear in the standard parameters φ, friction and offsets included.
+    /// algorithm, linear in the standard parameters φ, friction and offsets included, less the torques that
+    /// the robot's file knows of.
     ///
     /// # Panics
     /// When a slice is not of the model's size: p parameters, n entries for each of the others.
@@ -84,6 +85,7 @@ impl Model {
             #[inline(always)]
             || {
                 let mut torques = self.friction_torques(parameters, dq);
+                self.take_off_known(q, &mut torques);
                 self.place(ws, q);
                 let links = self.heavy_links(parameters);
                 self.propagate(ws, links, dq, ddq);

@@ -3,8 +3,11 @@
 use super::drives::Drives;
 use super::inertia::Inertia;
 use super::regressor_columns::RegressorColumns;
+use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
-use crate::robot::{Joint, Parameter, ParameterKind, ParameterTable, Robot, SignModel};
+use crate::robot::{
+    Joint, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot, SignModel,
+};
 
 /// The dynamics of one robot, prepared for evaluation.
 #[derive(Clone, Debug)]
@@ -15,6 +18,8 @@ pub struct Model {
     /// Column of each link's XX; its other nine parameters follow.
     pub(super) first_columns: Vec<usize>,
     pub(super) drives: Drives,
+    /// Of each joint; none at all where no joint has one.
+    pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) all_columns: RegressorColumns,
 }
 
@@ -28,6 +33,10 @@ impl Model {
         let first_columns: Vec<usize> =
             table.parameters().iter().enumerate().filter_map(is_first).collect();
         let drives = Drives::new(robot);
+        let known_torques = match robot.known_torques() {
+            known if known.iter().any(Option::is_some) => known.to_vec(),
+            _ => Vec::new(),
+        };
         let all: Vec<usize> = (0..table.names().len()).collect();
         let all_columns = RegressorColumns::new(&first_columns, &drives, all.len(), &all, true);
         Self {
@@ -36,6 +45,7 @@ impl Model {
             first_columns,
             table,
             drives,
+            known_torques,
             all_columns,
         }
     }
@@ -84,6 +94,22 @@ impl Model {
     pub(crate) fn with_joint(mut self, index: usize, joint: Joint) -> Self {
         self.chain[index] = joint;
         self
+    }
+
+    /// The torque that a joint, counted from 0, is known to get beside gravity and drive, at several
+    /// positions side by side.
+    pub(crate) fn known_torque<T: Scalar>(&self, joint: usize, position: T) -> Option<T> {
+        Some(self.known_torques.get(joint)?.as_ref()?.torque(position))
+    }
+
+    /// Takes off the torques what the drives need not give.
+    #[inline(always)]
+    pub(super) fn take_off_known<T: Scalar>(&self, q: &[T], torques: &mut [T; MAX_JOINTS]) {
+        for ((known, q), torque) in self.known_torques.iter().zip(q).zip(torques) {
+            if let Some(known) = known {
+                *torque -= known.torque(*q);
+            }
+        }
     }
 
     #[inline(always)]

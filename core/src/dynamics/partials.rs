@@ -159,7 +159,7 @@ impl Model {
     ) {
         self.check_joints(q);
         self.place(ws, q);
-        self.partials_of_poses(ws, parameters, dq, ddq, by_position, by_velocity);
+        self.partials_of_poses(ws, parameters, [q, dq, ddq], by_position, by_velocity);
     }
 
     /// The same with the poses in the workspace.
@@ -174,8 +174,7 @@ impl Model {
         &self,
         ws: &Workspace<f64>,
         parameters: &[f64],
-        dq: &[f64],
-        ddq: &[f64],
+        [q, dq, ddq]: [&[f64]; 3],
         by_position: &mut [f64],
         by_velocity: &mut [f64],
     ) {
@@ -216,6 +215,12 @@ impl Model {
                     before.acceleration.dot(felt) + before.rate.angular.dot(coriolis);
                 by_velocity[m * n + j] =
                     2.0 * before.rate.dot(felt) + before.axis.angular.dot(coriolis);
+            }
+        }
+        for (joint, (known, q)) in self.known_torques.iter().zip(q).enumerate() {
+            if let Some(known) = known {
+                let [_, slope] = known.at(*q);
+                by_position[joint * n + joint] -= slope;
             }
         }
         self.drives.for_each_friction_partial(parameters, dq, |row, column, value| {

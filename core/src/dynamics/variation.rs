@@ -41,7 +41,7 @@ impl VariationWorkspace {
 
 impl Model {
     /// ∂q̈/∂θ (n × b) of the parameters that the workspace is for, from the derivative of τ = φ θ
-    /// along the motion (q̇, q̈), with the dependence of the motion on θ:
+    /// along the motion (q, q̇, q̈), with the dependence of the motion on θ:
     ///
     /// M δq̈ = δτ − φ δθ − ∂(φθ)/∂q δq − ∂(φθ)/∂q̇ δq̇
     ///
@@ -52,12 +52,12 @@ impl Model {
         ws: &mut VariationWorkspace,
         solved: &mut Workspace<f64>,
         parameters: &[f64],
-        [dq, ddq]: [&[f64]; 2],
+        [q, dq, ddq]: [&[f64]; 3],
         variation: Variation<'_>,
         out: &mut [f64],
     ) {
         let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
-        self.partials_of_poses(solved, parameters, dq, ddq, by_position, by_velocity);
+        self.partials_of_poses(solved, parameters, [q, dq, ddq], by_position, by_velocity);
         self.regressor_of_poses(solved, columns, dq, ddq, regressor);
         // Rows of many parameters.
         vectorised(

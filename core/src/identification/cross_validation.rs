@@ -2,15 +2,15 @@
 
 use core::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
 use super::judgement::{Estimate, REACH_ROWS};
-use super::observation::{filtered_motion, filtered_torque, fitted_matrix};
+use super::observation::{filtered_motion, filtered_torque, fitted_matrix, torque_equation};
 use super::prediction::PredictionError;
 use crate::dynamics::BaseParameters;
-use crate::regression::relative_errors;
+use crate::regression::{Observations, relative_errors};
 use crate::robot::Robot;
 
 /// What came of it.
@@ -60,7 +60,7 @@ pub fn cross_validate(
     let identify = |experiment: &_| identify(method, robot, base, experiment, options);
     let whole = identify(experiment)?.estimate;
     // Of all base parameters, whichever are identified.
-    let options = Options { parameters: None, ..options.clone() };
+    let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     let rows = Rows::new(&context)?;
     let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
@@ -79,21 +79,22 @@ pub fn cross_validate(
 }
 
 fn values(estimate: &Estimate) -> Vec<(&str, f64)> {
-    estimate.parameters.iter().map(|p| (p.name.as_str(), p.value)).collect()
+    let kept = estimate.kept.iter().map(|p| (p.name.as_str(), p.value));
+    estimate.parameters.iter().map(|p| (p.name.as_str(), p.value)).chain(kept).collect()
 }
 
 /// The rows of the inverse dynamic model with all base parameters.
 struct Rows<'a> {
     context: &'a Context<'a>,
-    matrix: DMatrix<f64>,
-    torque: DVector<f64>,
+    equation: Observations,
 }
 
 impl<'a> Rows<'a> {
     fn new(context: &'a Context<'a>) -> Result<Self, IdentificationError> {
         let motion = filtered_motion(context.experiment, &context.options.position_filter)?;
         let matrix = fitted_matrix(context, &motion)?;
-        Ok(Self { context, matrix, torque: filtered_torque(context)? })
+        let equation = torque_equation(context, matrix, filtered_torque(context)?, &motion)?;
+        Ok(Self { context, equation })
     }
 }
 
@@ -115,8 +116,8 @@ impl Errors {
         samples: &Range<usize>,
         parameters: &[(&str, f64)],
     ) -> Result<(), IdentificationError> {
-        let Rows { context, matrix, torque } = rows;
-        let mut values = DVector::zeros(matrix.ncols());
+        let Rows { context, equation } = rows;
+        let mut values = DVector::zeros(equation.matrix().ncols());
         for (name, value) in parameters {
             let index = context.base.find(name).ok_or_else(|| {
                 let known = context.base.names().to_vec();
@@ -124,7 +125,7 @@ impl Errors {
             })?;
             values[index] = *value;
         }
-        let left = torque - matrix * values;
+        let (left, torque) = (equation.residuals(&values), equation.measured());
         let count = context.samples.len();
         let kept: Vec<usize> = (context.samples.iter().enumerate())
             .filter(|(_, sample)| samples.contains(sample))

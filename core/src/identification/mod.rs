@@ -34,17 +34,17 @@ pub use equation_error::{
 pub use friction::choose_friction;
 pub use given::{
     ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure, IdentificationError,
-    IterationError, LimitError, Method, Optimiser, Options, PositionFilter, Selection,
-    SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start, ToleranceError, Tolerances,
-    UnknownMethod, Use, VerdictLimits,
+    IterationError, KeptParameters, LimitError, Method, Optimiser, Options, PositionFilter,
+    Selection, SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start, ToleranceError,
+    Tolerances, UnknownMethod, Use, VerdictLimits,
 };
 pub use identify::identify;
 pub use judgement::{
-    ChosenCutoff, ChosenFriction, ConvergenceStep, CutoffTrial, Elsewhere, Estimate, Fit, Foretold,
-    Freedom, FreedomEstimate, FrictionChange, FrictionGain, FrictionScore, HeldOut, Identification,
-    Information, ModelUncertainty, Note, Output, ParameterEstimate, PositionBias, Quantity, Reason,
-    ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses,
-    Verdict,
+    ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutoffTrial, Elsewhere,
+    Estimate, Fit, Foretold, Freedom, FreedomEstimate, FrictionChange, FrictionGain, FrictionScore,
+    HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note, Output,
+    ParameterEstimate, PositionBias, Quantity, Reason, ReferenceSource, ResidualQuantiles, SCHEMA,
+    SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};

@@ -5,9 +5,8 @@ use serde::Serialize;
 
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::judgement::{Foretold, ModelUncertainty, ResidualQuantiles};
-use super::observation::{BaseColumns, filtered_motion, filtered_torque};
+use super::observation::{BaseColumns, filtered_motion, filtered_torque, torque_equation};
 use crate::dynamics::BaseParameters;
-use crate::regression::Observations;
 use crate::robot::Robot;
 
 /// ‖y − Xθ‖ / ‖y‖ of some rows.
@@ -24,8 +23,10 @@ pub struct PredictionError {
 /// What is known of an arm from a result.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownModel<'a> {
-    /// Base parameters by name, in SI units; every other is 0.
+    /// Base parameters by name that were identified, in SI units.
     pub parameters: &'a [(&'a str, f64)],
+    /// Those beside them that kept their nominal values; every other is 0.
+    pub kept: &'a [(&'a str, f64)],
     /// How uncertain they are, where the result says so.
     pub uncertainty: Option<&'a ModelUncertainty>,
 }
@@ -67,22 +68,23 @@ pub fn predict(
 ) -> Result<Prediction, IdentificationError> {
     let names = model.parameters.iter().map(|(name, _)| (*name).to_owned()).collect();
     let parameters = Some(names);
-    let options = Options { parameters, required_parameters: None, ..options.clone() };
-    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    let options =
+        Options { parameters, keep_nominal: None, required_parameters: None, ..options.clone() };
+    let mut context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    context.selection.keep(base, model.kept.iter().copied())?;
     let named = |name: &String| model.parameters.iter().find(|(own, _)| own == name);
     let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
     let parameters = DVector::from_iterator(model.parameters.len(), values);
     let motion = filtered_motion(experiment, &options.position_filter)?;
     let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
-    let observations = Observations::new(selected, filtered_torque(&context)?, robot.joints())
-        .map_err(|error| context.selection.named(error))?;
+    let observations = torque_equation(&context, selected, filtered_torque(&context)?, &motion)?;
     let residuals = observations.residuals(&parameters);
     let statistics = observations.residual_statistics(&residuals);
     let foretold = match model.uncertainty {
         None => None,
         Some(known) => known.foretold(&context, &motion, &beside, &observations, &parameters)?,
     };
-    let measured = observations.measurements();
+    let measured = observations.measured();
     Ok(Prediction {
         error: PredictionError {
             relative_error: statistics.relative_error,
@@ -97,7 +99,7 @@ pub fn predict(
         )?,
         foretold,
         time_s: context.time_s(),
-        measured: observations.per_joint(measured),
-        predicted: observations.per_joint(&(measured - residuals)),
+        measured: observations.per_joint(&measured),
+        predicted: observations.per_joint(&(&*measured - residuals)),
     })
 }

@@ -132,6 +132,13 @@ impl<const L: usize> Scalar for Lanes<L> {
         )
     }
     #[inline(always)]
+    fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self {
+        self.map(
+            #[inline(always)]
+            |number| number.apply(&function),
+        )
+    }
+    #[inline(always)]
     fn all_positive(self) -> bool {
         // Without a branch for each lane.
         self.0.iter().fold(true, |all, value| all & (*value > 0.0))

@@ -51,6 +51,8 @@ pub trait Scalar:
     fn sign(self) -> Self;
     /// −1 or 1 where the magnitude reaches `threshold`, 0 below it.
     fn dead_band_sign(self, threshold: f64) -> Self;
+    /// A function of one number, given by its value and its derivative, in every lane.
+    fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self;
     /// Whether every lane is above 0; false for NaN.
     fn all_positive(self) -> bool;
 
@@ -148,6 +150,11 @@ impl Scalar for f64 {
     #[inline(always)]
     fn dead_band_sign(self, threshold: f64) -> Self {
         if self.abs() < threshold { 0.0 } else { Scalar::sign(self) }
+    }
+    #[inline(always)]
+    fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self {
+        let [value, _] = function(self);
+        value
     }
     #[inline(always)]
     fn all_positive(self) -> bool {

@@ -1,6 +1,7 @@
 //! The overdetermined system of equation 7.
 
 use core::ops::Range;
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
@@ -16,6 +17,8 @@ use super::triangles::Triangles;
 pub struct Observations {
     matrix: DMatrix<f64>,
     measurements: DVector<f64>,
+    /// What was measured beside the measurements, and is no matter of θ.
+    known: Option<DVector<f64>>,
     joints: usize,
     /// What every solution begins with, whatever the weights; none until the first.
     triangles: OnceLock<Triangles>,
@@ -58,7 +61,7 @@ impl Observations {
             let (joint, row) = (row / per_joint, row % per_joint);
             return Err(RegressionError::NotFinite { joint, row });
         }
-        let system = Self { matrix, measurements, joints, triangles: OnceLock::new() };
+        let system = Self { matrix, measurements, known: None, joints, triangles: OnceLock::new() };
         for joint in 0..joints {
             let square = system.joint_of(&system.measurements, joint).norm_squared();
             if !square.is_finite() {
@@ -69,6 +72,18 @@ impl Observations {
             }
         }
         Ok(system)
+    }
+
+    /// With what was known beforehand of the measured values and taken off them (r): figures that are
+    /// relative to the measured values then count it.
+    ///
+    /// # Panics
+    /// When it is not of the measurements' size.
+    #[must_use]
+    pub fn with_known(mut self, known: Option<DVector<f64>>) -> Self {
+        assert!(known.as_ref().is_none_or(|known| known.len() == self.measurements.len()));
+        self.known = known;
+        self
     }
 
     /// Joints n.
@@ -94,6 +109,28 @@ impl Observations {
     /// The measurements y (r).
     pub fn measurements(&self) -> &DVector<f64> {
         &self.measurements
+    }
+
+    /// What was measured (r): the measurements, and what was taken off them.
+    pub fn measured(&self) -> Cow<'_, DVector<f64>> {
+        match &self.known {
+            None => Cow::Borrowed(&self.measurements),
+            Some(known) => Cow::Owned(&self.measurements + known),
+        }
+    }
+
+    /// What the parameters make of it (r), `X θ` and what is known besides.
+    pub fn predicted(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        let predicted = &self.matrix * parameters;
+        match &self.known {
+            None => predicted,
+            Some(known) => predicted + known,
+        }
+    }
+
+    /// What was known beforehand.
+    pub(crate) fn known(&self) -> Option<&DVector<f64>> {
+        self.known.as_ref()
     }
 
     /// The triangles of the joints' rows, computed once.

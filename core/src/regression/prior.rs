@@ -26,6 +26,9 @@ pub struct JointSolution {
     pub covariance: DMatrix<f64>,
     /// Covariance of the weighted solution by the noise that is left (b × b).
     pub noise: DMatrix<f64>,
+    /// How much more uncertain the parameters are by the colour of what is left than by white noise of the
+    /// same size, in the median; at least 1.
+    pub colour: f64,
 }
 
 impl JointSolution {
@@ -62,7 +65,7 @@ impl ResidualAnalysis<'_> {
         let (own, all) = (matrix.ncols(), matrix.ncols() + further.ncols());
         let mut spectrum = self.spectrum().clone();
         spectrum.raise_to(floors);
-        let mut solved = None;
+        let (mut solved, mut colour) = (None, 1.0);
         let grams = self.grams(further, residuals);
         for pass in 0..PASSES {
             let mut gram = DMatrix::zeros(all + 1, all + 1);
@@ -100,13 +103,15 @@ impl ResidualAnalysis<'_> {
                     &(remaining / left.sqrt()),
                     self.filter,
                 );
+                let coloured = self.covariance_by(&spectrum);
                 spectrum.raise_to(floors);
+                colour = median_ratio(&coloured, &self.covariance_by(&spectrum.whitened()));
             }
             solved = Some((change, freedoms, covariance));
         }
         let (change, freedoms, covariance) = solved.ok_or(RegressionError::OutOfRange)?;
         let noise = self.covariance_by(&spectrum) * copies;
-        Ok(JointSolution { change, freedoms, covariance, noise })
+        Ok(JointSolution { change, freedoms, covariance, noise, colour })
     }
 
     /// `AᵀA` of the rows A = (X C ρ) of each joint, the residuals ρ last, over the frequencies that the filter lets
@@ -133,6 +138,17 @@ impl ResidualAnalysis<'_> {
         let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
         (&covariance + covariance.transpose()) * 0.5
     }
+}
+
+/// The median ratio of the standard deviations of two covariances, at least 1.
+fn median_ratio(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
+    let (one, other) = (one.diagonal(), other.diagonal());
+    let mut ratios: Vec<f64> = (one.iter().zip(other.iter()))
+        .map(|(one, other)| (one / other).sqrt())
+        .filter(|ratio| ratio.is_finite())
+        .collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    ratios.get(ratios.len() / 2).map_or(1.0, |median| median.max(1.0))
 }
 
 /// Matrices of as many rows, one beside the other.

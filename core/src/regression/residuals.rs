@@ -7,7 +7,7 @@ use super::observations::Observations;
 /// Figures of unweighted residuals `ρ = y − X θ`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualStatistics {
-    /// ‖ρ‖/‖y‖ over all joints.
+    /// ‖ρ‖/‖y‖ over all joints, y what was measured.
     pub relative_error: f64,
     /// ‖ρ_j‖/‖y_j‖ of every joint.
     pub relative_error_per_joint: Vec<f64>,
@@ -30,7 +30,7 @@ impl Observations {
 
     /// Figures of residuals of this system.
     pub fn residual_statistics(&self, residuals: &DVector<f64>) -> ResidualStatistics {
-        let y = self.measurements();
+        let y = &*self.measured();
         let per_joint = |figure: &dyn Fn(&[f64], &[f64]) -> f64| -> Vec<f64> {
             let figures = (0..self.joints()).map(|joint| {
                 let (rho, y) = (self.joint_of(residuals, joint), self.joint_of(y, joint));

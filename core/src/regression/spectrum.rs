@@ -276,6 +276,16 @@ impl<'a> ResidualSpectrum<'a> {
         }
     }
 
+    /// The same power of each joint, as much at each frequency that tells something.
+    pub(super) fn whitened(&self) -> Self {
+        let mut white = self.clone();
+        for joint in 0..white.joints.len() {
+            let mean = self.mean_power(joint);
+            white.joints[joint].power[..self.filter.inside].fill(mean);
+        }
+        white
+    }
+
     /// The mean power of a joint's errors over the frequencies that tell something.
     pub(super) fn mean_power(&self, joint: usize) -> f64 {
         let inside = &self.joints[joint].power[..self.filter.inside];

@@ -2,6 +2,7 @@
 
 use super::friction::{FrictionTerms, JointFriction, SignModel};
 use super::joint::{Joint, Limits};
+use super::known_torque::KnownTorque;
 use super::nominal::NominalParameters;
 use super::parameters::ParameterTable;
 use super::transmission::Transmission;
@@ -17,6 +18,8 @@ pub struct Robot {
     pub(super) friction: FrictionTerms,
     /// Of each joint.
     pub(super) own_friction: Vec<JointFriction>,
+    /// Of each joint, where it has one.
+    pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) parameters: ParameterTable,
     pub(super) nominal: Option<NominalParameters>,
 }
@@ -110,6 +113,11 @@ impl Robot {
     /// The law for the sign of Coulomb friction of a joint, counted from 0, and of its motor.
     pub fn sign_model(&self, joint: usize) -> SignModel {
         self.own_friction[joint].sign
+    }
+
+    /// The torque that acts on each joint beside gravity and drive, where one is stated.
+    pub fn known_torques(&self) -> &[Option<KnownTorque>] {
+        &self.known_torques
     }
 
     /// The standard parameters of the model.

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::friction::RawJointFriction;
+use super::known_torque::RawKnownTorque;
 use super::{
     Angle, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
     ParameterTable, Robot, RobotError, SignModel, Transmission,
@@ -42,6 +43,7 @@ struct RawJoint {
     velocity_max_m_s: Option<Spanned<f64>>,
     force_max_n: Option<Spanned<f64>>,
     friction: Option<Spanned<RawJointFriction>>,
+    known_torque: Option<Spanned<RawKnownTorque>>,
 }
 
 #[derive(Deserialize)]
@@ -121,6 +123,14 @@ impl Robot {
                 RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
             })?;
         let (friction, own_friction) = read_friction(text, &raw.friction, &raw.joint)?;
+        let known_torques = (raw.joint.iter().zip(&joints))
+            .map(|(raw, joint)| {
+                let Some(stated) = &raw.get_ref().known_torque else { return Ok(None) };
+                let known = stated.get_ref().of_joint(joint.kind, &joint.limits);
+                let line = text.line_of(stated);
+                known.map(Some).map_err(|message| RobotError::Format { line, message })
+            })
+            .collect::<Result<_, _>>()?;
         let parameters = ParameterTable::new(&joints, friction, &own_friction, &transmission);
         let nominal =
             raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
@@ -132,6 +142,7 @@ impl Robot {
             transmission,
             friction,
             own_friction,
+            known_torques,
             parameters,
             nominal,
         })

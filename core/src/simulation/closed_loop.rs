@@ -12,6 +12,7 @@ use super::checked::check_length;
 use super::disturbance::DisturbanceTorque;
 use super::error::{SetupError, SimulationError};
 use super::hold::CommandHold;
+use super::hysteresis::Hysteresis;
 use super::integrator::Stages;
 use super::measurement::Encoders;
 use super::noise::Noises;
@@ -83,8 +84,20 @@ impl<R: Reference> ClosedLoop<R> {
         };
         let period_s = controller.timing.sample_period_s();
         let noises = Noises::new(config.noise.as_ref(), period_s);
-        let Unmodelled { stribeck, coulomb_width_rad_s, flexible, cogging, torque_gain } =
-            config.unmodelled.clone().unwrap_or_default();
+        let Unmodelled {
+            stribeck,
+            coulomb_width_rad_s,
+            load_friction,
+            hysteresis,
+            flexible,
+            cogging,
+            torque_gain,
+        } = config.unmodelled.clone().unwrap_or_default();
+        let signs = (0..joints).map(|joint| match coulomb_width_rad_s {
+            Some(width_rad_s) => SignModel::Tanh { width_rad_s },
+            None => robot.sign_model(joint),
+        });
+        let load_friction = load_friction.unwrap_or_default().into_iter().zip(signs).collect();
         let model = match coulomb_width_rad_s {
             Some(width_rad_s) => model.with_sign_model(SignModel::Tanh { width_rad_s }),
             None => model,
@@ -99,6 +112,8 @@ impl<R: Reference> ClosedLoop<R> {
             command: [0.0; MAX_JOINTS],
             disturbance: [0.0; MAX_JOINTS],
             stribeck: stribeck.unwrap_or_default(),
+            load_friction,
+            hysteresis: Hysteresis::new(hysteresis.unwrap_or_default()),
             cogging: cogging.unwrap_or_default(),
             transmission: robot.transmission().clone(),
             flexible_inertia: flexible.iter().map(|mode| mode.inertia_kg_m2).collect(),
@@ -183,6 +198,7 @@ impl<R: Reference> ClosedLoop<R> {
             }
         }
         integrals.fill(0.0);
+        self.plant.hysteresis.restart(q);
         // No spring is loaded.
         let (q_f, dq_f) = flexible.split_at_mut(modes);
         q_f.copy_from_slice(&q[..modes]);

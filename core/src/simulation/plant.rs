@@ -3,10 +3,11 @@
 use crate::MAX_JOINTS;
 use crate::control::ContinuousController;
 use crate::dynamics::{Model, Workspace};
-use crate::robot::Transmission;
+use crate::robot::{SignModel, Transmission};
 use crate::trajectory::Reference;
 
 use super::error::{SimulationError, StateQuantity};
+use super::hysteresis::Hysteresis;
 use super::reference_point::ReferencePoint;
 use super::variation::PlantVariation;
 use super::{Cogging, DivergenceLimits, FlexibleMode, Stribeck};
@@ -28,6 +29,10 @@ pub(super) struct Plant<R> {
     pub(super) disturbance: [f64; MAX_JOINTS],
     /// Friction that the model does not know, one per joint; empty when there is none.
     pub(super) stribeck: Vec<Stribeck>,
+    /// How much Coulomb friction grows with a joint's load, and its sign; empty when it does not.
+    pub(super) load_friction: Vec<(f64, SignModel)>,
+    /// Friction that lags at reversals.
+    pub(super) hysteresis: Hysteresis,
     /// Ripple, one per motor; empty when there is none.
     pub(super) cogging: Vec<Cogging>,
     pub(super) transmission: Transmission,
@@ -104,7 +109,7 @@ impl<R: Reference> Plant<R> {
                 &self.model,
                 &mut self.workspace,
                 &self.parameters,
-                [dq, &*ddq],
+                [q, dq, &*ddq],
                 &error[..n],
                 derivatives,
                 derivative_rates,
@@ -141,8 +146,13 @@ impl<R: Reference> Plant<R> {
         for ((torque, stribeck), velocity) in self.torque.iter_mut().zip(&self.stribeck).zip(dq) {
             *torque -= stribeck.torque(*velocity);
         }
+        for (torque, friction) in self.torque.iter_mut().zip(self.hysteresis.torques(q)) {
+            *torque -= friction;
+        }
         self.add_cogging(q);
         self.add_flexible(q, dq, flexible, flexible_rate);
+        // Last, because it depends on all others.
+        self.add_load_friction(dq);
         dq_rate.copy_from_slice(dq);
         Ok(())
     }
@@ -161,6 +171,21 @@ impl<R: Reference> Plant<R> {
         self.transmission.joint_torque(&motor[..n], &mut joint[..n]);
         for (torque, ripple) in self.torque.iter_mut().zip(joint) {
             *torque += ripple;
+        }
+    }
+
+    /// Coulomb friction by the load. What is left of the torque after it and the model's friction is the
+    /// load L itself: L + μ|L| s = R, with R what is left without it, so that |L| = |R|/(1 + μ s sign R).
+    fn add_load_friction(&mut self, dq: &[f64]) {
+        if self.load_friction.is_empty() {
+            return;
+        }
+        let mut friction = [0.0; MAX_JOINTS];
+        self.model.friction(&self.parameters, dq, &mut friction[..self.joints]);
+        let joints = self.load_friction.iter().zip(dq).zip(friction);
+        for (torque, (((share, sign), velocity), friction)) in self.torque.iter_mut().zip(joints) {
+            let (left, by_load) = (*torque - friction, share * sign.value(*velocity));
+            *torque -= by_load * left.abs() / (1.0 + by_load * left.signum());
         }
     }
 

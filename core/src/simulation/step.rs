@@ -109,6 +109,7 @@ impl<R: Reference> ClosedLoop<R> {
     /// Measures at the state that was reached, and commands.
     pub(super) fn command(&mut self, index: u64, time_s: f64, reference: &ReferencePoint) {
         let n = self.plant.joints;
+        self.plant.hysteresis.settle(&self.state[..n]);
         let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::checked::{check_length, check_not_negative, check_positive};
 use super::error::SetupError;
 use super::flexible::{self, FlexibleMode};
+use super::hysteresis::{self, MaxwellSlip};
 
 /// Errors of the model, each absent unless stated. The arm has them; whoever identifies it with
 /// its [`Model`](crate::dynamics::Model) does not know.
@@ -18,6 +19,14 @@ pub struct Unmodelled {
     /// \[rad/s, or m/s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coulomb_width_rad_s: Option<f64>,
+    /// Coulomb friction that grows with the load, one per joint: by this share of |τ|, where τ is the torque
+    /// that the joint's links and rotor take \[1\]; 0 is none, and below 1. The sign is that of the joint's
+    /// Coulomb friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_friction: Option<Vec<f64>>,
+    /// Friction that lags at reversals, beside the model's own, one element per joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hysteresis: Option<Vec<MaxwellSlip>>,
     /// Joints that are not rigid, one mode per joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flexible: Option<Vec<FlexibleMode>>,
@@ -84,6 +93,18 @@ impl Unmodelled {
         if let Some(width) = self.coulomb_width_rad_s {
             check_positive("unmodelled.coulomb_width_rad_s", width)?;
         }
+        if let Some(shares) = &self.load_friction {
+            check_length("unmodelled.load_friction", joints, shares.len())?;
+            for &value in shares {
+                if !(0.0..1.0).contains(&value) {
+                    let (what, expected) = ("unmodelled.load_friction", "0 or more and below 1");
+                    return Err(SetupError::BadValue { what, value, expected });
+                }
+            }
+        }
+        if let Some(elements) = &self.hysteresis {
+            hysteresis::validate(elements, joints)?;
+        }
         if let Some(modes) = &self.flexible {
             flexible::validate(modes, joints)?;
         }
@@ -143,6 +164,19 @@ mod tests {
         let width = |w| Unmodelled { coulomb_width_rad_s: Some(w), ..Default::default() };
         assert_eq!(said(&width(0.1)), "");
         assert!(said(&width(0.0)).contains("coulomb_width_rad_s = 0"));
+        let load = |shares| Unmodelled { load_friction: Some(shares), ..Default::default() };
+        assert_eq!(said(&load(vec![0.02])), "");
+        assert!(said(&load(vec![])).contains("unmodelled.load_friction"));
+        assert!(said(&load(vec![1.0])).contains("load_friction = 1"));
+        assert!(said(&load(vec![-0.1])).contains("load_friction = -0.1"));
+        let slip = MaxwellSlip { torque_nm: 1.0, stiffness_nm_rad: 500.0 };
+        let lagging = |elements| Unmodelled { hysteresis: Some(elements), ..Default::default() };
+        assert_eq!(said(&lagging(vec![slip])), "");
+        assert!(said(&lagging(vec![])).contains("unmodelled.hysteresis"));
+        let driving = MaxwellSlip { torque_nm: -1.0, ..slip };
+        assert!(said(&lagging(vec![driving])).contains("torque_nm = -1"));
+        let loose = MaxwellSlip { stiffness_nm_rad: 0.0, ..slip };
+        assert!(said(&lagging(vec![loose])).contains("stiffness_nm_rad = 0"));
         let mode = FlexibleMode { frequency_hz: 20.0, damping_ratio: 0.0, inertia_kg_m2: 0.1 };
         let flexible = |modes| Unmodelled { flexible: Some(modes), ..Default::default() };
         assert_eq!(said(&flexible(vec![mode])), "");

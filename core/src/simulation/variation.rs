@@ -50,14 +50,14 @@ impl PlantVariation {
         self.torque.copy_from_slice(torque);
     }
 
-    /// The rates of the derivatives at this motion (q̇, q̈), whose acceleration was `solved` with
+    /// The rates of the derivatives at this motion (q, q̇, q̈), whose acceleration was `solved` with
     /// these parameters. `error` is q_r − q under a continuous controller.
     pub(super) fn rate(
         &mut self,
         model: &Model,
         solved: &mut Workspace<f64>,
         parameters: &[f64],
-        motion: [&[f64]; 2],
+        motion: [&[f64]; 3],
         error: &[f64],
         derivatives: &[f64],
         rates: &mut [f64],

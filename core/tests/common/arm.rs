@@ -35,6 +35,8 @@ pub(crate) struct Arm {
     pub(crate) base: BaseParameters,
     /// Standard parameters.
     pub(crate) truth: Vec<f64>,
+    /// The robot's file.
+    text: String,
 }
 
 impl Arm {
@@ -92,7 +94,30 @@ impl Arm {
             }
         });
         let truth = truth.collect();
-        Self { robot, model, base, truth }
+        Self { robot, model, base, truth, text }
+    }
+
+    /// With springs and cylinders at its joints in turn, and a file that states the truth.
+    pub(crate) fn with_known_torques(self) -> Self {
+        let known = [
+            "{ counterbalance = { base_radius_m = 0.5, link_radius_m = 0.2, closest_deg = -90.0, \
+             pull_n = 150.0, length_m = 0.4, stiffness_n_m = 200.0 } }",
+            "{ position_deg = [-170.0, 170.0], torque_nm = [9.0, -6.0] }",
+        ];
+        let mut text = String::new();
+        for (joint, part) in self.text.split("torque_max_nm = 50\n").enumerate() {
+            if joint > 0 {
+                writeln!(text, "torque_max_nm = 50\nknown_torque = {}", known[(joint - 1) % 2])
+                    .unwrap();
+            }
+            text.push_str(part);
+        }
+        text.push_str("[nominal]\n");
+        for (name, value) in self.robot.parameters().names().iter().zip(&self.truth) {
+            writeln!(text, "{name} = {value:?}").unwrap();
+        }
+        let robot = Robot::from_toml(&text).unwrap();
+        Self { model: Model::new(&robot), robot, text, ..self }
     }
 
     /// With friction of its own in every joint, in turn: bent viscous friction behind another law
@@ -114,7 +139,7 @@ impl Arm {
             known.map_or_else(|| random.uniform(0.2, 0.5), |column| self.truth[column])
         });
         let truth = truth.collect();
-        Self { robot, model, base, truth }
+        Self { robot, model, base, truth, text: self.text }
     }
 
     /// Smooth positions of every joint: sums of four sines up to `band_hz`, about ±1 rad.

@@ -87,6 +87,17 @@ impl Looped {
         Self::of_arm(arm, random, sampled(0.0), pd)
     }
 
+    /// With springs and cylinders at its joints, and a file that states its parameters.
+    pub(crate) fn with_known_torques(
+        seed: u64,
+        joints: usize,
+        law: impl Fn(f64) -> ControlLaw,
+    ) -> Self {
+        let mut random = Random(seed);
+        let arm = Arm::random(&mut random, joints).with_known_torques();
+        Self::of_arm(arm, random, sampled(0.0), law)
+    }
+
     fn of_arm(
         arm: Arm,
         mut random: Random,
@@ -201,9 +212,10 @@ impl Looped {
     /// Largest deviation from the true base parameters, relative to their value or to 0.1,
     /// whichever is more.
     pub(crate) fn deviation(&self, found: &Identification) -> f64 {
-        let values = found.estimate.parameters.iter().map(|p| p.value);
-        values.zip(self.arm.true_base()).fold(0.0, |largest: f64, (value, truth)| {
-            largest.max((value - truth).abs() / truth.abs().max(0.1))
+        let truth = self.arm.true_base();
+        found.estimate.parameters.iter().fold(0.0, |largest: f64, parameter| {
+            let truth = truth[self.arm.base.find(&parameter.name).unwrap()];
+            largest.max((parameter.value - truth).abs() / truth.abs().max(0.1))
         })
     }
 }

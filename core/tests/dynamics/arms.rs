@@ -49,7 +49,17 @@ pub(crate) struct Design {
     pub(crate) sign: &'static str,
     /// What of a joint's friction differs from the others', as written in its file.
     pub(crate) own_friction: Vec<Option<&'static str>>,
+    /// Whether springs and counterbalances act on the joints.
+    pub(crate) known_torques: bool,
 }
+
+/// A spring and a cylinder of a revolute joint, and a spring of a prismatic one.
+const KNOWN: [&str; 3] = [
+    "{ position_deg = [-170.0, -20.0, 60.0, 170.0], torque_nm = [30.0, -4.0, -20.0, 10.0] }",
+    "{ counterbalance = { base_radius_m = 0.7, link_radius_m = 0.2, closest_deg = 30.0, \
+     pull_n = 400.0, length_m = 0.6, stiffness_n_m = 900.0 } }",
+    "{ position_m = [-1.0, 0.5, 1.0], force_n = [12.0, -3.0, 9.0] }",
+];
 
 impl Design {
     pub(crate) fn random(random: &mut Random) -> Self {
@@ -101,15 +111,15 @@ impl Design {
             random.chance(0.4).then(|| laws[first + random.below(3 - first)])
         });
         let own_friction = own_friction.collect();
-        Self { gravity, joints, rows, friction, sign, own_friction }
+        Self { gravity, joints, rows, friction, sign, own_friction, known_torques: false }
     }
 
     pub(crate) fn toml(&self) -> String {
         let [viscous, coulomb, offset] = self.friction;
         let mut text = format!("name = \"random\"\ngravity_m_s2 = {:?}\n", self.gravity);
         let own_friction = self.own_friction.iter().chain(repeat(&None));
-        for ((prismatic, [alpha, d, theta, r], drive_inertia), own) in
-            self.joints.iter().zip(own_friction)
+        for (index, ((prismatic, [alpha, d, theta, r], drive_inertia), own)) in
+            self.joints.iter().zip(own_friction).enumerate()
         {
             let (kind, limits) = if *prismatic {
                 (
@@ -131,6 +141,10 @@ impl Design {
             .unwrap();
             if let Some(own) = own {
                 writeln!(text, "friction = {{ {own} }}").unwrap();
+            }
+            if self.known_torques {
+                let known = KNOWN[if *prismatic { 2 } else { index % 2 }];
+                writeln!(text, "known_torque = {known}").unwrap();
             }
         }
         write!(

@@ -119,6 +119,7 @@ fn a_vertical_sliding_axis_keeps_its_mass() {
         friction: [true, true, true],
         sign: "{ model = \"sign\" }",
         own_friction: vec![None],
+        known_torques: false,
     };
     let base = BaseParameters::compute(&Model::new(&design.robot())).unwrap();
     assert_eq!(base.names(), ["m1r", "fv1", "fc1", "off1r"]);

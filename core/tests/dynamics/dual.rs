@@ -74,6 +74,10 @@ impl Scalar for Dual {
     fn dead_band_sign(self, threshold: f64) -> Self {
         Self(self.0.dead_band_sign(threshold), 0.0)
     }
+    fn apply(self, function: impl Fn(f64) -> [f64; 2]) -> Self {
+        let [value, slope] = function(self.0);
+        Self(value, slope * self.1)
+    }
     fn all_positive(self) -> bool {
         self.0 > 0.0
     }

@@ -11,6 +11,7 @@ fn direct_dynamics_undoes_inverse_dynamics_with_their_derivatives() {
         let mut random = Random(seed);
         let mut design = Design::random(&mut random);
         design.sign = "{ model = \"tanh\", width_rad_s = 1.0 }";
+        design.known_torques = seed % 2 == 1;
         let robot = design.robot();
         let (n, model) = (robot.joints(), Model::new(&robot));
         let parameters = physical_parameters(&mut random, &robot);

@@ -1,7 +1,8 @@
 //! Identities that hold for every serial arm, on random ones.
 
 use super::arms::{
-    Motors, difference, inverse, mass_matrix, multiply, physical_parameters, random_robots,
+    Design, Motors, Random, difference, inverse, mass_matrix, multiply, physical_parameters,
+    random_robots,
 };
 use didim_core::dynamics::{Model, Workspace};
 use nalgebra::DMatrix;
@@ -22,6 +23,31 @@ fn regressor_times_parameters_is_the_inverse_dynamics() {
         let tau = inverse(&model, &parameters, &q, &dq, &ddq);
         assert!(difference(&multiply(&regressor, &parameters), &tau) < TOLERANCE);
     }
+}
+
+/// What is known of the torques, the drives need not give: at every joint its own, at every motion.
+#[test]
+fn known_torques_are_taken_off() {
+    let mut acting = 0;
+    for seed in 0..100 {
+        let mut random = Random(seed);
+        let mut design = Design::random(&mut random);
+        let plain = Model::new(&design.robot());
+        design.known_torques = true;
+        let robot = design.robot();
+        let (n, model) = (robot.joints(), Model::new(&robot));
+        let parameters = random.vector(model.parameter_names().len(), 1.0);
+        let (q, dq, ddq) = (random.vector(n, 2.9), random.vector(n, 4.0), random.vector(n, 9.0));
+        let with = inverse(&model, &parameters, &q, &dq, &ddq);
+        let mut without = inverse(&plain, &parameters, &q, &dq, &ddq);
+        for ((torque, known), q) in without.iter_mut().zip(robot.known_torques()).zip(&q) {
+            let [known, _] = known.as_ref().unwrap().at(*q);
+            *torque -= known;
+            acting += usize::from(known.abs() > 1.0);
+        }
+        assert!(difference(&with, &without) < TOLERANCE);
+    }
+    assert!(acting > 300, "{acting}");
 }
 
 #[test]

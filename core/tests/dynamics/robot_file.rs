@@ -173,6 +173,37 @@ fn friction_that_makes_no_sense_is_refused_with_its_line() {
     assert!(matches!(error, RobotError::SignModel { .. }), "{error}");
 }
 
+/// What is wrong with a known torque is said with its line.
+#[test]
+fn known_torques_that_make_no_sense_are_refused_with_their_line() {
+    let own = |known: &str| {
+        let with = format!("torque_max_nm = 103.49\nknown_torque = {known}");
+        let (error, line) = refused("torque_max_nm = 103.49", &with);
+        let RobotError::Format { line: found, message } = &error else { panic!("{error}") };
+        assert_eq!(*found, line + 1, "{message}");
+        message.clone()
+    };
+    let cylinder = |base: f64, stiffness: f64| {
+        own(&format!(
+            "{{ counterbalance = {{ base_radius_m = {base}, link_radius_m = 0.2, closest_deg = 0, \
+             pull_n = 9e3, length_m = 0.6, stiffness_n_m = {stiffness} }} }}"
+        ))
+    };
+    for (found, expected) in [
+        (cylinder(0.2, 1.0), "would meet"),
+        (cylinder(-0.7, 1.0), "`base_radius_m` is -0.7"),
+        (cylinder(0.7, -1.0), "`stiffness_n_m` is -1"),
+        (own("{ position_deg = [-200, 200], torque_nm = [0, nan] }"), "finite"),
+        (own("{ position_deg = [-200, 200], torque_nm = [0] }"), "as many of each"),
+        (own("{ position_deg = [200, -200], torque_nm = [0, 1] }"), "increase"),
+        (own("{ position_deg = [-20, 20], torque_nm = [0, 1] }"), "from limit to limit"),
+        (own("{ position_m = [-20, 20], force_n = [0, 1] }"), "`position_deg` and `torque_nm`"),
+        (own("{ spring = 3 }"), "spring"),
+    ] {
+        assert!(found.contains(expected), "{found}");
+    }
+}
+
 #[test]
 fn nominal_parameters_are_the_robots_own() {
     let (error, line) = refused("zz1r = 1.24", "zz7r = 1.24");

@@ -2,7 +2,7 @@
 
 use didim_core::control::ControlTiming;
 use didim_core::identification::{
-    IdentificationError, IterationError, SignalTiming, Start, identify,
+    IdentificationError, IterationError, KeptParameters, Options, SignalTiming, Start, identify,
 };
 
 use super::loops::{METHODS, cascade, options};
@@ -15,11 +15,22 @@ const TOLERANCE: f64 = 1e-7;
 const STARTS: [Start; 2] = [Start::IdimLs, Start::UnitDriveInertias];
 
 fn check(name: &str, looped: &Looped, torque_timing: SignalTiming) {
+    check_with(name, looped, torque_timing, &STARTS, |_| {});
+}
+
+fn check_with(
+    name: &str,
+    looped: &Looped,
+    torque_timing: SignalTiming,
+    starts: &[Start],
+    change: impl Fn(&mut Options),
+) {
     let experiment = looped.record(torque_timing);
     for (method_name, method) in METHODS {
-        for start in STARTS {
+        for &start in starts {
             let mut options = options(looped);
             options.simulation.start = start;
+            change(&mut options);
             let (robot, base) = (&looped.arm.robot, &looped.arm.base);
             let found = identify(method, robot, base, &experiment, &options).unwrap();
             let deviation = looped.deviation(&found);
@@ -98,4 +109,20 @@ fn cascaded_loops_give_the_truth_back() {
 #[test]
 fn every_friction_law_is_simulated_as_it_is_fitted() {
     check("friction laws", &Looped::with_friction_laws(25, 3), HELD);
+}
+
+/// Springs and cylinders that the file states, and every third parameter not identified but kept at its true
+/// value.
+#[test]
+fn what_is_known_of_the_torques_leaves_the_truth_to_the_rest() {
+    let looped = Looped::with_known_torques(26, 2, pd);
+    check("known torques", &looped, HELD);
+    let names = looped.arm.base.names().iter().enumerate();
+    let identified: Vec<String> =
+        names.filter(|(k, _)| k % 3 != 1).map(|(_, name)| name.clone()).collect();
+    // Nothing is known of an arm of unit inertias.
+    check_with("kept parameters", &looped, HELD, &[Start::IdimLs], |options| {
+        options.parameters = Some(identified.clone());
+        options.keep_nominal = Some(KeptParameters::All);
+    });
 }

@@ -17,9 +17,14 @@ pub(crate) const MOTIONS: [Option<u64>; 3] = [None, Some(9), Some(21)];
 pub(crate) fn on_motion(motion: Option<u64>) -> Scenario {
     let scenario = tx40_paper().unwrap();
     let Some(seed) = motion else { return scenario };
+    on_random_moves(scenario, seed, 14)
+}
+
+/// An arm on so many random moves; 14 are about the shipped motion's 6.9 s.
+pub(crate) fn on_random_moves(scenario: Scenario, seed: u64, moves: usize) -> Scenario {
     let moves = RandomMoves {
         seed,
-        moves: 14,
+        moves,
         range_fraction: 0.8,
         reach_rad: vec![1.2, 0.9, 1.2, 1.5, 1.2, 2.4],
         velocity_fraction: 1.0,
@@ -31,7 +36,7 @@ pub(crate) fn on_motion(motion: Option<u64>) -> Scenario {
 }
 
 /// Rest before and after the motion, in samples: 0.25 s at 5 kHz.
-const REST: usize = 1250;
+pub(crate) const REST: usize = 1250;
 
 /// The scenario's motion with a rest before and after it. The motion's samples count; the rests are
 /// there for the filters, which need neighbours, and for the loop, which sags into its steady error

@@ -1,12 +1,15 @@
 //! The simulated arm's parameters are known: what do the methods make of them, and do their
 //! standard deviations say how wrong they are? docs/truth.md shows the tables.
 
+mod arms;
 mod cells;
+mod combined;
 mod cutoff;
 mod deviations;
 mod hold;
 mod methods;
 mod model_errors;
+mod stated;
 
 use crate::common::experiment::experiment;
 use crate::common::parallel::in_parallel;

@@ -3,7 +3,7 @@
 use didim_core::identification::ParameterEstimate;
 use maud::{Markup, html};
 
-use super::super::estimate::value;
+use super::super::estimate::{kept, value};
 use super::chart::Scale;
 use super::{Report, number, percent, signed};
 use crate::cell::Cell;
@@ -43,7 +43,12 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             }
         }
     };
-    let content = html! { (table) (regrouping(report)) };
+    let estimate = &report.identification.estimate;
+    let content = html! {
+        (table)
+        @if !estimate.kept.is_empty() { p { "Kept at their nominal values: " (kept(estimate)) "." } }
+        (regrouping(report))
+    };
     let explanation = format!(
         "σ is the standard deviation, corrected for coloured residuals; “classical” is the \
          relative one that assumes white residuals, the mark in the bar. The bars are on a \

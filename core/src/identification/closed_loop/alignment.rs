@@ -9,9 +9,6 @@ use crate::identification::observation::delayed_torque;
 /// Two delays this close are the same \[s\].
 const SAME_DELAY_S: f64 = 1e-9;
 
-/// Two periods this close, relative to each other, are the same: rates are written with few digits.
-const SAME_PERIOD: f64 = 1e-6;
-
 /// A shift this close to a whole sample is one: it is a product of rounded times.
 const WHOLE_SAMPLE: f64 = 1e-9;
 
@@ -63,11 +60,6 @@ pub(super) fn torque_of_simulated_samples(
     let experiment = context.experiment;
     let (timing, rate_hz) = (experiment.torque_timing(), experiment.sample_rate_hz());
     delayed_torque(context, torque_shift_samples(timing, rate_hz, controller)?)
-}
-
-/// Whether a controller computes once per sample of the record.
-pub(super) fn same_period(sample_rate_hz: f64, controller_period_s: f64) -> bool {
-    (sample_rate_hz * controller_period_s - 1.0).abs() <= SAME_PERIOD
 }
 
 #[cfg(test)]

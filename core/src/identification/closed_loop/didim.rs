@@ -1,7 +1,6 @@
 //! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
 
 use super::alignment::torque_of_simulated_samples;
-use super::controller_check::controller_error;
 use super::position_noise::noisy_torques;
 use super::pseudo_linear::{Converged, Equation, PseudoLinear};
 use super::simulation_error::relative_errors;
@@ -50,8 +49,8 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
     let BaseColumns { beside, .. } = BaseColumns::new(context, motion)?;
     let torque_error_per_joint = relative_errors(
         context.robot.joints(),
-        observations.measurements(),
-        &(observations.matrix() * simulator.arm(&simulated)),
+        &observations.measured(),
+        &observations.predicted(&simulator.arm(&simulated)),
     );
     let findings = Findings {
         method: Method::Didim,
@@ -65,7 +64,6 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
         downweighted: weighting.downweighted(),
         iteration: Iteration {
             torque_error_per_joint: Some(torque_error_per_joint),
-            controller_error_per_joint: controller_error(context, simulator, &outliers)?,
             ..loops.iteration()?
         },
         outliers,

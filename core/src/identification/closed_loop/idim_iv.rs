@@ -11,7 +11,7 @@ use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::judgement::{
     Findings, Identification, Iteration, PositionError, Reason, TorqueRows,
 };
-use crate::identification::observation::fitted_matrix;
+use crate::identification::observation::{fitted_matrix, torque_equation};
 
 /// Instruments that are correlated with their columns by less do not carry an estimate.
 const LEAST_CORRELATION: f64 = 0.5;
@@ -45,11 +45,12 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let levels = fit.observations.noise_levels(&last.residuals);
     let matrix = fitted_matrix(context, loops.simulator.motion())?;
     let torque_error_per_joint = match torque_of_simulated_samples(context, timing) {
-        Ok(measured) => Some(relative_errors(
-            context.robot.joints(),
-            &measured,
-            &(&matrix * loops.simulator.arm(&simulated)),
-        )),
+        Ok(measured) => {
+            let (simulator, matrix) = (&loops.simulator, matrix.clone());
+            let equation = torque_equation(context, matrix, measured, simulator.motion())?;
+            let predicted = equation.predicted(&simulator.arm(&simulated));
+            Some(relative_errors(context.robot.joints(), &equation.measured(), &predicted))
+        }
         // Instruments need not be exact, so that this is no reason to refuse.
         Err(IdentificationError::TorqueDelay { .. }) => None,
         Err(error) => return Err(error),

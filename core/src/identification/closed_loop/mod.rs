@@ -1,7 +1,6 @@
 //! Methods that simulate the closed loop with what they have found, and what they share.
 
 mod alignment;
-mod controller_check;
 mod convergence;
 mod didim;
 mod idim_iv;

@@ -56,7 +56,7 @@ fn motor_noise(
     let mut sums = vec![0.0; joints];
     let (mut joint, mut motor) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
     let sound = |k: &usize| !outliers.iter().any(|range| range.contains(k));
-    let sound: Vec<usize> = experiment.counted().filter(sound).collect();
+    let sound: Vec<usize> = experiment.counted_samples().filter(sound).collect();
     for &k in &sound {
         for (value, entry) in joint.iter_mut().zip(noise.row(k).iter()) {
             *value = *entry;

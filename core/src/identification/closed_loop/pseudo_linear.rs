@@ -10,7 +10,7 @@ use super::simulator::Simulator;
 use crate::identification::equation_error::{EquationErrorFit, Weighting};
 use crate::identification::given::{Context, IdentificationError, IterationError};
 use crate::identification::judgement::Iteration;
-use crate::identification::observation::fitted_matrix;
+use crate::identification::observation::{fitted_matrix, torque_equation};
 use crate::regression::{Observations, Solution};
 
 /// A step is halved no more often than this: a thousandth of it leads nowhere else.
@@ -63,7 +63,7 @@ impl<'a> PseudoLinear<'a> {
         loop {
             let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
             let (observations, solution) = self.solve()?;
-            let relative_error = solution.residuals.norm() / observations.measurements().norm();
+            let relative_error = solution.residuals.norm() / observations.measured().norm();
             let changes =
                 (&solution.parameters - &parameters).component_div(&solution.standard_deviations());
             if self.convergence.note(self.simulations, halvings, relative_error, &changes) {
@@ -126,9 +126,8 @@ impl<'a> PseudoLinear<'a> {
         let matrix = fitted_matrix(context, self.simulator.motion())?;
         match &self.equation {
             Equation::Simulated { torque } => {
-                let joints = context.robot.joints();
-                let observations =
-                    Observations::new(matrix, torque.clone(), joints).map_err(named)?;
+                let motion = self.simulator.motion();
+                let observations = torque_equation(context, matrix, torque.clone(), motion)?;
                 let robust = context.options.robust;
                 let weighting = Weighting::new(&observations, &fit.noise_levels, robust);
                 Ok((observations, weighting.map_err(named)?.solution))

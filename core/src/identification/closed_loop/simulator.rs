@@ -1,4 +1,6 @@
-//! The closed loop of the experiment, simulated with an estimate.
+//! The closed loop of the experiment, simulated with an estimate: each recording by itself.
+
+use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +9,7 @@ use crate::control::{ControlTiming, ControllerConfig, SimulatedController};
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::judgement::ReferenceSource;
-use crate::identification::observation::Motion;
+use crate::identification::observation::{Motion, reference_of};
 use crate::numeric::WIDTH;
 use crate::simulation::{
     ClosedLoop, InitialState, Lockstep, NoiseConfig, Sensitivities, SetupError, SimulationConfig,
@@ -32,10 +34,9 @@ pub(super) struct Simulator<'a> {
     controller: SimulatedController,
     /// The gains, where they do not follow the estimate.
     fixed: Option<ControllerConfig>,
-    reference: SampledReference,
+    recordings: Vec<Recorded>,
     source: ReferenceSource,
     config: SimulationConfig,
-    initial: InitialState,
     /// Measured positions of the rows, over which inertias are averaged.
     postures: DMatrix<f64>,
     /// What is added to every estimate that is simulated, where that of the equation error is no arm.
@@ -49,9 +50,20 @@ pub(super) struct Simulator<'a> {
     spare: Option<Motion>,
 }
 
+/// What the loop of one recording follows, and where it begins.
+struct Recorded {
+    /// Its samples in the experiment; the first is at time 0.
+    samples: Range<usize>,
+    reference: SampledReference,
+    initial: InitialState,
+}
+
+/// The loops of one simulation, one per recording.
+pub(super) type Loops<'s> = Vec<ClosedLoop<&'s SampledReference>>;
+
 impl<'a> Simulator<'a> {
-    /// The loop that the experiment was recorded in: its reference where there is one, otherwise
-    /// the filtered measured position, beginning at the filtered measured position and velocity.
+    /// The loop that each recording was made in: its reference where there is one, otherwise the
+    /// filtered measured position, beginning at its filtered measured position and velocity.
     pub(super) fn new(
         context: &'a Context<'a>,
         fit: &EquationErrorFit,
@@ -67,27 +79,31 @@ impl<'a> Simulator<'a> {
             }
             None => (ReferenceSource::MeasuredPosition, &fit.motion.position, 0.0),
         };
-        let reference = SampledReference::new(rate, recorded)
-            .map_err(IdentificationError::Reference)?
-            .with_interpolation(options.reference)
-            .with_delay_s(delay_s);
+        let recording = |samples: &Range<usize>| {
+            let first = |signal: &DMatrix<f64>| signal.row(samples.start).iter().copied().collect();
+            Ok(Recorded {
+                samples: samples.clone(),
+                reference: reference_of(context, recorded, samples, delay_s)?,
+                initial: InitialState::At {
+                    position_rad: first(&fit.motion.position),
+                    velocity_rad_s: first(&fit.motion.velocity),
+                },
+            })
+        };
+        let recordings = experiment.recordings().iter().map(|of| recording(&of.samples));
+        let recordings = recordings.collect::<Result<_, IdentificationError>>()?;
         let postures = fit.motion.position.select_rows(&context.samples);
         let added = missing_inertia(context, &fit.weighted.solution.parameters, &postures);
-        let first = |signal: &DMatrix<f64>| signal.row(0).iter().copied().collect();
         Ok(Self {
             context,
             controller,
             fixed: None,
-            reference,
+            recordings,
             source,
             config: SimulationConfig {
                 integrator: options.integrator,
                 substeps: options.substeps,
                 ..SimulationConfig::default()
-            },
-            initial: InitialState::At {
-                position_rad: first(&fit.motion.position),
-                velocity_rad_s: first(&fit.motion.velocity),
             },
             postures,
             added,
@@ -96,16 +112,6 @@ impl<'a> Simulator<'a> {
             motion: fit.motion.clone(),
             spare: None,
         })
-    }
-
-    /// What the loop follows.
-    pub(super) fn reference(&self) -> &SampledReference {
-        &self.reference
-    }
-
-    /// What controls the simulated arm.
-    pub(super) fn controller(&self) -> &SimulatedController {
-        &self.controller
     }
 
     /// When the controller computes.
@@ -172,43 +178,54 @@ impl<'a> Simulator<'a> {
         }
     }
 
-    /// The loop with these selected parameters, every other parameter 0.
-    pub(super) fn closed_loop(
+    /// The loops with these selected parameters, every other parameter 0.
+    pub(super) fn closed_loops(
         &self,
         parameters: &DVector<f64>,
-    ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
-        self.closed_loop_with(parameters, &self.config)
+    ) -> Result<Loops<'_>, IdentificationError> {
+        self.closed_loops_with(parameters, &self.config)
     }
 
-    fn closed_loop_with(
+    fn closed_loops_with(
         &self,
         parameters: &DVector<f64>,
         config: &SimulationConfig,
-    ) -> Result<ClosedLoop<&SampledReference>, IdentificationError> {
+    ) -> Result<Loops<'_>, IdentificationError> {
         let standard = self.context.selection.standard(&self.arm(parameters));
         let controller = match &self.fixed {
             Some(fixed) => fixed.clone(),
             None => self.controller_for(&standard)?,
         };
-        let (reference, start) = (&self.reference, self.initial.clone());
-        ClosedLoop::new(self.context.robot, &standard, &controller, reference, config, start)
-            .map_err(IdentificationError::Setup)
+        let (robot, mut config) = (self.context.robot, config.clone());
+        let mut loops = Vec::with_capacity(self.recordings.len());
+        for Recorded { reference, initial, .. } in &self.recordings {
+            let start = initial.clone();
+            let made = ClosedLoop::new(robot, &standard, &controller, reference, &config, start);
+            loops.push(made.map_err(IdentificationError::Setup)?);
+            // The next one has noise of its own.
+            if let Some(noise) = &mut config.noise {
+                noise.seed = noise.seed.wrapping_add(1);
+            }
+        }
+        Ok(loops)
     }
 
-    /// Calls `each` with every sample of the record's grid, which is one in so many of the loop's.
+    /// Calls `each` with every sample of the experiment's grid, which is one in so many of the loops'.
     pub(super) fn for_each_sample(
         &self,
-        closed_loop: &mut ClosedLoop<&SampledReference>,
+        loops: &mut Loops<'_>,
         mut each: impl FnMut(usize, &StepOutput, Option<Sensitivities<'_>>),
     ) -> Result<(), SimulationError> {
-        for k in 0..self.motion.position.nrows() {
-            if k > 0 {
-                for _ in 1..self.periods {
-                    closed_loop.step()?;
+        for (closed_loop, of) in loops.iter_mut().zip(&self.recordings) {
+            for k in of.samples.clone() {
+                if k > of.samples.start {
+                    for _ in 1..self.periods {
+                        closed_loop.step()?;
+                    }
                 }
+                closed_loop.step()?;
+                each(k, closed_loop.output(), closed_loop.sensitivities());
             }
-            closed_loop.step()?;
-            each(k, closed_loop.output(), closed_loop.sensitivities());
         }
         Ok(())
     }
@@ -223,8 +240,8 @@ impl<'a> Simulator<'a> {
         parameters: &DVector<f64>,
     ) -> Result<Result<(), SimulationError>, IdentificationError> {
         let mut motion = self.spare.take().unwrap_or_else(|| self.motion.clone());
-        let mut closed_loop = self.closed_loop(parameters)?;
-        let recorded = self.for_each_sample(&mut closed_loop, |k, sample, _| motion.set(k, sample));
+        let mut loops = self.closed_loops(parameters)?;
+        let recorded = self.for_each_sample(&mut loops, |k, sample, _| motion.set(k, sample));
         if recorded.is_ok() {
             core::mem::swap(&mut self.motion, &mut motion);
         }
@@ -245,7 +262,7 @@ impl<'a> Simulator<'a> {
         let mut loops = Vec::with_capacity(L);
         for noise in noises {
             let config = SimulationConfig { noise: Some(noise), ..self.config.clone() };
-            loops.push(self.closed_loop_with(parameters, &config)?);
+            loops.push(self.closed_loops_with(parameters, &config)?);
         }
         let (samples, joints) = (self.motion.position.nrows(), self.context.robot.joints());
         let mut torques = core::array::from_fn(|_| DMatrix::zeros(samples, joints));
@@ -255,24 +272,26 @@ impl<'a> Simulator<'a> {
         Ok(done.map(|()| torques))
     }
 
-    /// Calls `each` with the number of each of these loops, several of them side by side, and every sample
-    /// of the record's grid.
-    pub(super) fn for_each_sample_of(
-        &self,
-        loops: Vec<ClosedLoop<&SampledReference>>,
+    /// Calls `each` with the number of each of these simulations, several of them side by side, and every
+    /// sample of the experiment's grid.
+    pub(super) fn for_each_sample_of<'s>(
+        &'s self,
+        simulations: Vec<Loops<'s>>,
         mut each: impl FnMut(usize, usize, &StepOutput),
     ) -> Result<(), SimulationError> {
-        let (mut first, mut rest) = (0, loops.into_iter().peekable());
-        while rest.peek().is_some() {
-            let mut lockstep = Lockstep::new(rest.by_ref().take(WIDTH).collect());
-            for k in 0..self.motion.position.nrows() {
-                let periods = if k > 0 { self.periods } else { 1 };
-                (0..periods).try_for_each(|_| lockstep.step())?;
-                for (l, sample) in lockstep.outputs().enumerate() {
-                    each(first + l, k, sample);
+        let mut simulations: Vec<_> = simulations.into_iter().map(Vec::into_iter).collect();
+        for Recorded { samples, .. } in &self.recordings {
+            for (first, simulations) in (0..).step_by(WIDTH).zip(simulations.chunks_mut(WIDTH)) {
+                let own = simulations.iter_mut().filter_map(Iterator::next);
+                let mut lockstep = Lockstep::new(own.collect());
+                for k in samples.clone() {
+                    let periods = if k > samples.start { self.periods } else { 1 };
+                    (0..periods).try_for_each(|_| lockstep.step())?;
+                    for (l, sample) in lockstep.outputs().enumerate() {
+                        each(first + l, k, sample);
+                    }
                 }
             }
-            first += WIDTH;
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use super::weighting::Weighting;
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{
     BaseColumns, BesideObservation, Motion, filtered_motion, filtered_torque, fitted_matrix,
+    torque_equation,
 };
 use crate::regression::{Observations, ResidualAnalysis, Solution};
 
@@ -48,8 +49,7 @@ impl EquationErrorFit {
     ) -> Result<Self, IdentificationError> {
         let torque = filtered_torque(context)?;
         let named = |error| context.selection.named(error);
-        let observations =
-            Observations::new(matrix, torque, context.robot.joints()).map_err(named)?;
+        let observations = torque_equation(context, matrix, torque, &motion)?;
         let ordinary = observations.ordinary().map_err(named)?;
         let robust = context.options.robust;
         let noise_levels = match robust {

@@ -56,7 +56,7 @@ pub fn essential_parameters(
     if !(level > 0.0 && level < 1.0) {
         return Err(IdentificationError::Level { level });
     }
-    let options = Options { parameters: None, ..options.clone() };
+    let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
     let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     let fit = EquationErrorFit::new(&context)?;
     let named = |error| context.selection.named(error);

@@ -65,11 +65,15 @@ fn without(
     downweighted: &DownweightedRows,
 ) -> Result<(Observations, Solution), RegressionError> {
     let (mut matrix, mut residuals) = (pseudo.matrix().clone(), solution.residuals.clone());
+    let mut known = pseudo.known().cloned();
     for (joint, rows) in downweighted.per_joint().iter().enumerate() {
         for row in rows {
             let row = pseudo.joint_rows(joint).start + row;
             matrix.row_mut(row).fill(0.0);
             residuals[row] = 0.0;
+            if let Some(known) = &mut known {
+                known[row] = 0.0;
+            }
         }
     }
     let predicted = &matrix * &solution.parameters;
@@ -77,6 +81,7 @@ fn without(
     let remaining = Observations::new(matrix.clone(), values, pseudo.joints())?;
     let mut solved = remaining.weighted(&solution.noise_levels)?;
     let kept = Observations::new(matrix, predicted + &solved.residuals, pseudo.joints())?;
+    let kept = kept.with_known(known);
     solved.parameters.copy_from(&solution.parameters);
     Ok((kept, solved))
 }

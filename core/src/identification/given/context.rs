@@ -64,10 +64,7 @@ impl<'a> Context<'a> {
         }
         options.limits.validate()?;
         options.tolerances.validate()?;
-        let selection = Selection::new(robot, base, options.parameters.as_deref())?;
-        if method.simulates() && experiment.recordings().len() > 1 {
-            return Err(IdentificationError::SeveralRecordings { method });
-        }
+        let selection = options.selection(robot, base)?;
         options.validate_required(&selection)?;
         let kept: Vec<usize> = (experiment.recordings().iter())
             .flat_map(|Recording { samples, counted }| {
@@ -112,7 +109,23 @@ impl<'a> Context<'a> {
         Ok(rows)
     }
 
-    /// The same, and the differences of
+    /// The same of signals that are known a sample at a time ([`decimate`](ParallelDecimation::decimate)).
+    ///
+    /// # Errors
+    /// As `decimate_groups`.
+    pub(crate) fn decimate_samples(
+        &self,
+        signals: usize,
+        read: &mut dyn FnMut(usize, &mut [f64]),
+    ) -> Result<DMatrix<f64>, SignalError> {
+        let [rows] = self.decimate_each(|decimation, samples, counted, first| {
+            let mut own = |at: usize, values: &mut [f64]| read(first + at, values);
+            decimation.decimate(samples, signals, counted, &mut own).map(|rows| [rows])
+        })?;
+        Ok(rows)
+    }
+
+    /// As [`decimate`](Self::decimate), and the differences of
     /// [`decimate_with_differences`](ParallelDecimation::decimate_with_differences).
     ///
     /// # Errors
@@ -164,7 +177,7 @@ impl<'a> Context<'a> {
     }
 
     /// Of rows behind the decimation filter, those that are fitted.
-    pub(crate) fn fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
+    fn fitted(&self, rows: DMatrix<f64>) -> DMatrix<f64> {
         match &self.fitted {
             None => rows,
             Some(fitted) => rows.select_rows(fitted),

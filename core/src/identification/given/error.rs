@@ -45,6 +45,33 @@ pub enum IdentificationError {
         /// Every base parameter.
         known: Vec<String>,
     },
+    /// Parameters shall keep their nominal values, and there are none. Remedy: give the robot's file some.
+    #[error(
+        "identification.keep_nominal keeps nominal values, and the file of robot {robot:?} has no [nominal]; \
+         add it, or leave keep_nominal out"
+    )]
+    NothingNominal {
+        /// The robot.
+        robot: String,
+    },
+    /// A parameter shall keep its nominal value and has none. Remedy: give the robot's file one.
+    #[error(
+        "{name:?} shall keep its nominal value, and the robot's file has none or 0; add it to [nominal], \
+         or take it out of identification.keep_nominal"
+    )]
+    NoNominalValue {
+        /// The name.
+        name: String,
+    },
+    /// A parameter shall keep its nominal value and is identified. Remedy: one of the two.
+    #[error(
+        "{name:?} is identified and shall keep its nominal value as well; take it out of \
+         identification.keep_nominal or of identification.parameters"
+    )]
+    KeptAndIdentified {
+        /// The name.
+        name: String,
+    },
     /// A parameter is listed more than once. Remedy: list it once.
     #[error("parameter {name:?} is listed more than once; list it once")]
     RepeatedParameter {
@@ -256,14 +283,6 @@ pub enum IdentificationError {
         /// The names there are.
         known: Vec<String>,
     },
-    /// A method that simulates takes one recording. Remedy: idim-ls takes several.
-    #[error(
-        "{method} simulates one recording at a time; give one, or choose idim-ls, which takes several"
-    )]
-    SeveralRecordings {
-        /// The method.
-        method: Method,
-    },
     /// A level of significance is no probability. Remedy: 0.05 is usual.
     #[error("level of significance {level}: must lie between 0 and 1; 0.05 is usual")]
     Level {
@@ -293,6 +312,14 @@ pub enum IdentificationError {
 }
 
 impl IdentificationError {
+    /// The failure of a filter over what the model makes of a motion.
+    pub(crate) fn of_regressor(cause: SignalError) -> Self {
+        match cause {
+            SignalError::NotFinite { index } => Self::Regressor { sample: index },
+            cause => Self::RegressorFilter(cause),
+        }
+    }
+
     /// How the identification failed; none where options, robot and experiment do not fit each other,
     /// so that there was none.
     pub fn failure(&self) -> Option<Failure> {

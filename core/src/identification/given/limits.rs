@@ -42,8 +42,8 @@ pub struct VerdictLimits {
     /// probability. 1e-4.
     pub model_probability: f64,
     /// How far the command that the described controller makes of the recorded reference and
-    /// position may be from the recorded one, relative to it. 0.001: counts of reference and torque
-    /// leave a few 1e-5, a gain that is wrong by 2 % twice this limit.
+    /// position may be from the recorded torque, relative to it and without what is noise. 0.001: counts
+    /// of reference and torque leave a few 1e-5, a gain that is wrong by 2 % twice this limit.
     pub controller_error: f64,
     /// A note is made where position filter and position noise move a parameter further than this, in its
     /// standard deviations. 0.5: half of what the noise of the torques does.

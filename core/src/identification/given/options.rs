@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::IdentificationError;
+use super::kept::KeptParameters;
 use super::limits::VerdictLimits;
 use super::method::Method;
 use super::selection::Selection;
@@ -10,6 +11,7 @@ use super::simulation::SimulationOptions;
 use super::tolerances::Tolerances;
 use super::uses::Use;
 use crate::control::SimulatedController;
+use crate::dynamics::BaseParameters;
 use crate::regression::RobustLoss;
 use crate::robot::Robot;
 use crate::signal::{ParallelDecimation, SecondOrderSections, SignalError, butterworth_low_pass};
@@ -23,9 +25,12 @@ pub struct Options {
     /// Filter and decimation of both sides of the equation.
     pub decimation_filter: DecimationFilter,
     /// Names of the essential parameters (`zz1r`, `fv_m6`); every base parameter when left out.
-    /// Parameters that are not named are taken as 0.
+    /// Parameters that are not named are taken as 0, unless they keep their nominal values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<Vec<String>>,
+    /// Which parameters that are not named keep the values of the robot's file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep_nominal: Option<KeptParameters>,
     /// Whether rows with large residuals count less, and how; with IDIM-LS and DIDIM. Plain least
     /// squares when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -61,6 +66,7 @@ impl Options {
             position_filter,
             decimation_filter,
             parameters: None,
+            keep_nominal: None,
             robust: None,
             limits: VerdictLimits::default(),
             required_uses: Use::usual(),
@@ -74,15 +80,37 @@ impl Options {
     /// With the friction terms that a robot has beside the usual ones among the parameters.
     #[must_use]
     pub fn with_friction(mut self, robot: &Robot) -> Self {
+        let kept: &[String] = match &self.keep_nominal {
+            Some(KeptParameters::Named(kept)) => kept,
+            _ => &[],
+        };
         if let Some(names) = &mut self.parameters {
             let table = robot.parameters();
             for (parameter, name) in table.parameters().iter().zip(table.names()) {
-                if parameter.kind.is_friction_law() && !names.contains(name) {
+                let given = names.contains(name) || kept.contains(name);
+                if parameter.kind.is_friction_law() && !given {
                     names.push(name.clone());
                 }
             }
         }
         self
+    }
+
+    /// Which base parameters are identified, and which keep their nominal values.
+    ///
+    /// # Errors
+    /// Those of [`Selection::new`]; [`IdentificationError::NoNominalValue`],
+    /// [`IdentificationError::KeptAndIdentified`].
+    pub fn selection(
+        &self,
+        robot: &Robot,
+        base: &BaseParameters,
+    ) -> Result<Selection, IdentificationError> {
+        let mut selection = Selection::new(robot, base, self.parameters.as_deref())?;
+        if let Some(kept) = &self.keep_nominal {
+            kept.keep(&mut selection, robot, base)?;
+        }
+        Ok(selection)
     }
 
     /// What controls the simulated arm.

@@ -11,12 +11,14 @@ use crate::robot::{ParameterKind, Robot};
 /// column each one stands at.
 ///
 /// A base parameter's regressor column is that of the standard parameter it is named after.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     names: Vec<String>,
     columns: Vec<usize>,
     kinds: Vec<ParameterKind>,
     regrouped: Vec<bool>,
+    /// Those beside them that are kept at a value, by regressor column.
+    kept: Vec<(usize, f64)>,
     /// Columns of the regressor.
     width: usize,
 }
@@ -64,7 +66,7 @@ impl Selection {
         let terms =
             |&index: &usize| base.regrouping().row(index).iter().filter(|c| **c != 0.0).count();
         let regrouped = chosen.iter().map(|index| terms(index) > 1).collect();
-        Ok(Self { names, columns, kinds, regrouped, width: table.names().len() })
+        Ok(Self { names, columns, kinds, regrouped, kept: Vec::new(), width: table.names().len() })
     }
 
     /// The names, in the model's order.
@@ -87,9 +89,46 @@ impl Selection {
         &self.regrouped
     }
 
-    /// Standard parameters with these selected ones, every other 0.
+    /// Lets further base parameters, which are not identified, keep these values; every other is 0.
+    ///
+    /// # Errors
+    /// [`IdentificationError::UnknownParameter`], [`IdentificationError::RepeatedParameter`], and
+    /// [`IdentificationError::KeptAndIdentified`].
+    pub(crate) fn keep<'a>(
+        &mut self,
+        base: &BaseParameters,
+        kept: impl Iterator<Item = (&'a str, f64)>,
+    ) -> Result<(), IdentificationError> {
+        self.kept.clear();
+        for (name, value) in kept {
+            let index = base.find(name).ok_or_else(|| IdentificationError::UnknownParameter {
+                name: name.to_owned(),
+                known: base.names().to_vec(),
+            })?;
+            let column = base.columns()[index];
+            let name = name.to_owned();
+            if self.columns.contains(&column) {
+                return Err(IdentificationError::KeptAndIdentified { name });
+            }
+            if self.kept.iter().any(|(own, _)| *own == column) {
+                return Err(IdentificationError::RepeatedParameter { name });
+            }
+            self.kept.push((column, value));
+        }
+        Ok(())
+    }
+
+    /// Those that keep their values, by regressor column.
+    pub(crate) fn kept(&self) -> &[(usize, f64)] {
+        &self.kept
+    }
+
+    /// Standard parameters with these selected ones and those that are kept, every other 0.
     pub(crate) fn standard(&self, parameters: &DVector<f64>) -> Vec<f64> {
         let mut standard = vec![0.0; self.width];
+        for &(column, value) in &self.kept {
+            standard[column] = value;
+        }
         for (&column, &value) in self.columns.iter().zip(parameters.iter()) {
             standard[column] = value;
         }

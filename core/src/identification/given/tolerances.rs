@@ -30,6 +30,8 @@ pub struct Tolerances {
     /// Error of the distances between neighbouring axes, and of a prismatic joint's zero \[m\].
     /// 0.001.
     pub length_m: f64,
+    /// Relative error of a known torque, as of a spring, and of how it grows over the joint's range. 0.02.
+    pub known_torque: f64,
 }
 
 impl Default for Tolerances {
@@ -40,6 +42,7 @@ impl Default for Tolerances {
             zero_deg: 0.5,
             twist_deg: 0.1,
             length_m: 0.001,
+            known_torque: 0.02,
         }
     }
 }
@@ -56,6 +59,7 @@ impl Tolerances {
             ("zero_deg", self.zero_deg),
             ("twist_deg", self.twist_deg),
             ("length_m", self.length_m),
+            ("known_torque", self.known_torque),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(ToleranceError { name, value });

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::freedoms::Columns;
 use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{Motion, regressor_rows};
+use crate::identification::observation::{Motion, known_at, regressor_rows};
 use crate::regression::{JointSolution, relative_errors};
 
 /// States that are looked at.
@@ -42,12 +42,16 @@ impl Elsewhere {
         let states = states(context, motion);
         let own = regressor_rows(&context.model, context.selection.columns(), &states)?;
         let of_freedoms = columns.at(&states, &columns.left_out_at(&states)?);
+        let mut predicted = &own * parameters;
+        if let Some(known) = known_at(context, &states)? {
+            predicted += known;
+        }
         let (count, joints) = states.position.shape();
         let squares: Vec<[f64; 2]> = (0..joints)
             .map(|joint| {
                 let [own, further] = [&own, &of_freedoms].map(|of| of.rows(joint * count, count));
-                let sums =
-                    [solution.squared_error(own, further), (own * parameters).norm_squared()];
+                let torque = predicted.rows(joint * count, count);
+                let sums = [solution.squared_error(own, further), torque.norm_squared()];
                 sums.map(|sum| sum / count as f64)
             })
             .collect();

@@ -12,6 +12,7 @@ use super::held_out::HeldOut;
 use super::information::Information;
 use super::model_uncertainty::ModelUncertainty;
 use super::uses::Verdict;
+use crate::dynamics::BaseParameters;
 use crate::identification::given::Selection;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 use crate::robot::Robot;
@@ -64,6 +65,28 @@ impl ParameterEstimate {
             relative_standard_deviation: deviations[k] / solution.parameters[k].abs(),
         });
         parameters.collect()
+    }
+}
+
+/// A parameter that was not identified and kept the value of the robot's file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeptParameter {
+    /// The field's name in lower case.
+    pub name: String,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// SI value.
+    pub value: f64,
+}
+
+impl KeptParameter {
+    pub(crate) fn of(robot: &Robot, base: &BaseParameters, selection: &Selection) -> Vec<Self> {
+        let of_base = |column: &usize| base.columns().binary_search(column).ok();
+        let kept = selection.kept().iter().filter_map(|(column, value)| {
+            let name = base.names().get(of_base(column)?)?.clone();
+            Some(Self { name, unit: unit(robot, *column), value: *value })
+        });
+        kept.collect()
     }
 }
 
@@ -146,6 +169,9 @@ pub struct Estimate {
     pub friction: Option<ChosenFriction>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterEstimate>,
+    /// Those beside them that kept their nominal values; every other is 0.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub kept: Vec<KeptParameter>,
     /// Condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
     /// Its extreme singular values.
@@ -217,8 +243,8 @@ pub struct Estimate {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulated_torque_error_per_joint: Option<Vec<f64>>,
     /// How far the command that the described controller makes of the recorded reference and
-    /// position is from the recorded one, relative to it; for methods that simulate, where it is
-    /// known.
+    /// position is from the recorded torque, relative to it, without what is noise; where a controller
+    /// is described and it can be told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controller_error_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation between instruments and observation matrix, for methods with

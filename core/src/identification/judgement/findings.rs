@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::checks::{Checks, FittedModel, PositionError};
 use super::estimate::{
-    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
-    SingularValues,
+    ConvergenceStep, Estimate, Fit, Identification, KeptParameter, ParameterEstimate,
+    ReferenceSource, SCHEMA, SingularValues,
 };
 use super::held_out::HeldOut;
 use super::information::Information;
@@ -75,8 +75,6 @@ pub(crate) struct Iteration {
     pub(crate) position_error_per_joint: Option<Vec<f64>>,
     /// ‖τ − τ_s‖ / ‖τ‖ of the last simulation, where the torques can be compared.
     pub(crate) torque_error_per_joint: Option<Vec<f64>>,
-    /// How far the described controller is from the recorded one, where that is known.
-    pub(crate) controller_error_per_joint: Option<Vec<f64>>,
     /// Smallest canonical correlation of instruments, where there are any.
     pub(crate) instrument_correlation: Option<f64>,
 }
@@ -149,6 +147,7 @@ impl Findings<'_> {
                 &deviations,
                 &uncertainty.combined,
             ),
+            kept: KeptParameter::of(context.robot, context.base, &context.selection),
             condition_number: solution.condition_number(),
             singular_values: SingularValues::of(solution),
             unweighted_condition_number: self.unweighted.condition_number(),
@@ -178,7 +177,7 @@ impl Findings<'_> {
                 .map(|rows| rows.iter().map(Vec::len).collect()),
             relative_position_error_per_joint: iteration.position_error_per_joint.clone(),
             simulated_torque_error_per_joint: iteration.torque_error_per_joint.clone(),
-            controller_error_per_joint: iteration.controller_error_per_joint.clone(),
+            controller_error_per_joint: checks.controller_error_per_joint,
             smallest_instrument_correlation: iteration.instrument_correlation,
             verdict: Verdict::default(),
         };
@@ -203,7 +202,7 @@ impl Findings<'_> {
         notes.extend(checks.notes);
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
-        let measured = torque.measurements();
+        let measured = torque.measured();
         let information = Information::new(
             observations,
             &analysis,
@@ -216,8 +215,8 @@ impl Findings<'_> {
             information,
             time_s,
             downweighted: downweighted.map_or_else(Vec::new, <[_]>::to_vec),
-            measured: torque.per_joint(measured),
-            predicted: torque.per_joint(&(measured - residuals)),
+            measured: torque.per_joint(&measured),
+            predicted: torque.per_joint(&(&*measured - residuals)),
             equation_residuals: observations.per_joint(&solution.residuals),
             white_noise: filter.autocorrelation_of_white_noise(observations.rows_per_joint(), LAGS),
         };
@@ -237,6 +236,7 @@ impl Findings<'_> {
     ) -> Result<(Checks, Uncertainty), IdentificationError> {
         let fitted = FittedModel {
             context,
+            method: self.method,
             motion: self.motion,
             beside: self.beside,
             position_error: &self.position_error,
@@ -254,7 +254,7 @@ impl Findings<'_> {
 
 /// `√(tr(X_j Σ X_jᵀ)) / ‖y_j‖` of every joint.
 fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
-    let (x, y) = (observations.matrix(), observations.measurements());
+    let (x, y) = (observations.matrix(), observations.measured());
     let deviation = |joint: usize| {
         let range = observations.joint_rows(joint);
         let x = x.rows_range(range.clone());
@@ -274,11 +274,12 @@ fn per_recording(
         return Vec::new();
     }
     let mut sums = vec![[0.0; 2]; recordings];
+    let measured = observations.measured();
     for joint in 0..observations.joints() {
         for (row, &sample) in observations.joint_rows(joint).zip(&context.samples) {
             let [errors, torques] = &mut sums[context.experiment.recording_of(sample)];
             *errors += residuals[row].powi(2);
-            *torques += observations.measurements()[row].powi(2);
+            *torques += measured[row].powi(2);
         }
     }
     sums.into_iter().map(|[errors, torques]| (errors / torques).sqrt()).collect()
@@ -296,7 +297,7 @@ fn largest_torques(context: &Context<'_>) -> Vec<f64> {
 
 /// The share of a joint's torque that each parameter carries, the largest of all joints.
 fn carried(observations: &Observations, parameters: &DVector<f64>) -> Vec<f64> {
-    let torque = observations.measurements();
+    let torque = observations.measured();
     let share = |(column, value): (usize, &f64)| {
         let own = observations.matrix().column(column);
         let of_joint = |joint: usize| {

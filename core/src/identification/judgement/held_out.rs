@@ -41,7 +41,7 @@ impl HeldOut {
         let Some(changes) = without_each(pieces, torque, residuals) else {
             return Ok(Self::default());
         };
-        let rows = torque.rows_per_joint();
+        let (rows, measured) = (torque.rows_per_joint(), torque.measured());
         let mut sums = vec![[0.0; 2]; torque.joints()];
         for (piece, change) in changes.iter().enumerate() {
             let left = residuals - torque.matrix() * change;
@@ -49,7 +49,7 @@ impl HeldOut {
                 let own = pieces.of_row.iter().enumerate().filter(|(_, of)| **of == piece);
                 for (row, _) in own {
                     *errors += left[joint * rows + row].powi(2);
-                    *torques += torque.measurements()[joint * rows + row].powi(2);
+                    *torques += measured[joint * rows + row].powi(2);
                 }
             }
         }

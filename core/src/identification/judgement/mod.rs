@@ -28,8 +28,8 @@ pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
 pub use elsewhere::Elsewhere;
 pub use estimate::{
-    ConvergenceStep, Estimate, Fit, Identification, ParameterEstimate, ReferenceSource, SCHEMA,
-    SingularValues, TorqueDelay,
+    ConvergenceStep, Estimate, Fit, Identification, KeptParameter, ParameterEstimate,
+    ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
 };
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
 pub use freedoms::{Freedom, FreedomEstimate, Quantity};
@@ -39,5 +39,5 @@ pub use information::Information;
 pub use model_uncertainty::{Foretold, ModelUncertainty};
 pub(crate) use outliers::DownweightedRows;
 pub use quantiles::ResidualQuantiles;
-pub use reasons::{Note, Output, Reason};
+pub use reasons::{ControllerUnchecked, Note, Output, Reason};
 pub use uses::{UseVerdict, Uses, Verdict};

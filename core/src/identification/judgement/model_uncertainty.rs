@@ -79,13 +79,15 @@ impl ModelUncertainty {
                 f64::from(self.covariance[row * (row + 1) / 2 + column])
             }),
             noise: DMatrix::zeros(0, 0),
+            colour: 1.0,
         };
+        let measured = observations.measured();
         let squares: Vec<[f64; 2]> = (0..observations.joints())
             .map(|joint| {
                 let rows = observations.joint_rows(joint);
                 let [x, c] = [observations.matrix(), &along].map(|of| of.rows_range(rows.clone()));
                 let noise = rows.len() as f64 * self.noise_nm[joint].powi(2);
-                let torque = observations.measurements().rows_range(rows).norm_squared();
+                let torque = measured.rows_range(rows).norm_squared();
                 [solution.squared_error(x, c) + noise, torque]
             })
             .collect();

@@ -84,6 +84,8 @@ pub enum Note {
     PositionNoiseNotSimulated,
     /// The delays of the torques could not be checked.
     DelayUnchecked,
+    /// The described controller could not be held against the recorded torques.
+    ControllerUnchecked { why: ControllerUnchecked },
     /// Position filter and position noise move a parameter.
     PositionBias { bias: PositionBias },
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
@@ -95,6 +97,21 @@ pub enum Note {
     Lacking { freedom: FreedomEstimate },
     /// The bus's layout lets the frames count, whatever their stamps.
     RateUnchecked,
+}
+
+/// Why the described controller could not be held against the recorded torques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControllerUnchecked {
+    /// Its gains stand in for those of the cabinet.
+    StandIn,
+    /// No reference was recorded.
+    NoReference,
+    /// It is sampled, and the recorded torque is not its command.
+    NoCommand,
+    /// It computes more often than was recorded.
+    BetweenSamples,
+    /// There are too few rows to tell it from noise.
+    TooFewRows,
 }
 
 /// The output of the closed loop whose error a method minimises.
@@ -294,10 +311,13 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &FreedomEstimate) -> fmt::Res
         // Measured torques are what the gain makes of those that act.
         "1" => write!(
             f,
-            "the {freedom} would be {:.3} ± {sd:.3} of what is stated (to {:.1} %): check the \
-             drive's gain and the gear ratio",
+            "the {freedom} would be {:.3} ± {sd:.3} of what is stated (to {:.1} %): check {}",
             1.0 + value,
-            100.0 * stated
+            100.0 * stated,
+            match freedom {
+                Freedom::KnownTorque(_) => "`known_torque` in the robot's file",
+                _ => "the drive's gain and the gear ratio",
+            }
         )?,
         "s" => write!(
             f,
@@ -384,6 +404,20 @@ impl Display for Note {
             Self::DelayUnchecked => f.write_str(
                 "the delay of the torques could not be checked: too few rows are left over, or \
                  nothing moves",
+            ),
+            Self::ControllerUnchecked { why } => write!(
+                f,
+                "the described controller could not be held against the recorded torques: {}",
+                match why {
+                    ControllerUnchecked::StandIn => "its gains stand in for unknown ones",
+                    ControllerUnchecked::NoReference => "no reference was recorded",
+                    ControllerUnchecked::NoCommand =>
+                        "it is sampled, and the torques are not stated to be held commands",
+                    ControllerUnchecked::BetweenSamples =>
+                        "it computes with another period than that of the record",
+                    ControllerUnchecked::TooFewRows =>
+                        "there are too few rows to tell it from noise",
+                }
             ),
             Self::PositionBias { bias } => write!(
                 f,

@@ -139,12 +139,17 @@ impl VerdictLimits {
         let mut reasons = wrong.to_vec();
         // First what the others may follow from.
         let errors = estimate.controller_error_per_joint.iter().flatten();
-        reasons.extend(exceeding(errors, self.controller_error).map(|(joint, error)| {
-            match OPPOSITE.contains(&error) {
+        // Who does not simulate the loop knows by it of the torques, as well as their gain is stated.
+        let limit = match estimate.simulations {
+            0 => self.controller_error.max(known.context.options.tolerances.torque_gain),
+            _ => self.controller_error,
+        };
+        reasons.extend(exceeding(errors, limit).map(
+            |(joint, error)| match OPPOSITE.contains(&error) {
                 true => Reason::OppositeCommand { joint },
                 false => Reason::Controller { joint, error },
-            }
-        }));
+            },
+        ));
         // Friction that follows a reversal late looks like a delay, and a delay stays with the record.
         let of_the_arm =
             |found: &&FreedomEstimate| !matches!(found.freedom, Freedom::TorqueDelay(_));

@@ -2,13 +2,14 @@
 
 use core::ops::Range;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::group::MotionGroup;
+use super::known::known_rates;
 use super::motion::Motion;
 use crate::dynamics::{Model, RegressorColumns, Workspace};
 use crate::identification::given::{Context, IdentificationError, Selection};
-use crate::signal::{Group, ParallelDecimation, SignalError};
+use crate::signal::{Group, ParallelDecimation};
 
 /// The filtered, decimated observation matrix X of a motion: the rows of each joint together, one
 /// column per selected parameter. Equation 6 filters each column as the torque is filtered.
@@ -42,7 +43,9 @@ pub(crate) fn fitted_matrix(
     let Context { model, selection, .. } = context;
     let columns = model.regressor_entries(selection.columns());
     let mut read = entries_along(model, &columns, motion);
-    let entries = context.decimate(columns.entries().len(), &mut read).map_err(named)?;
+    let entries = context
+        .decimate(columns.entries().len(), &mut read)
+        .map_err(IdentificationError::of_regressor)?;
     Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
 }
 
@@ -73,9 +76,22 @@ pub(crate) struct BaseColumns {
 /// What the model is checked with beside the observation matrix.
 pub(crate) struct BesideObservation {
     /// dX/dt.
-    pub(crate) rates: DMatrix<f64>,
-    /// The columns of the base parameters that are not selected, which are taken as 0.
+    rates: DMatrix<f64>,
+    /// What is known of the torque beside the parameters, its rate of change; none where nothing is.
+    known_rates: Option<DVector<f64>>,
+    /// The columns of the base parameters that are not selected.
     pub(crate) left_out: DMatrix<f64>,
+}
+
+impl BesideObservation {
+    /// How the predicted torque of these parameters changes \[N·m/s or N/s\].
+    pub(crate) fn torque_rates(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        let rates = &self.rates * parameters;
+        match &self.known_rates {
+            None => rates,
+            Some(known) => rates + known,
+        }
+    }
 }
 
 impl BaseColumns {
@@ -88,12 +104,13 @@ impl BaseColumns {
         let joints = motion.position.ncols();
         let mut read = entries_along(model, &columns, motion);
         let filtered = context.decimate_with_differences(columns.entries().len(), &mut read);
-        let [entries, differences] = filtered.map_err(named)?;
+        let [entries, differences] = filtered.map_err(IdentificationError::of_regressor)?;
         let selected = matrix_of(&columns, 0..width, joints, &entries);
         let left_out = matrix_of(&columns, width..all.len(), joints, &entries);
         let differences = matrix_of(&columns, 0..width, joints, &differences);
         let rates = differences * (0.5 * experiment.sample_rate_hz());
-        Ok(Self { selected, beside: BesideObservation { rates, left_out } })
+        let known_rates = known_rates(context, motion)?;
+        Ok(Self { selected, beside: BesideObservation { rates, known_rates, left_out } })
     }
 }
 
@@ -107,7 +124,9 @@ fn entries(
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let mut read = entries_along(model, columns, motion);
     let (samples, signals) = (motion.position.nrows(), columns.entries().len());
-    decimation.decimate_groups(samples, signals, counted, &mut read).map_err(named)
+    decimation
+        .decimate_groups(samples, signals, counted, &mut read)
+        .map_err(IdentificationError::of_regressor)
 }
 
 /// The entries of these columns of the regressor, by lanes of samples from the first on.
@@ -139,11 +158,4 @@ fn matrix_of(
         }
     }
     matrix
-}
-
-fn named(error: SignalError) -> IdentificationError {
-    match error {
-        SignalError::NotFinite { index } => IdentificationError::Regressor { sample: index },
-        cause => IdentificationError::RegressorFilter(cause),
-    }
 }

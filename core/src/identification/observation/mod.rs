@@ -4,13 +4,18 @@
 
 mod filtered_positions;
 mod group;
+mod known;
 mod matrix;
 mod motion;
+mod reference;
 mod torque;
 
 pub(crate) use filtered_positions::FilteredPositions;
 pub(crate) use group::MotionGroup;
+pub(crate) use known::{known_at, torque_equation};
 pub use matrix::observation_matrix;
 pub(crate) use matrix::{BaseColumns, BesideObservation, fitted_matrix, regressor_rows};
+pub(crate) use motion::motion_along;
 pub use motion::{Motion, filtered_motion};
+pub(crate) use reference::reference_of;
 pub(crate) use torque::{delayed, delayed_torque, filtered_torque};

@@ -29,7 +29,17 @@ pub fn filtered_motion(
 ) -> Result<Motion, IdentificationError> {
     let mut positions = FilteredPositions::of(experiment);
     positions.filter(experiment, filter)?;
-    let position = positions.joint_after_joint(experiment.joints());
+    motion_along(experiment, positions.joint_after_joint(experiment.joints()))
+}
+
+/// The motion along these positions of an experiment's samples, samples × joints.
+///
+/// # Errors
+/// [`IdentificationError::Signal`].
+pub(crate) fn motion_along(
+    experiment: &Experiment,
+    position: DMatrix<f64>,
+) -> Result<Motion, IdentificationError> {
     let velocity = derivatives(experiment, &position, "position")?;
     let acceleration = derivatives(experiment, &velocity, "position")?;
     Ok(Motion { position, velocity, acceleration })

@@ -8,7 +8,6 @@ mod sensitivities;
 mod sufficiency;
 
 use super::alignment::torque_of_simulated_samples;
-use super::controller_check::controller_error;
 use super::pseudo_linear::{Equation, PseudoLinear};
 use super::simulation_error::{position_errors, relative_errors};
 use super::simulator::Simulator;
@@ -18,8 +17,7 @@ use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::judgement::{
     Findings, Identification, Iteration, Output, PositionError, TorqueRows,
 };
-use crate::identification::observation::BaseColumns;
-use crate::regression::Observations;
+use crate::identification::observation::{BaseColumns, torque_equation};
 use descent::{Descent, Linearised};
 use problem::Problem;
 
@@ -88,7 +86,7 @@ fn identify(
     let joints = context.robot.joints();
     let above_noise = sufficiency::above_noise(&fit, &(&torque - &point.torque));
     let torque_error_per_joint = relative_errors(joints, &torque, &point.torque);
-    let torque_equation = Observations::new(selected, torque, joints).map_err(named)?;
+    let torque_equation = torque_equation(context, selected, torque, &point.motion)?;
     let (torque_residuals, own) = match output {
         Output::Torque => (solution.residuals.clone(), None),
         Output::Position => {
@@ -121,7 +119,6 @@ fn identify(
             slower_bandwidth_hz: problem.simulator.slower_bandwidth_hz(),
             position_error_per_joint: Some(position_errors(context, &point.motion)?),
             torque_error_per_joint: Some(torque_error_per_joint),
-            controller_error_per_joint: controller_error(context, &problem.simulator, &[])?,
             instrument_correlation: None,
         },
     };

@@ -85,17 +85,17 @@ impl Problem<'_> {
     ) -> Result<Result<Point, SimulationError>, IdentificationError> {
         self.simulations += 1;
         let columns = self.context.selection.columns();
-        let mut closed_loop = self.simulator.closed_loop(parameters)?;
+        let mut loops = self.simulator.closed_loops(parameters)?;
         let mut motion = self.simulator.motion().clone();
         let (samples, joints) = motion.position.shape();
         let mut torque = DMatrix::zeros(samples, joints);
         let mut signals = exact.then(|| SensitivitySignals::new(samples, joints, columns.len()));
         if exact {
-            let setup = IdentificationError::Setup;
-            closed_loop = closed_loop.with_sensitivities(columns).map_err(setup)?;
+            let varied = loops.into_iter().map(|one| one.with_sensitivities(columns));
+            loops = varied.collect::<Result<_, _>>().map_err(IdentificationError::Setup)?;
         }
         let output = self.output;
-        let done = self.simulator.for_each_sample(&mut closed_loop, |k, sample, sensitivities| {
+        let done = self.simulator.for_each_sample(&mut loops, |k, sample, sensitivities| {
             motion.set(k, sample);
             set_row(&mut torque, k, &sample.true_torque_nm);
             if let (Some(signals), Some(found)) = (&mut signals, sensitivities) {
@@ -164,7 +164,7 @@ impl Problem<'_> {
                 // A parameter that is 0 has the size of its uncertainty.
                 perturbed[k] += DIFFERENCE * point.parameters[k].abs().max(deviations[k]);
                 *h = perturbed[k] - point.parameters[k];
-                loops.push(self.simulator.closed_loop(&perturbed)?);
+                loops.push(self.simulator.closed_loops(&perturbed)?);
             }
             self.simulations += u32::try_from(columns.len()).unwrap_or(u32::MAX);
             let mut signals: [_; LANES] =

@@ -27,14 +27,12 @@ impl SensitivitySignals {
     /// Ψ, filtered as the signals are.
     pub(super) fn rows(&self, context: &Context<'_>) -> Result<DMatrix<f64>, IdentificationError> {
         let Self { values, width } = self;
-        let (samples, signals) = (values.ncols(), values.nrows());
+        let signals = values.nrows();
         let filtered = context
-            .decimation
-            .decimate(samples, signals, context.experiment.counted(), &mut |k, to| {
+            .decimate_samples(signals, &mut |k, to| {
                 to.copy_from_slice(values.column(k).as_slice());
             })
             .map_err(IdentificationError::RegressorFilter)?;
-        let filtered = context.fitted(filtered);
         let rows = filtered.nrows();
         let mut matrix = DMatrix::zeros(rows * (signals / width), *width);
         for (signal, column) in filtered.column_iter().enumerate() {

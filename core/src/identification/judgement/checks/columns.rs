@@ -62,7 +62,7 @@ impl FittedModel<'_> {
             }
         });
         let outlier = |k: &usize| self.outliers.iter().any(|range| range.contains(k));
-        let counted = self.context.experiment.counted();
+        let counted = self.context.experiment.counted_samples();
         let (outliers, sound): (Vec<_>, Vec<_>) = counted.partition(outlier);
         let largest = |joint: usize| {
             sound.iter().fold(0.0, |largest: f64, &k| largest.max(difference[(k, joint)].abs()))

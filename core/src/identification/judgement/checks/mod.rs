@@ -1,6 +1,8 @@
-//! When the torques act, and what the position filter and the noise of the positions do.
+//! When the torques act, what the position filter and the noise of the positions do, and whether the described
+//! controller made the recorded torques.
 
 mod columns;
+mod controller;
 
 use core::ops::Range;
 
@@ -8,8 +10,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::bias::PositionBias;
 use super::estimate::TorqueDelay;
-use super::reasons::Note;
-use crate::identification::given::{Context, IdentificationError, PositionFilter};
+use super::reasons::{ControllerUnchecked, Note};
+use crate::identification::given::{Context, IdentificationError, Method, PositionFilter};
 use crate::identification::observation::{BesideObservation, FilteredPositions, Motion};
 use crate::regression::{Observations, ResidualAnalysis};
 
@@ -43,6 +45,7 @@ pub(crate) enum PositionError {
 /// The model that was fitted, and what it is checked with.
 pub(super) struct FittedModel<'a> {
     pub(super) context: &'a Context<'a>,
+    pub(super) method: Method,
     /// The motion that the observation matrix was built on.
     pub(super) motion: &'a Motion,
     /// What there is of it beside the observation matrix.
@@ -66,12 +69,24 @@ pub(super) struct Checks {
     pub(super) position_bias: Option<PositionBias>,
     /// Of each joint; none where the motion does not tell it.
     pub(super) torque_delay_per_joint: Vec<Option<TorqueDelay>>,
+    /// How far the described controller is from the recorded one, where there is one and it is known.
+    pub(super) controller_error_per_joint: Option<Vec<f64>>,
     /// What has not been checked, and why.
     pub(super) notes: Vec<Note>,
 }
 
+/// How far the described controller is from the recorded torques.
+enum ControllerError {
+    /// Of each joint, relative to its torque.
+    PerJoint(Vec<f64>),
+    /// It cannot be told.
+    Unknown(ControllerUnchecked),
+    /// Nothing says what controls the arm.
+    NotDescribed,
+}
+
 impl FittedModel<'_> {
-    /// Both in turn.
+    /// All in turn.
     pub(super) fn check(&self) -> Result<Checks, IdentificationError> {
         let mut notes = Vec::new();
         let (position_bias, bias) = self.position_check()?.unzip();
@@ -90,7 +105,24 @@ impl FittedModel<'_> {
                 standard_deviation_s: found.covariance[(k, k)].sqrt(),
             });
         }
-        Ok(Checks { bias, position_bias, torque_delay_per_joint, notes })
+        let controller_error_per_joint = match self.controller_error()? {
+            ControllerError::PerJoint(errors) => Some(errors),
+            ControllerError::Unknown(why) => {
+                // Others do not depend on it.
+                if self.method.simulates() {
+                    notes.push(Note::ControllerUnchecked { why });
+                }
+                None
+            }
+            ControllerError::NotDescribed => None,
+        };
+        Ok(Checks {
+            bias,
+            position_bias,
+            torque_delay_per_joint,
+            controller_error_per_joint,
+            notes,
+        })
     }
 
     /// The parameter that a bias moves furthest in its standard deviations, and by how many.
@@ -112,9 +144,9 @@ impl FittedModel<'_> {
         }
     }
 
-    /// X θ.
+    /// The torques that the model makes of the parameters.
     fn predicted(&self) -> DVector<f64> {
-        self.observations.matrix() * self.parameters
+        self.observations.predicted(self.parameters)
     }
 
     /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
@@ -122,7 +154,7 @@ impl FittedModel<'_> {
     /// are differentiated, which is as good as the reverse but for what filters make of the ends of a
     /// record, where nothing is known of either.
     fn delays(&self) -> DMatrix<f64> {
-        let rates = &self.beside.rates * self.parameters;
+        let rates = self.beside.torque_rates(self.parameters);
         DMatrix::from_fn(rates.len(), self.observations.joints(), |row, joint| {
             if self.observations.joint_rows(joint).contains(&row) { rates[row] } else { 0.0 }
         })

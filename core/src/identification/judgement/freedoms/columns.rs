@@ -90,8 +90,8 @@ impl<'a> Columns<'a> {
         });
         let decimated = Motion { position, velocity, acceleration };
         let mut rows = self.at(&decimated, &beside.left_out);
-        let predicted = observations.matrix() * self.parameters;
-        let rates = &beside.rates * self.parameters;
+        let predicted = observations.predicted(self.parameters);
+        let rates = beside.torque_rates(self.parameters);
         for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
             let deviation = column.deviation;
             let mut set = |joint: usize, values: &mut dyn Iterator<Item = f64>| {
@@ -184,6 +184,17 @@ impl<'a> Columns<'a> {
                         let gained = |j: &usize| wanted.is_none_or(|wanted| wanted == *j);
                         (0..joints).filter(gained).for_each(|joint| set(joint, predicted[joint]));
                     }
+                    Acts::Known { joint, over_range } => {
+                        let (model, q) = (&self.context.model, q[*joint]);
+                        let mut known = model.known_torque(*joint, q).unwrap_or(Lanes::zero());
+                        if *over_range {
+                            let limits = model.chain()[*joint].limits;
+                            let middle = 0.5 * (limits.position_max + limits.position_min);
+                            let half = 0.5 * (limits.position_max - limits.position_min);
+                            known *= (q - Lanes::constant(middle)) * Lanes::constant(1.0 / half);
+                        }
+                        set(*joint, -known);
+                    }
                     Acts::Zero(moved) => {
                         let mut q: Vec<Group> = q.to_vec();
                         q[*moved] += Lanes::constant(STEP);
@@ -249,7 +260,7 @@ impl<'a> Columns<'a> {
     }
 
     /// What a joint solution says of each freedom, the largest torques first. `along` has the columns
-    /// along the motion.
+    /// along the motion; what the data say of a quantity is as uncertain as the colour of what is left makes it.
     pub(in super::super) fn estimates(
         &self,
         along: &DMatrix<f64>,
@@ -285,7 +296,7 @@ impl<'a> Columns<'a> {
                 let told = 1.0 - variance;
                 (told > LEAST_TOLD).then(|| Quantity {
                     value: solution.freedoms[k] / told * size,
-                    standard_deviation: (variance / told).max(0.0).sqrt() * size,
+                    standard_deviation: solution.colour * (variance / told).max(0.0).sqrt() * size,
                     stated: size,
                     unit,
                 })
@@ -306,7 +317,7 @@ impl<'a> Columns<'a> {
     fn unit(&self, acts: &Acts) -> Option<(f64, &'static str)> {
         let degrees = 1.0_f64.to_degrees();
         match acts {
-            Acts::Gain(_) => Some((1.0, "1")),
+            Acts::Gain(_) | Acts::Known { .. } => Some((1.0, "1")),
             Acts::Delay(_) => Some((1.0, "s")),
             Acts::Zero(joint) => match self.context.model.chain()[*joint].kind {
                 JointKind::Revolute => Some((degrees, "deg")),

@@ -58,6 +58,8 @@ pub(super) enum Acts {
     Zero(usize),
     /// Of the predicted torques, the difference that another geometry makes, over the step to it.
     Geometry(Box<Model>),
+    /// The known torque on a joint, or that times the position within the joint's limits, from −1 to 1.
+    Known { joint: usize, over_range: bool },
     /// The column of a base parameter that is not selected, by its number among these.
     LeftOut(usize),
 }
@@ -108,7 +110,7 @@ impl Observed {
         beside: &BesideObservation,
         observations: &Observations,
     ) -> Self {
-        let torque_nm = observations.rms_per_joint(observations.measurements());
+        let torque_nm = observations.rms_per_joint(&observations.measured());
         let left_out_shares = beside
             .left_out
             .column_iter()
@@ -224,6 +226,12 @@ impl Sizes<'_> {
             let number = joint + 1;
             add(Freedom::TorqueGain(number), tolerances.torque_gain, Acts::Gain(Some(joint)));
             add(Freedom::TorqueDelay(number), tolerances.torque_delay_s, Acts::Delay(joint));
+            if context.robot.known_torques()[joint].is_some() {
+                for over_range in [false, true] {
+                    let acts = Acts::Known { joint, over_range };
+                    add(Freedom::KnownTorque(number), tolerances.known_torque, acts);
+                }
+            }
             let own = context.model.chain()[joint];
             let zero = match own.kind {
                 JointKind::Revolute => tolerances.zero_deg.to_radians(),

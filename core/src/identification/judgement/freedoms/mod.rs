@@ -39,7 +39,9 @@ pub enum Freedom {
     Distance(usize),
     /// The offset of a joint's link along its axis.
     Offset(usize),
-    /// The base parameters that are taken as 0.
+    /// The known torque on a joint: its size, and how it grows over the joint's range.
+    KnownTorque(usize),
+    /// The base parameters that are not identified.
     LeftOutParameters,
 }
 
@@ -58,6 +60,7 @@ impl fmt::Display for Freedom {
             Self::Twist(joint) => write!(f, "twist before joint {joint}"),
             Self::Distance(joint) => write!(f, "axis distance before joint {joint}"),
             Self::Offset(joint) => write!(f, "link offset of joint {joint}"),
+            Self::KnownTorque(joint) => write!(f, "known torque on joint {joint}"),
             Self::LeftOutParameters => f.write_str("parameters left out"),
         }
     }

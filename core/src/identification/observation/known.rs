@@ -1,0 +1,89 @@
+//! What of the torque is known and no parameter that is identified: that of parameters which are kept at
+//! their nominal values, and of springs and counterbalances.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::group::MotionGroup;
+use super::motion::Motion;
+use crate::dynamics::Workspace;
+use crate::identification::given::{Context, IdentificationError};
+use crate::numeric::{Lanes, Scalar};
+use crate::regression::Observations;
+use crate::signal::{Group, ParallelDecimation};
+
+/// The equation of these torques and their observation matrix along a motion, both behind the filter: what
+/// is known of the torques is taken off.
+///
+/// # Errors
+/// Those of [`Observations::new`], with the parameters' names, and [`IdentificationError::Regressor`].
+pub(crate) fn torque_equation(
+    context: &Context<'_>,
+    matrix: DMatrix<f64>,
+    mut torque: DVector<f64>,
+    motion: &Motion,
+) -> Result<Observations, IdentificationError> {
+    let known = known_rows(context, motion)?;
+    if let Some(known) = &known {
+        torque -= known;
+    }
+    let observations = Observations::new(matrix, torque, context.robot.joints());
+    let observations = observations.map_err(|error| context.selection.named(error))?;
+    Ok(observations.with_known(known))
+}
+
+/// The rows of what is known along a motion; none where nothing is.
+pub(crate) fn known_rows(
+    context: &Context<'_>,
+    motion: &Motion,
+) -> Result<Option<DVector<f64>>, IdentificationError> {
+    let Some(mut read) = known_along(context, motion) else { return Ok(None) };
+    let rows = context
+        .decimate(context.robot.joints(), &mut read)
+        .map_err(IdentificationError::of_regressor)?;
+    Ok(Some(DVector::from_column_slice(rows.as_slice())))
+}
+
+/// Their rate of change \[N·m/s or N/s\].
+pub(super) fn known_rates(
+    context: &Context<'_>,
+    motion: &Motion,
+) -> Result<Option<DVector<f64>>, IdentificationError> {
+    let Some(mut read) = known_along(context, motion) else { return Ok(None) };
+    let filtered = context.decimate_with_differences(context.robot.joints(), &mut read);
+    let [_, differences] = filtered.map_err(IdentificationError::of_regressor)?;
+    let rates = differences * (0.5 * context.experiment.sample_rate_hz());
+    Ok(Some(DVector::from_column_slice(rates.as_slice())))
+}
+
+/// What is known at the states of a motion, the rows of each joint together; none where nothing is.
+pub(crate) fn known_at(
+    context: &Context<'_>,
+    states: &Motion,
+) -> Result<Option<DVector<f64>>, IdentificationError> {
+    let Some(mut read) = known_along(context, states) else { return Ok(None) };
+    let (samples, joints) = states.position.shape();
+    let none = ParallelDecimation::none();
+    let rows = none
+        .decimate_groups(samples, joints, 0..samples, &mut read)
+        .map_err(IdentificationError::of_regressor)?;
+    Ok(Some(DVector::from_column_slice(rows.as_slice())))
+}
+
+/// The torque of the model in which every parameter that is identified is 0, by lanes of samples.
+fn known_along<'a>(
+    context: &'a Context<'_>,
+    motion: &'a Motion,
+) -> Option<impl FnMut(usize, &mut [Group]) + use<'a>> {
+    let (model, selection) = (&context.model, &context.selection);
+    if selection.kept().is_empty() && context.robot.known_torques().iter().all(Option::is_none) {
+        return None;
+    }
+    let nothing = DVector::zeros(selection.names().len());
+    let standard: Vec<Group> =
+        selection.standard(&nothing).into_iter().map(Lanes::constant).collect();
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
+    Some(move |first: usize, torque: &mut [Group]| {
+        let [q, dq, ddq] = group.read(motion, first);
+        model.inverse_dynamics(&mut workspace, &standard, q, dq, ddq, torque);
+    })
+}
