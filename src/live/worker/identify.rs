@@ -1,5 +1,6 @@
 //! The thread that identifies: windows in, results stored and published.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
@@ -19,14 +20,14 @@ use crate::window::Window;
 /// How often a wait for the identification looks whether it is over.
 const POLL: Duration = Duration::from_millis(2);
 
-/// How long a stop waits for the thread.
-const ABANDON_AFTER: Duration = Duration::from_millis(300);
+/// How often a computation looks whether its window was given up.
+const WANTED_POLL: Duration = Duration::from_millis(20);
 
 /// How long a stop waits for results that are not stored yet.
 const STORE_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// How long an end waits for a thread that has nothing to do: on a busy machine its ports take a while to go. The
-/// service as a whole may stop waiting before.
+/// How long an end waits for a thread that has nothing to store: on a busy machine its ports take a while to go.
+/// The service as a whole may stop waiting before.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How soon a late reader of the estimates gets the last one.
@@ -144,18 +145,14 @@ impl Identification {
 
     /// Rejects every window that waits or is being identified. Results that are on their way to the
     /// disk or wait for it are waited for, so that what is stored is counted as identified, and what is
-    /// not is counted as lost; so is a thread that is idle, so that its ports are gone when the process
+    /// not is counted as lost; so is the thread itself, so that its ports are gone when the process
     /// ends.
     pub(super) fn give_up(self) {
-        let computes = self.shared.give_up();
+        self.shared.give_up();
         drop(self.queue);
         let since = Instant::now();
-        let idle = !computes && self.shared.is_settled();
-        let limit = if idle { IDLE_TIMEOUT } else { STORE_TIMEOUT };
+        let limit = if self.shared.is_settled() { IDLE_TIMEOUT } else { STORE_TIMEOUT };
         while !self.thread.is_finished() && since.elapsed() <= limit {
-            if computes && self.shared.is_settled() && since.elapsed() > ABANDON_AFTER {
-                return;
-            }
             std::thread::sleep(POLL);
         }
         let lost = self.shared.abandon();
@@ -200,6 +197,7 @@ impl Job {
             if !self.shared.is_wanted(window.number) {
                 continue;
             }
+            let window = Arc::new(window);
             match self.one(&window, &identifier) {
                 Ok(()) => {
                     self.shared.put_aside(window.number);
@@ -225,10 +223,35 @@ impl Job {
         }
     }
 
-    fn one(&mut self, window: &Window, identifier: &Identifier) -> Result<(), Rejection> {
-        let Identified { estimate, report } = identifier
-            .identify(window)
-            .map_err(|why| Rejection::Refused { why: why.to_string() })?;
+    /// Identifies on a thread of its own, which a stop leaves behind: this one has ports to take down.
+    fn identify(
+        &self,
+        window: &Arc<Window>,
+        identifier: &Identifier,
+    ) -> Result<Identified, Rejection> {
+        let refused = |why: String| Rejection::Refused { why };
+        let (done, outcome) = sync_channel(1);
+        let (computed, computes) = (Arc::clone(window), identifier.clone());
+        let thread = std::thread::Builder::new()
+            .name("compute".into())
+            .spawn(move || done.send(computes.identify(&computed)))
+            .map_err(|cause| refused(WorkerError::Thread(cause).to_string()))?;
+        loop {
+            match outcome.recv_timeout(WANTED_POLL) {
+                Ok(identified) => return identified.map_err(|why| refused(why.to_string())),
+                Err(RecvTimeoutError::Timeout) if self.shared.is_wanted(window.number) => {}
+                Err(RecvTimeoutError::Timeout) => return Err(Rejection::Stopped),
+                // It panicked: so does this one, and the worker ends with an error.
+                Err(RecvTimeoutError::Disconnected) => match thread.join() {
+                    Err(panic) => std::panic::resume_unwind(panic),
+                    Ok(_) => return Err(Rejection::Stopped),
+                },
+            }
+        }
+    }
+
+    fn one(&mut self, window: &Arc<Window>, identifier: &Identifier) -> Result<(), Rejection> {
+        let Identified { estimate, report } = self.identify(window, identifier)?;
         if !self.shared.claim(window.number) {
             return Err(Rejection::Stopped);
         }

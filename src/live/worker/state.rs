@@ -265,7 +265,7 @@ impl SharedEstimation {
     }
 
     /// Rejects every window that can still be given up.
-    pub(super) fn give_up(&self) -> bool {
+    pub(super) fn give_up(&self) {
         let mut given_up = Vec::new();
         lock(&self.0.pending).retain(|pending| {
             if pending.stage == Stage::Wanted {
@@ -273,9 +273,7 @@ impl SharedEstimation {
             }
             pending.stage != Stage::Wanted
         });
-        let any = !given_up.is_empty();
         given_up.into_iter().for_each(|window| self.reject(window));
-        any
     }
 
     /// Counts every result that is not stored as lost; says how many.
