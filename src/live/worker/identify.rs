@@ -234,7 +234,10 @@ impl Job {
         let (computed, computes) = (Arc::clone(window), identifier.clone());
         let thread = std::thread::Builder::new()
             .name("compute".into())
-            .spawn(move || done.send(computes.identify(&computed)))
+            .spawn(move || {
+                // Nobody listens any more when the window was given up.
+                let _ = done.send(computes.identify(&computed));
+            })
             .map_err(|cause| refused(WorkerError::Thread(cause).to_string()))?;
         loop {
             match outcome.recv_timeout(WANTED_POLL) {
@@ -244,7 +247,7 @@ impl Job {
                 // It panicked: so does this one, and the worker ends with an error.
                 Err(RecvTimeoutError::Disconnected) => match thread.join() {
                     Err(panic) => std::panic::resume_unwind(panic),
-                    Ok(_) => return Err(Rejection::Stopped),
+                    Ok(()) => return Err(Rejection::Stopped),
                 },
             }
         }
