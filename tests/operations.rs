@@ -10,9 +10,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use didim::archive::drift::{
-    BASELINE_SCHEMA, Baseline, Change, DriftOptions, NotComparable, Tracker, sentence,
-};
+use didim::archive::drift::{Baseline, Change, DriftOptions, NotComparable, Tracker, sentence};
 use didim::archive::store::Timestamp;
 use didim::cell::Cell;
 use didim::live::acquire::{
@@ -437,8 +435,7 @@ fn why_a_result_is_not_compared() {
         "method": "idim-ls", "applicable": true, "relative_error": 0.1, "parameters": []
     });
     let result = serde_json::from_value(line).unwrap();
-    let set = Timestamp::from_unix_s(1_800_000_000);
-    let baseline = Baseline { schema: BASELINE_SCHEMA, set, result };
+    let baseline = Baseline::of(result);
     said.extend(Tracker::new(baseline, DriftOptions::default()).status().why_not);
     are_in_the_manual(&said, 8);
     is_still_said("\nNot compared, with its reason behind `drift`", &said);

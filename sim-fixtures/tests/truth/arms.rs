@@ -198,6 +198,12 @@ impl Arm {
         Self { own, statements, scenario, seed }
     }
 
+    /// The same arm with the same wrong statements, recorded with other noise.
+    pub(crate) fn with_noise_of(&self, seed: u64) -> Self {
+        let (own, statements) = (self.own, self.statements.clone());
+        Self { own, statements, scenario: self.scenario.clone().with_seed(seed), seed }
+    }
+
     /// What is recorded of it on one of three motions, as the robot file has it.
     pub(crate) fn experiment(&self, robot: &Robot, motion: usize, length: Length) -> Experiment {
         let scenario = self.scenario.clone();

@@ -9,6 +9,7 @@ mod deviations;
 mod hold;
 mod methods;
 mod model_errors;
+mod monitoring;
 mod stated;
 
 use crate::common::experiment::experiment;

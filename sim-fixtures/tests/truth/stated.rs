@@ -7,6 +7,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 
 /// Errors of what is stated, joint by joint.
+#[derive(Clone)]
 pub(crate) struct Statements {
     /// Recorded over true torque, less 1, of each motor.
     gain: Vec<f64>,

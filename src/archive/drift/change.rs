@@ -1,7 +1,7 @@
 //! The difference between a parameter and that of the baseline.
 
 use super::DriftOptions;
-use crate::archive::store::ParameterValue;
+use crate::archive::store::{HistoryLine, ParameterValue};
 
 /// How a parameter differs from its baseline.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,16 +12,33 @@ pub struct Change {
     pub baseline: f64,
     /// Δ = θ − θ₀.
     pub difference: f64,
-    /// σ_Δ = √(σ² + σ₀²): two windows have no noise in common.
+    /// σ_Δ = √(σ² + σ₀² + m²): two windows have no noise in common. m is what errors of the model make of the difference:
+    /// next to nothing where both motions are alike.
     pub standard_deviation: f64,
     /// Half of the band: the larger of both limits of [`DriftOptions`].
     pub half_band: f64,
 }
 
 impl Change {
-    /// From the baseline's value to a later one.
-    pub fn new(then: &ParameterValue, now: &ParameterValue, options: &DriftOptions) -> Self {
-        let standard_deviation = now.standard_deviation.hypot(then.standard_deviation);
+    /// From one result to a later one: of every parameter that both have, in the order of the first.
+    pub fn all(first: &HistoryLine, second: &HistoryLine, options: &DriftOptions) -> Vec<Self> {
+        let of = |then: &ParameterValue| {
+            let index = second.parameters.iter().position(|now| now.name == then.name)?;
+            let by_model = second.deviation_by_model(index, first);
+            Some(Self::new(then, &second.parameters[index], by_model, options))
+        };
+        first.parameters.iter().filter_map(of).collect()
+    }
+
+    /// From the baseline's value to a later one; `by_model` is m, in the unit of both.
+    pub(super) fn new(
+        then: &ParameterValue,
+        now: &ParameterValue,
+        by_model: f64,
+        options: &DriftOptions,
+    ) -> Self {
+        let standard_deviation =
+            now.standard_deviation.hypot(then.standard_deviation).hypot(by_model);
         let (noise, matters) =
             (options.standard_deviations * standard_deviation, options.relative * then.value.abs());
         Self {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Baseline, BaselineError};
-use crate::archive::store::{HistoryError, HistoryLine, read_history};
+use crate::archive::store::{HistoryError, HistoryLine, read_history, read_model_uncertainty};
 
 /// Why a result does not become the baseline.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +45,9 @@ pub enum ChooseError {
 /// # Errors
 /// [`ChooseError`]; the previous baseline stays.
 pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, ChooseError> {
-    let baseline = Baseline::of(choose(folder, result)?);
+    let result = choose(folder, result)?;
+    let model_uncertainty = read_model_uncertainty(folder, result.result);
+    let baseline = Baseline { model_uncertainty, ..Baseline::of(result) };
     baseline.write(folder)?;
     Ok(baseline)
 }

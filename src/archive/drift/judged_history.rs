@@ -129,7 +129,7 @@ impl JudgedHistory {
         let then = tracker.baseline().result.parameter(parameter)?;
         let change = tracker
             .last_change(parameter)
-            .unwrap_or_else(|| Change::new(then, then, &self.options));
+            .unwrap_or_else(|| Change::new(then, then, 0.0, &self.options));
         change.half_band.is_finite().then_some((then.value, change.half_band))
     }
 }

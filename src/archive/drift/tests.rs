@@ -2,7 +2,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::*;
-use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
+use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
 use crate::window::Note;
 
 mod days;
@@ -34,7 +34,27 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         relative_error: Some(0.05),
         note: None,
         parameters: vec![value("fc3", fc3, 0.01), value("zz1r", 1.24, 0.001)],
+        against: None,
     }
+}
+
+/// Another motion shows other errors of the model: no change of the arm.
+#[test]
+fn what_the_model_makes_of_a_difference_widens_the_band() {
+    let (then, now) = (line(0, 6.0), line(1, 7.0));
+    let fc3 = |now: &HistoryLine| Change::all(&then, now, &DriftOptions::default()).remove(0);
+    let outside = fc3(&now);
+    close(outside.standard_deviation, 0.01 * 2_f64.sqrt(), 1e-12);
+    assert!(outside.band_share() > 1.0);
+    let against = |earlier: &HistoryLine| {
+        let HistoryLine { result, time, .. } = *earlier;
+        Some(Against { result, time, standard_deviations: vec![0.5, 0.0] })
+    };
+    let inside = fc3(&HistoryLine { against: against(&then), ..now.clone() });
+    close(inside.standard_deviation, (2e-4_f64 + 0.25).sqrt(), 1e-12);
+    assert!(inside.band_share() < 1.0);
+    // Of another baseline nothing is known.
+    assert_eq!(fc3(&HistoryLine { against: against(&line(2, 6.0)), ..now }), outside);
 }
 
 fn payload(kg: f64) -> Option<Note> {
@@ -63,7 +83,7 @@ impl Normal {
 #[test]
 fn a_change_has_both_deviations_and_both_limits() {
     let options = DriftOptions::default();
-    let change = Change::new(&value("a", -2.0, 0.03), &value("a", -2.3, 0.04), &options);
+    let change = Change::new(&value("a", -2.0, 0.03), &value("a", -2.3, 0.04), 0.0, &options);
     close(change.standard_deviation, 0.05, 1e-12);
     close(change.deviations(), -6.0, 1e-12);
     close(change.relative(), 0.15, 1e-12);
@@ -71,15 +91,15 @@ fn a_change_has_both_deviations_and_both_limits() {
     // 10 % of 2 are 0.2, 4 σ_Δ as well.
     close(change.half_band, 0.2, 1e-12);
     close(change.band_share(), 1.5, 1e-12);
-    let noisy = Change::new(&value("a", -2.0, 0.3), &value("a", -2.3, 0.4), &options);
+    let noisy = Change::new(&value("a", -2.0, 0.3), &value("a", -2.3, 0.4), 0.0, &options);
     close(noisy.half_band, 2.0, 1e-12);
     let time = Timestamp::from_unix_s(START_S);
-    let outside = Change::new(&value("a", -2.0, 0.03), &value("a", -9.0, 0.04), &options);
+    let outside = Change::new(&value("a", -2.0, 0.03), &value("a", -9.0, 0.04), 0.0, &options);
     // The history has null for both, so that a restarted service must not tell them apart.
     for sigma in [f64::NAN, f64::INFINITY] {
         for sigmas in [(sigma, 0.4), (0.4, sigma)] {
             let then = value("a", -2.0, sigmas.0);
-            let unknown = Change::new(&then, &value("a", -9.0, sigmas.1), &options);
+            let unknown = Change::new(&then, &value("a", -9.0, sigmas.1), 0.0, &options);
             assert!(unknown.band_share().is_nan(), "{sigmas:?}");
             let mut alarm = Alarm::default();
             assert!((0..9).all(|_| alarm.handle_change(&unknown, time, 1).is_none()));
@@ -265,7 +285,7 @@ fn noise_alone_raises_as_many_alarms_as_theory_says() {
             let mut estimate = || value("fc3", 6.48 + 0.003 * normal.draw(), 0.003);
             let (baseline, mut alarm) = (estimate(), Alarm::default());
             for result in 0..2 {
-                let change = Change::new(&baseline, &estimate(), &options);
+                let change = Change::new(&baseline, &estimate(), 0.0, &options);
                 let time = Timestamp::from_unix_s(START_S);
                 firsts += u32::from(result == 0 && change.band_share() > 1.0);
                 alarms += u32::from(alarm.handle_change(&change, time, 2).is_some());
@@ -288,7 +308,7 @@ fn the_default_band_is_left_by_noise_as_rarely_as_it_says() {
     close(28.0 * 9.741_095_244_454_97e-7, 1.0 / 37_000.0, 0.02);
     // However large the noise, the band is no narrower than that.
     for sigma in [1e-6, 1e-3, 1.0, 1e3] {
-        let change = Change::new(&value("a", 1.0, sigma), &value("a", 1.0, sigma), &options);
+        let change = Change::new(&value("a", 1.0, sigma), &value("a", 1.0, sigma), 0.0, &options);
         assert!(change.half_band >= 4.0 * change.standard_deviation);
     }
 }
@@ -355,8 +375,12 @@ fn a_rate_per_day_needs_a_day() {
 
 #[test]
 fn a_parameter_that_could_be_zero_is_told_in_its_unit() {
-    let change =
-        Change::new(&value("b", 0.01, 0.02), &value("b", -0.3, 0.02), &DriftOptions::default());
+    let change = Change::new(
+        &value("b", 0.01, 0.02),
+        &value("b", -0.3, 0.02),
+        0.0,
+        &DriftOptions::default(),
+    );
     let text = sentence(&change, Timestamp::from_unix_s(START_S), None, None);
     assert_eq!(text, "b has fallen by 0.31 ± 0.03 since the baseline of 2026-11-22");
 }

@@ -86,11 +86,9 @@ impl Tracker {
     pub fn compare(&self, line: &HistoryLine) -> Result<Comparison, NotComparable> {
         let baseline = &self.baseline.result;
         comparable(baseline, line)?;
-        let both = baseline.parameters.iter();
-        let both = both.filter_map(|then| Some((then, line.parameter(&then.name)?)));
         Ok(Comparison {
             result: line.result,
-            changes: both.map(|(then, now)| Change::new(then, now, &self.options)).collect(),
+            changes: Change::all(baseline, line, &self.options),
             reconfigured: line.configuration != baseline.configuration,
         })
     }

@@ -1,5 +1,6 @@
 //! Results on disk: complete or not at all, a bounded number, with what reproduces them.
 
+mod against;
 mod configurations;
 mod error;
 mod folder;
@@ -9,10 +10,11 @@ mod record;
 mod samples;
 mod timestamp;
 
+pub use against::Against;
 pub use configurations::ConfigurationTexts;
 pub use error::StoreError;
 pub(crate) use folder::RECENT_LINES;
-pub use folder::{DEFAULT_KEEP, Store, Stored};
+pub use folder::{DEFAULT_KEEP, Store, Stored, read_model_uncertainty};
 pub use history::{HISTORY_SCHEMA, HistoryError, HistoryLine, ParameterValue, read_history};
 pub use record::{Beside, ResultRecord, WindowProvenance};
 pub use samples::input_sha256;

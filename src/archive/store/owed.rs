@@ -159,6 +159,7 @@ pub(super) fn line_of(
         relative_error,
         note: None,
         parameters,
+        against: None,
     })
 }
 
@@ -180,6 +181,7 @@ mod tests {
             relative_error: None,
             note: None,
             parameters: Vec::new(),
+            against: None,
         }
     }
 

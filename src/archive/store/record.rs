@@ -3,6 +3,7 @@
 use didim_core::identification::Estimate;
 use serde::Serialize;
 
+use super::against::Against;
 use super::samples::input_sha256;
 use crate::window::{Note, Window, WindowEnd};
 
@@ -99,4 +100,6 @@ pub struct Beside {
     pub note: Option<Note>,
     /// Hash of how the base parameters are made up.
     pub regrouping: String,
+    /// How far the model's errors may set it apart from the baseline.
+    pub against: Option<Against>,
 }

@@ -273,7 +273,7 @@ impl Job {
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejected: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::of(window, identifier.sha256()),
-            beside: Beside { report, note, regrouping },
+            beside: Beside { report, note, regrouping, against: None },
             options,
         });
         if let Some(oldest) = dropped {

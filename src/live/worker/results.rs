@@ -7,7 +7,7 @@ use super::setup::{ResultOptions, WorkerOptions};
 use super::state::EstimationStatus;
 use crate::archive::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
 use crate::archive::store::{
-    Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
+    Against, Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
 };
 
 /// The folder of the results as the thread that identifies sees it.
@@ -125,6 +125,13 @@ impl Results {
         }
     }
 
+    /// How far errors of the model may set a result apart from the baseline.
+    fn against(&mut self, record: &ResultRecord) -> Option<Against> {
+        self.look();
+        let baseline = self.tracker.as_ref()?.baseline();
+        baseline.against(record.estimate.model_uncertainty.as_ref()?)
+    }
+
     /// Stores a result. Only that may fail: what belongs to the result and
     /// could not be kept is logged, for the result is there.
     pub(super) fn take(
@@ -135,7 +142,8 @@ impl Results {
     ) -> Result<Stored, StoreError> {
         // Before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
-        let stored = self.store.write(record, beside)?;
+        let beside = Beside { against: self.against(record), ..beside.clone() };
+        let stored = self.store.write(record, &beside)?;
         if !stored.line.time.is_set() {
             tracing::warn!(
                 "the clock is not set: result {} is left out of plots and trends",

@@ -69,12 +69,13 @@ impl Difference {
         if first.configuration != second.configuration {
             caveats.push("their configurations differ".to_owned());
         }
-        let parameters = first.parameters.iter().filter_map(|then| {
-            let now = second.parameter(&then.name)?;
-            let change = Change::new(then, now, &history.options);
+        let changes = Change::all(first, second, &history.options);
+        let parameters = changes.into_iter().filter_map(|change| {
+            let name = &change.parameter;
+            let values = [first.parameter(name)?.clone(), second.parameter(name)?.clone()];
             Some(ParameterDifference {
-                parameter: then.name.clone(),
-                values: [then.clone(), now.clone()],
+                parameter: name.clone(),
+                values,
                 difference: change.difference,
                 deviation_sigma: change.deviations(),
                 relative_change: change.relative(),

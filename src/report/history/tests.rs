@@ -26,6 +26,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         relative_error: Some(0.0564),
         note: None,
         parameters: vec![value("fc3", fc3, 0.01), value("mx4", -0.02, 0.0001)],
+        against: None,
     }
 }
 

@@ -1,7 +1,12 @@
-//! What a result has to keep, so that its error on another motion can be foretold.
+//! What a result has to keep of the model's errors: to foretell its error on another motion, and to tell them from a change of
+//! the arm.
+
+use core::fmt::Write as _;
+use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::freedoms::{Columns, Observed};
 use crate::identification::given::{Context, IdentificationError};
@@ -17,8 +22,11 @@ pub struct ModelUncertainty {
     /// How the parameters would change with the freedoms, and these (b + m).
     pub(super) mean: Vec<f64>,
     /// Their covariance, the rows of its lower triangle. Sizes: single precision is plenty.
-    #[serde(with = "rows")]
-    pub(super) covariance: Vec<f32>,
+    pub(super) covariance: Rows,
+    /// K: how far a unit of each freedom moves each parameter (b × m). Nothing in results of versions that did not
+    /// keep it.
+    #[serde(default)]
+    pub(super) influence: Rows,
     /// Root mean square of what is left of each joint's torque with the freedoms \[N·m or N\].
     pub(super) noise_nm: Vec<f64>,
 }
@@ -34,19 +42,58 @@ pub struct Foretold {
 }
 
 impl ModelUncertainty {
-    pub(super) fn new(columns: &Columns<'_>, noise_nm: Vec<f64>, solution: &JointSolution) -> Self {
-        let of = |k: usize| solution.covariance.row(k).columns(0, k + 1).into_owned();
-        #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
-        let covariance = (0..solution.covariance.nrows())
-            .flat_map(|k| of(k).iter().map(|value| *value as f32).collect::<Vec<_>>())
-            .collect();
+    /// `influence` is K.
+    pub(super) fn new(
+        columns: &Columns<'_>,
+        noise_nm: Vec<f64>,
+        solution: &JointSolution,
+        influence: &DMatrix<f64>,
+    ) -> Self {
+        let covariance = Rows::of(&solution.covariance, |k| k + 1);
+        let influence = Rows::of(influence, |_| influence.ncols());
         Self {
             observed: columns.observed().clone(),
             deviations: columns.deviations(),
             mean: solution.change.iter().chain(&solution.freedoms).copied().collect(),
             covariance,
+            influence,
             noise_nm,
         }
+    }
+
+    /// What errors of the model make of the differences between these parameters and those of an earlier result of the same
+    /// arm: their standard deviations \[in the unit of each\]. Both results have the same errors, which cancel as far as the
+    /// motions are alike. None where either does not say, or they are of other parameters.
+    ///
+    /// A unit of each freedom moves the parameters by K and K₀, and the earlier result knows mean μ and covariance P of
+    /// the freedoms: `(K − K₀)(μμᵀ + P)(K − K₀)ᵀ`.
+    pub fn difference_deviations(&self, earlier: &Self) -> Option<Vec<f64>> {
+        let (own, freedoms) = (self.influence.0.len(), self.deviations.len());
+        let all = own + freedoms;
+        let is_whole = |of: &Self| {
+            of.deviations.len() == freedoms
+                && of.mean.len() == all
+                && of.influence.has_shape(own, |_| freedoms)
+                && of.covariance.has_shape(all, |row| row + 1)
+        };
+        if own == 0 || !is_whole(self) || !is_whole(earlier) {
+            return None;
+        }
+        // In units of the earlier one. What has no size does nothing.
+        let unit = |k: usize| match self.deviations[k] {
+            0.0 => 0.0,
+            deviation => earlier.deviations[k] / deviation,
+        };
+        let apart = DMatrix::from_fn(own, freedoms, |row, k| {
+            let [now, then] = [self, earlier].map(|of| f64::from(of.influence.0[row][k]));
+            now * unit(k) - then
+        });
+        let mean = DVector::from_column_slice(&earlier.mean[own..]);
+        let covariance = earlier.covariance.symmetric(own..all);
+        let told = &apart * mean;
+        let open = &apart * covariance;
+        let square = |k: usize| told[k].powi(2) + open.row(k).dot(&apart.row(k));
+        Some((0..own).map(|k| square(k).max(0.0).sqrt()).collect())
     }
 
     /// The error of these parameters along a motion; none where the freedoms of the context are others, or nothing finite comes of
@@ -62,7 +109,7 @@ impl ModelUncertainty {
         let (own, freedoms) = (parameters.len(), self.deviations.len());
         let all = own + freedoms;
         let fits = self.mean.len() == all
-            && self.covariance.len() == all * (all + 1) / 2
+            && self.covariance.has_shape(all, |row| row + 1)
             && self.noise_nm.len() == observations.joints()
             && self.observed.fits(context);
         if !fits {
@@ -74,10 +121,7 @@ impl ModelUncertainty {
         let solution = JointSolution {
             change: DVector::from_column_slice(&self.mean[..own]),
             freedoms: DVector::from_column_slice(&self.mean[own..]),
-            covariance: DMatrix::from_fn(all, all, |i, j| {
-                let (row, column) = (i.max(j), i.min(j));
-                f64::from(self.covariance[row * (row + 1) / 2 + column])
-            }),
+            covariance: self.covariance.symmetric(0..all),
             noise: DMatrix::zeros(0, 0),
             colour: 1.0,
         };
@@ -98,41 +142,53 @@ impl ModelUncertainty {
     }
 }
 
-/// The rows of a lower triangle as one text each: numbers apart would take three times the room in an indented
-/// file.
-mod rows {
-    use core::fmt::Write as _;
+/// Numbers in rows. In JSON each row is one text: numbers apart would take three times the room in an indented file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Rows(Vec<Vec<f32>>);
 
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer};
+impl Rows {
+    /// The first so many numbers of each row of a matrix.
+    fn of(matrix: &DMatrix<f64>, length: impl Fn(usize) -> usize) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
+        let row = |k| matrix.row(k).iter().take(length(k)).map(|value| *value as f32).collect();
+        Self((0..matrix.nrows()).map(row).collect())
+    }
 
-    pub(super) fn serialize<S: Serializer>(
-        triangle: &[f32],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let mut rest = triangle;
-        let rows = (1..).map_while(|length: usize| {
-            let (row, after) = rest.split_at_checked(length)?;
-            rest = after;
+    /// Whether it has so many rows of such lengths.
+    fn has_shape(&self, rows: usize, length: impl Fn(usize) -> usize) -> bool {
+        self.0.len() == rows && self.0.iter().enumerate().all(|(k, row)| row.len() == length(k))
+    }
+
+    /// Part of the symmetric matrix whose lower triangle this is.
+    fn symmetric(&self, part: Range<usize>) -> DMatrix<f64> {
+        DMatrix::from_fn(part.len(), part.len(), |i, j| {
+            f64::from(self.0[part.start + i.max(j)][part.start + i.min(j)])
+        })
+    }
+}
+
+impl Serialize for Rows {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let text = |row: &Vec<f32>| {
             let mut text = String::new();
             for (k, value) in row.iter().enumerate() {
                 // Writing to a String cannot fail.
                 let _ = write!(text, "{}{value:e}", if k > 0 { " " } else { "" });
             }
-            Some(text)
-        });
-        serializer.collect_seq(rows)
+            text
+        };
+        serializer.collect_seq(self.0.iter().map(text))
     }
+}
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Vec<f32>, D::Error> {
-        let rows = Vec::<String>::deserialize(deserializer)?;
-        let numbers = rows.iter().flat_map(|row| row.split_whitespace());
+impl<'de> Deserialize<'de> for Rows {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let number = |text: &str| {
             text.parse()
-                .map_err(|_| D::Error::custom(format!("`{text}` in a covariance is no number")))
+                .map_err(|_| D::Error::custom(format!("`{text}` in a row of numbers is none")))
         };
-        numbers.map(number).collect()
+        let rows = Vec::<String>::deserialize(deserializer)?;
+        let rows = rows.iter().map(|row| row.split_whitespace().map(number).collect());
+        Ok(Self(rows.collect::<Result<_, _>>()?))
     }
 }

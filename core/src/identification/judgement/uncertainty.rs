@@ -77,7 +77,8 @@ impl Uncertainty {
         }
         // A record is predicted behind the filter, and what is left of rows without it is much more.
         let model = (!context.decimation.is_none()).then(|| {
-            ModelUncertainty::new(&columns, observations.rms_per_joint(&remaining), &solution)
+            let noise = observations.rms_per_joint(&remaining);
+            ModelUncertainty::new(&columns, noise, &solution, &moved)
         });
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();

@@ -3,6 +3,7 @@
 use didim_core::identification::Estimate;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::archive::store::against::Against;
 use crate::archive::store::record::{Beside, ResultRecord};
 use crate::archive::store::timestamp::Timestamp;
 use crate::window::Note;
@@ -78,6 +79,9 @@ pub struct HistoryLine {
     pub note: Option<Note>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterValue>,
+    /// How far the model's errors may set it apart from the baseline; nothing where there was none, or that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<Against>,
 }
 
 impl HistoryLine {
@@ -97,6 +101,7 @@ impl HistoryLine {
             relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
             note: beside.note.clone(),
             parameters: ParameterValue::of(estimate),
+            against: beside.against.clone(),
         }
     }
 
@@ -108,6 +113,14 @@ impl HistoryLine {
     /// A parameter by its name.
     pub fn parameter(&self, name: &str) -> Option<&ParameterValue> {
         self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// What errors of the model make of a parameter's difference to an earlier result, in its unit: 0 where that is not
+    /// known.
+    pub fn deviation_by_model(&self, index: usize, earlier: &Self) -> f64 {
+        let known = self.against.as_ref();
+        let known = known.filter(|of| (of.result, of.time) == (earlier.result, earlier.time));
+        known.and_then(|of| of.standard_deviations.get(index)).copied().map_or(0.0, f64::from)
     }
 
     /// The payload that was noted \[kg\].

@@ -25,6 +25,7 @@ fn line(result: u64) -> HistoryLine {
             standard_deviation: 0.003,
             combined_standard_deviation: None,
         }],
+        against: None,
     }
 }
 
