@@ -39,6 +39,7 @@ pub use extension::Extension;
 pub use ljung_box::LjungBox;
 pub use observations::Observations;
 pub use prior::JointSolution;
+pub(crate) use prior::gram;
 pub use residuals::ResidualStatistics;
 pub(crate) use residuals::relative_errors;
 pub use robust::{RobustLoss, RobustSolution};

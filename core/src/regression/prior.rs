@@ -43,6 +43,32 @@ impl JointSolution {
         let rows = beside_each_other(&[rows, further]);
         off.norm_squared() + symmetric_product(&rows, &rows).dot(&self.covariance)
     }
+
+    /// The median of that sum over what is open, from AᵀA of the rows A = [X C]. Where one combination of parameters
+    /// is open that the data do not tell, the mean is half as large again: it is that of a few large errors.
+    ///
+    /// The sum has the mean and the variance of a scaled chi-squared variable (Satterthwaite, *An approximate distribution
+    /// of estimates of variance components*, 1946) whose median Wilson and Hilferty (*The distribution of chi-square*, 1931) give.
+    pub(crate) fn median_squared_error(&self, gram: &DMatrix<f64>) -> f64 {
+        let off: Vec<f64> = self.change.iter().chain(&self.freedoms).copied().collect();
+        let off = DVector::from_vec(off);
+        let along = gram * &off;
+        let spread = product(gram, &self.covariance);
+        let mean = spread.trace() + off.dot(&along);
+        let squares = spread.component_mul(&spread.transpose()).sum();
+        let variance = 2.0 * squares + 4.0 * along.dot(&(&self.covariance * &along));
+        if mean <= 0.0 {
+            return 0.0;
+        }
+        let degrees_of_freedom = 2.0 * mean * mean / variance;
+        mean * (1.0 - 2.0 / (9.0 * degrees_of_freedom)).max(0.0).powi(3)
+    }
+}
+
+/// AᵀA of rows A = [X C].
+pub(crate) fn gram(rows: DMatrixView<'_, f64>, further: DMatrixView<'_, f64>) -> DMatrix<f64> {
+    let rows = beside_each_other(&[rows, further]);
+    symmetric_product(&rows, &rows)
 }
 
 impl ResidualAnalysis<'_> {
@@ -155,4 +181,30 @@ fn median_ratio(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
 fn beside_each_other(matrices: &[DMatrixView<'_, f64>]) -> DMatrix<f64> {
     let columns: Vec<_> = matrices.iter().flat_map(|matrix| matrix.column_iter()).collect();
     DMatrix::from_columns(&columns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a chi-squared variable of one degree of freedom, and of many.
+    #[test]
+    fn few_open_combinations_have_a_median_below_the_mean() {
+        let solution = |size: usize, off: f64| JointSolution {
+            change: DVector::from_element(size, off),
+            freedoms: DVector::zeros(0),
+            covariance: DMatrix::identity(size, size) * 4.0,
+            noise: DMatrix::zeros(0, 0),
+            colour: 1.0,
+        };
+        let median = |size: usize, off: f64| {
+            solution(size, off).median_squared_error(&DMatrix::identity(size, size))
+        };
+        // scipy.stats.chi2.median(1) = 0.45494, of 100: 99.3341.
+        assert!((median(1, 0.0) / (4.0 * 0.45494) - 1.0).abs() < 0.04);
+        assert!((median(100, 0.0) / (4.0 * 99.3341) - 1.0).abs() < 1e-4);
+        // scipy.stats.ncx2.median(3, 3 · 25/4) = 20.767.
+        assert!((median(3, 5.0) / (4.0 * 20.767) - 1.0).abs() < 0.02);
+        assert!(median(2, 0.0) < median(2, 1.0));
+    }
 }

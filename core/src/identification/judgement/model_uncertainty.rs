@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::freedoms::{Columns, Observed};
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{BesideObservation, Motion};
-use crate::regression::{JointSolution, Observations, relative_errors};
+use crate::regression::{JointSolution, Observations, gram};
 
 /// What the data say of the parameters and of all that the model takes for known, together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ pub struct ModelUncertainty {
 }
 
 /// The error on a recording, as the result expected it before that was looked at: by the motion, with nothing of
-/// the measured torque but its size.
+/// the measured torque but its size. It is as often larger as smaller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Foretold {
     /// Over all joints, relative to the measured torque.
@@ -126,16 +126,21 @@ impl ModelUncertainty {
             colour: 1.0,
         };
         let measured = observations.measured();
-        let squares: Vec<[f64; 2]> = (0..observations.joints())
-            .map(|joint| {
-                let rows = observations.joint_rows(joint);
-                let [x, c] = [observations.matrix(), &along].map(|of| of.rows_range(rows.clone()));
-                let noise = rows.len() as f64 * self.noise_nm[joint].powi(2);
-                let torque = measured.rows_range(rows).norm_squared();
-                [solution.squared_error(x, c) + noise, torque]
-            })
-            .collect();
-        let (relative_error, relative_error_per_joint) = relative_errors(&squares);
+        let (mut total, mut sums) = (DMatrix::zeros(all, all), [0.0; 2]);
+        let mut relative_error_per_joint = Vec::new();
+        for joint in 0..observations.joints() {
+            let rows = observations.joint_rows(joint);
+            let [x, c] = [observations.matrix(), &along].map(|of| of.rows_range(rows.clone()));
+            let of_joint = gram(x, c);
+            let noise = rows.len() as f64 * self.noise_nm[joint].powi(2);
+            let torque = measured.rows_range(rows).norm_squared();
+            let error = solution.median_squared_error(&of_joint) + noise;
+            relative_error_per_joint.push((error / torque).sqrt());
+            total += of_joint;
+            sums = [sums[0] + noise, sums[1] + torque];
+        }
+        let error = solution.median_squared_error(&total) + sums[0];
+        let relative_error = (error / sums[1]).sqrt();
         let foretold = Foretold { relative_error, relative_error_per_joint };
         // What stands in a file may be anything.
         Ok(relative_error.is_finite().then_some(foretold))
