@@ -57,8 +57,9 @@ impl JointSolution {
         let mean = spread.trace() + off.dot(&along);
         let squares = spread.component_mul(&spread.transpose()).sum();
         let variance = 2.0 * squares + 4.0 * along.dot(&(&self.covariance * &along));
+        // 0, or of no covariance at all.
         if mean <= 0.0 {
-            return 0.0;
+            return mean;
         }
         let degrees_of_freedom = 2.0 * mean * mean / variance;
         mean * (1.0 - 2.0 / (9.0 * degrees_of_freedom)).max(0.0).powi(3)
