@@ -80,7 +80,9 @@ fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> 
 fn refused(error: &CellError) -> Finding {
     let key = match error {
         CellError::Value { key, .. } | CellError::Named { key, .. } => key,
-        CellError::Robot { .. } | CellError::BaseParameters { .. } => "robot",
+        CellError::Robot { .. } | CellError::Urdf { .. } | CellError::BaseParameters { .. } => {
+            "robot"
+        }
         CellError::Layout { .. } => "bus.layout",
         CellError::Drives { .. } => "bus.drives",
         CellError::Axes { .. } => "bus.layout.axes",

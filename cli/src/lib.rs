@@ -22,6 +22,7 @@ mod output;
 mod predict;
 mod reload;
 mod replay;
+mod robot;
 mod run;
 mod sim;
 mod state;
@@ -65,6 +66,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
     Study(study::Arguments),
+    /// Show the arm that a robot file or a URDF describes: axes, reach, base parameters, a picture
+    Robot(robot::Arguments),
     /// Convert between a CSV experiment, a candump log and an MCAP recording
     Convert(convert::Arguments),
     /// Show the status of a running service
@@ -130,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
+        Command::Robot(arguments) => robot::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
         Command::Predict(arguments) => predict::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),

@@ -21,4 +21,5 @@ mod recording;
 mod recordings;
 mod reload;
 mod stored;
+mod urdf;
 mod vcan;

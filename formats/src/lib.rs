@@ -1,11 +1,13 @@
-//! Files that other tools write and read: tables of measured signals.
+//! Files that other tools write and read: tables of measured signals, and arms.
 //!
-//! Contract: of the project it uses `didim-core` alone. Whatever the format, a [`Measurement`] comes out:
+//! Contract: of the project it uses `didim-core` alone. Whatever the format, of signals a [`Measurement`] comes out:
 //! signals on a uniform grid, with the side of the transmission they were measured on. Every error names
 //! the file and, where there is one, the line.
 
 mod csv;
 mod measurement;
+mod urdf;
 
 pub use csv::{CsvError, read_csv, write_csv};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
+pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote};

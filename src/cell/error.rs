@@ -6,6 +6,7 @@ use didim_core::dynamics::BaseParametersError;
 use didim_core::robot::RobotError;
 use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
+use didim_formats::UrdfError;
 
 use super::suggestion::Instead;
 use crate::files::TextError;
@@ -58,6 +59,14 @@ pub enum CellError {
         file: PathBuf,
         /// What is wrong with it.
         source: RobotError,
+    },
+    /// The URDF is no arm that can be identified.
+    #[error("{}: {source}", file.display())]
+    Urdf {
+        /// The URDF.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: UrdfError,
     },
     /// The base parameters of the robot cannot be determined.
     #[error("{}: {source}", file.display())]

@@ -12,6 +12,7 @@ use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
 use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
+use didim_formats::UrdfDrives;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
@@ -27,8 +28,11 @@ use crate::live::worker::WindowOptions;
 pub struct CellFile {
     /// Name of the cell: part of the names of its shared memory and results.
     pub name: String,
-    /// The robot file, relative to the cell file.
+    /// The robot file or a URDF, relative to the cell file.
     pub robot: PathBuf,
+    /// What a URDF does not say of the drives.
+    #[serde(default)]
+    pub urdf: Option<UrdfSection>,
     /// The bus and what its frames mean.
     pub bus: BusSection,
     /// What controls the arm: methods that simulate the closed loop need it.
@@ -41,6 +45,39 @@ pub struct CellFile {
     /// How the service runs.
     #[serde(default)]
     pub service: ServiceSection,
+}
+
+/// `[urdf]`
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UrdfSection {
+    /// The link on which the arm stands, where the URDF has several roots or the arm begins later.
+    #[serde(default)]
+    pub base: Option<String>,
+    /// The link at which it ends, where it has several ends or goes on as a gripper.
+    #[serde(default)]
+    pub tip: Option<String>,
+    /// Whether the inertias of the drives are parameters.
+    #[serde(default)]
+    pub drive_inertia: Option<bool>,
+    /// Turns of each motor to one of its joint.
+    #[serde(default)]
+    pub gear_ratios: Option<Vec<f64>>,
+    /// As `[friction]` of a robot file.
+    #[serde(default)]
+    pub friction: Option<toml::Table>,
+}
+
+impl UrdfSection {
+    /// The drives, where all is stated.
+    pub(super) fn drives(&self) -> Option<UrdfDrives> {
+        let lines = self.friction.as_ref()?.iter().map(|(key, value)| format!("{key} = {value}\n"));
+        Some(UrdfDrives {
+            drive_inertia: self.drive_inertia?,
+            gear_ratios: self.gear_ratios.clone()?,
+            friction: lines.collect(),
+        })
+    }
 }
 
 /// `[bus]`

@@ -9,6 +9,7 @@ mod file;
 mod layout;
 mod library;
 mod restart;
+mod robot;
 mod suggestion;
 mod values;
 
@@ -26,8 +27,11 @@ use didim_drivers::units::{DriveSpec, Scales};
 
 pub use address::{BusAddress, BusAddressError};
 pub use error::CellError;
-pub use file::{BusSection, CellFile, IdentificationSection, Processes, ServiceSection};
+pub use file::{
+    BusSection, CellFile, IdentificationSection, Processes, ServiceSection, UrdfSection,
+};
 pub use library::{Library, SHIPPED};
+pub use robot::RobotSource;
 
 use self::file::Cutoff;
 use crate::archive::store::ConfigurationTexts;
@@ -44,6 +48,8 @@ pub struct Cell {
     /// The arm as its own file describes it: what is simulated must not follow from how the cell
     /// identifies.
     pub robot_as_described: Robot,
+    /// What has to be known of an arm that a URDF describes.
+    pub robot_notes: Vec<String>,
     /// Its dynamics.
     pub model: Model,
     /// Its base parameters.
@@ -165,8 +171,17 @@ impl Cell {
             move |source| CellError::Named { cell: path.into(), key, source: Box::new(source) }
         };
         let robot_text = library.read(&robot_path).map_err(named("robot"))?;
-        let robot_as_described = Robot::from_toml(&robot_text)
-            .map_err(|source| CellError::Robot { file: robot_path.clone(), source })?;
+        let wrong = |key: &'static str, problem: String| CellError::Value {
+            file: path.to_path_buf(),
+            key,
+            problem,
+        };
+        let source = RobotSource::read(&robot_path, robot_text, file.urdf.as_ref())?;
+        if let Some((key, problem)) = robot::misfit(&source, file.urdf.as_ref()) {
+            return Err(wrong(key, problem));
+        }
+        let robot_notes = source.notes().iter().map(ToString::to_string).collect();
+        let RobotSource { robot: robot_as_described, toml: robot_text, .. } = source;
         let mut robot = robot_as_described.clone();
         if let Some(sign) = file.identification.sign {
             robot = robot.with_sign_model(sign);
@@ -175,11 +190,6 @@ impl Cell {
         let base = BaseParameters::compute(&model)
             .map_err(|source| CellError::BaseParameters { file: robot_path, source })?;
 
-        let wrong = |key: &'static str, problem: String| CellError::Value {
-            file: path.to_path_buf(),
-            key,
-            problem,
-        };
         let own = robot_as_described.own_friction();
         if file.identification.sign.is_some() && own.iter().any(|one| one.sign != own[0].sign) {
             let problem = "goes for all joints, and the robot file states laws that differ by joint; \
@@ -298,6 +308,7 @@ impl Cell {
             },
             robot,
             robot_as_described,
+            robot_notes,
             model,
             base,
             sources: file.bus.source.into_iter().map(|s| resolve(s, folder)).collect(),

@@ -25,6 +25,10 @@ use crate::cell::Cell;
 /// What is wrong with a cell wherever it runs, the worst first.
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     let mut findings = Vec::new();
+    for note in &cell.robot_notes {
+        let remedy = "look at the arm with `didim robot`, and correct the URDF where it is wrong";
+        findings.push(Finding::note("robot", note.clone(), remedy));
+    }
     bus_load::check(cell, &mut findings);
     provenance::check(cell, &mut findings);
     identifiable::check(cell, &mut findings);

@@ -10,6 +10,7 @@ pub mod history;
 pub mod html;
 mod panel;
 pub mod reduction;
+pub mod robot;
 pub mod terminal;
 mod uses;
 

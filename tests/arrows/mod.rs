@@ -30,7 +30,7 @@ const ORDER: [(&str, &str); 9] = [
     ("src/offline", "compare predict log identify rate"),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo history manual metrics note predict reload replay run study \
+        "lib baseline capture check compare convert demo history manual metrics note predict reload replay robot run study \
          top window convert_frames identify choices sim outcome state status output error",
     ),
 ];

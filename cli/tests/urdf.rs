@@ -1,0 +1,157 @@
+//! A URDF in place of a robot file, on a real arm: the KR 300 (tests/data/README.md), whose geometry is written as a URDF
+//! here.
+
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::program::{didim, json, repository, succeed};
+use didim_core::robot::Robot;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SECTION: &str = "\n[urdf]\ndrive_inertia = true\ngear_ratios = [256.85714285714283, 267.42857142857144, \
+     252.33333333333334, 221.0, 239.61904761904762, 154.3231343283582]\n\
+     friction = { viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", width_rad_s = 0.02 } }\n";
+
+/// The joints of the robot file as those of a URDF, with a camera on the way and a flange at the end.
+fn urdf() -> String {
+    let text = fs::read_to_string(repository("tests/data/kr300/robot.toml")).unwrap();
+    let robot = Robot::from_toml(&text).unwrap();
+    let mut urdf = "<robot name=\"kr300\">\n<link name=\"link_0\"/>\n".to_owned();
+    for (k, joint) in (1..).zip(robot.chain()) {
+        // RotX(α) TransX(d) TransZ(r) is roll α at (d, −r sin α, r cos α); θ turns about the axis at last.
+        let (alpha, theta, r) = (joint.alpha, joint.theta, joint.r_m);
+        let limits = joint.limits;
+        writeln!(
+            urdf,
+            "<link name=\"frame_{k}\"/><link name=\"link_{k}\"/>\n<joint name=\"turn_{k}\" type=\"fixed\"><parent link=\"link_{}\"/>\
+             <child link=\"frame_{k}\"/><origin xyz=\"{:?} {:?} {:?}\" rpy=\"{:?} 0 0\"/></joint>\n<joint name=\"a{k}\" \
+             type=\"revolute\"><parent link=\"frame_{k}\"/><child link=\"link_{k}\"/><origin rpy=\"0 0 {:?}\"/><axis xyz=\"0 0 1\"/>\
+             <limit lower=\"{:?}\" upper=\"{:?}\" velocity=\"3\" effort=\"10000\"/></joint>",
+            k - 1,
+            joint.d_m,
+            -r * alpha.sin,
+            r * alpha.cos,
+            alpha.sin.atan2(alpha.cos),
+            theta.sin.atan2(theta.cos),
+            limits.position_min,
+            limits.position_max,
+        )
+        .unwrap();
+    }
+    urdf += "<link name=\"flange\"/><link name=\"camera\"/>\n\
+             <joint name=\"f\" type=\"fixed\"><parent link=\"link_6\"/><child link=\"flange\"/><origin xyz=\"0 0 0.1\"/></joint>\n\
+             <joint name=\"c\" type=\"fixed\"><parent link=\"link_3\"/><child link=\"camera\"/></joint>\n</robot>\n";
+    urdf
+}
+
+/// A folder with the arm's cell, on a URDF, with what the cell says of it.
+fn cell(section: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("arm.urdf"), urdf()).unwrap();
+    let text = fs::read_to_string(repository("tests/data/kr300/cell.toml")).unwrap();
+    let text = text.replace("../../../config", repository("config").to_str().unwrap());
+    let text = text.replace("robot = \"robot.toml\"", "robot = \"arm.urdf\"");
+    fs::write(folder.path().join("cell.toml"), text + section).unwrap();
+    folder
+}
+
+fn identify(cell: &Path) -> Value {
+    let [a, b] = ["a.csv", "b.csv"].map(|file| repository("tests/data/kr300").join(file));
+    let arguments: [&dyn AsRef<OsStr>; 12] = [
+        &"identify",
+        &"--json",
+        &"--cell",
+        &cell,
+        &"--input",
+        &a,
+        &"--input",
+        &b,
+        &"--from",
+        &"1.8",
+        &"--to",
+        &"8.196",
+    ];
+    json(&succeed(&arguments))
+}
+
+#[test]
+fn a_urdf_identifies_as_the_robot_file_of_the_same_arm() {
+    let folder = cell(SECTION);
+    let of_urdf = identify(&folder.path().join("cell.toml"));
+    let of_file = identify(&repository("tests/data/kr300/cell.toml"));
+    let figure = |of: &Value, key: &str| of[key].as_f64().unwrap();
+    for key in ["relative_error", "samples", "rows"] {
+        let [one, other] = [&of_urdf, &of_file].map(|of| figure(of, key));
+        assert!((one / other - 1.0).abs() < 1e-9, "{key}: {one} {other}");
+    }
+    // The offsets along axes 2 and 3, which cancel, are left out: link 2 has another origin, the others the same.
+    let value = |of: &Value, name: &str| {
+        let all = of["parameters"].as_array().unwrap();
+        figure(all.iter().find(|p| p["name"] == name).unwrap(), "value")
+    };
+    assert_eq!(of_urdf["parameters"].as_array().unwrap().len(), 58);
+    for name in ["zz1r", "ia3", "fv1", "fc2", "zz3r", "mx3r", "my4r", "xx5r", "off6"] {
+        let [one, other] = [&of_urdf, &of_file].map(|of| value(of, name));
+        assert!((one - other).abs() < 1e-6 * other.abs().max(1.0), "{name}: {one} {other}");
+    }
+    let checked = didim(&[&"check", &"--cell", &folder.path().join("cell.toml"), &"--elsewhere"]);
+    let said = checked.stdout;
+    assert!(
+        said.contains("the link `link_1` has no inertial: there are no nominal parameters"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_a_urdf_does_not_say_is_asked_for_with_the_lines_to_paste() {
+    let refused = |section: &str| {
+        let folder = cell(section);
+        let out = didim(&[&"check", &"--cell", &folder.path().join("cell.toml"), &"--elsewhere"]);
+        assert_eq!(out.code, Some(78));
+        out.stderr
+    };
+    let said = refused("");
+    assert!(said.contains("a URDF says nothing of the drives, of a1 a2 a3 a4 a5 a6"), "{said}");
+    let (_, pasted) = said.split_once("\n\n").unwrap();
+    assert!(pasted.contains("gear_ratios = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"), "{said}");
+    let folder = cell(&format!("\n{pasted}"));
+    succeed(&[&"check", &"--cell", &folder.path().join("cell.toml"), &"--elsewhere"]);
+    assert!(refused("\n[urdf]\ndrive_inertia = true\n").contains("gear_ratios = ["));
+    let few = SECTION.replace("256.85714285714283, ", "");
+    assert!(refused(&few).contains("has 5 entries for 6 driven joints"), "{}", refused(&few));
+    let unknown = SECTION.replace("offset = true", "offsets = true");
+    assert!(refused(&unknown).contains("offsets"), "{}", refused(&unknown));
+    let other = SECTION.replace("[urdf]", "[urdf]\ntip = \"hand\"");
+    assert!(refused(&other).contains("the tip `hand` is no link of the URDF"));
+}
+
+#[test]
+fn an_arm_is_shown_drawn_and_written_as_a_robot_file() {
+    let folder = cell("");
+    let at = |name: &str| folder.path().join(name);
+    let said = succeed(&[&"robot", &at("arm.urdf"), &"--picture", &at("arm.svg")]);
+    for expected in [
+        "kr300: 6 joints, a URDF from link_0 to flange; gravity 0  0  9.81 m/s²",
+        "3 a3",
+        "1.35  0  −1.109",
+        "flange in the frame of link_0   1.49  0  1.784 m",
+        "58 base parameters:",
+        "note: the link `link_1` has no inertial",
+    ] {
+        assert!(said.contains(expected), "{expected}\n{said}");
+    }
+    let svg = fs::read_to_string(at("arm.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.contains("joint 3 a3 turns about this axis"));
+    assert_eq!(svg.matches("polyline").count(), 3);
+    let toml = succeed(&[&"robot", &at("arm.urdf"), &"--toml"]);
+    fs::write(at("arm.toml"), &toml).unwrap();
+    let again = succeed(&[&"robot", &at("arm.toml")]);
+    assert!(again.contains("58 base parameters:"));
+    let out = didim(&[&"robot", &at("arm.toml"), &"--tip", &"flange"]);
+    assert_eq!(out.code, Some(2));
+    let other = didim(&[&"robot", &at("arm.urdf"), &"--tip", &"hand"]);
+    assert_eq!(other.code, Some(78));
+}

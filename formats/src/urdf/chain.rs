@@ -1,0 +1,269 @@
+//! The chain of driven joints in a URDF's tree, with the bodies that each of them carries, at q = 0.
+
+use didim_core::MAX_JOINTS;
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use super::error::UrdfError;
+use super::file::{Body, File, FileJoint, Inertial, Kind, Link};
+use super::note::UrdfNote;
+
+/// What a continuous joint is taken to turn \[rad\].
+const HALF_TURN: f64 = core::f64::consts::PI;
+
+/// A driven joint of the chain, in the frame of the base at q = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    pub(super) name: String,
+    pub(super) is_prismatic: bool,
+    /// A point on it.
+    pub(super) point: Vector3<f64>,
+    /// Of length 1.
+    pub(super) direction: Vector3<f64>,
+    /// \[rad or m\]
+    pub(super) position: [f64; 2],
+    /// \[rad/s or m/s\]
+    pub(super) velocity: f64,
+    /// \[N·m or N\]
+    pub(super) effort: f64,
+    /// Viscous and Coulomb friction, where the file has them.
+    pub(super) friction: Option<[f64; 2]>,
+    /// What it carries up to the next one.
+    pub(super) bodies: Vec<Body>,
+}
+
+pub(super) struct Chain {
+    pub(super) base: String,
+    pub(super) tip: String,
+    pub(super) axes: Vec<Axis>,
+    /// The tip's frame in that of the base at q = 0.
+    pub(super) tip_pose: IsometryMatrix3<f64>,
+    /// Whether every body is known.
+    pub(super) has_bodies: bool,
+    pub(super) notes: Vec<UrdfNote>,
+}
+
+impl FileJoint {
+    fn moves(&self) -> bool {
+        self.kind != Kind::Fixed
+    }
+}
+
+impl File {
+    /// The chain from the base to the tip, each where it is asked for by name.
+    pub(super) fn chain(&self, base: Option<&str>, tip: Option<&str>) -> Result<Chain, UrdfError> {
+        self.check_tree()?;
+        let base = match base {
+            Some(name) => self.link("base", name)?,
+            None => self.root()?,
+        };
+        let tip = match tip {
+            Some(name) => self.link("tip", name)?,
+            None => self.only_tip(base)?,
+        };
+        let name = |link: usize| self.links[link].name.clone();
+        let Some(way) = self.way(base, tip) else {
+            return Err(UrdfError::NotConnected { base: name(base), tip: name(tip) });
+        };
+        let moving: Vec<usize> = way.iter().copied().filter(|k| self.joints[*k].moves()).collect();
+        if !(1..=MAX_JOINTS).contains(&moving.len()) {
+            let (found, largest) = (moving.len(), MAX_JOINTS);
+            return Err(UrdfError::Joints { found, base: name(base), tip: name(tip), largest });
+        }
+        let poses = self.poses(base);
+        let mut chain = Chain {
+            base: name(base),
+            tip: name(tip),
+            axes: Vec::new(),
+            tip_pose: poses[tip].unwrap_or_else(IsometryMatrix3::identity),
+            has_bodies: true,
+            notes: Vec::new(),
+        };
+        for &k in &moving {
+            let joint = &self.joints[k];
+            // Of the joint's own frame, which is that of its child at q = 0.
+            let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
+            let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
+            self.carry(joint.child, &moving, &poses, &mut axis, &mut chain);
+            chain.axes.push(axis);
+        }
+        Ok(chain)
+    }
+
+    /// The bodies that move with a link, up to the next joints of the chain.
+    fn carry(
+        &self,
+        link: usize,
+        moving: &[usize],
+        poses: &[Option<IsometryMatrix3<f64>>],
+        axis: &mut Axis,
+        chain: &mut Chain,
+    ) {
+        let Link { name, body } = &self.links[link];
+        match (body, &poses[link]) {
+            (Inertial::Body(body), Some(pose)) => axis.bodies.push(body.seen_from(pose)),
+            (Inertial::Impossible(problem), _) => {
+                chain.has_bodies = false;
+                let (link, problem) = (name.clone(), problem.clone());
+                chain.notes.push(UrdfNote::ImpossibleBody { link, problem });
+            }
+            _ => {}
+        }
+        for (k, joint) in self.joints.iter().enumerate() {
+            if joint.parent == link && !moving.contains(&k) {
+                if joint.moves() {
+                    chain.notes.push(UrdfNote::HeldStill { joint: joint.name.clone() });
+                }
+                self.carry(joint.child, moving, poses, axis, chain);
+            }
+        }
+        // A frame without a body is no note; a driven link without any is.
+        if axis.bodies.is_empty() && moving.iter().any(|k| self.joints[*k].child == link) {
+            let unknown = chain.notes.iter().any(|note| note.is_of_link(name));
+            if !unknown {
+                chain.has_bodies = false;
+                chain.notes.push(UrdfNote::NoBody { link: name.clone() });
+            }
+        }
+    }
+
+    /// One joint leads to a link at most, and none back.
+    fn check_tree(&self) -> Result<(), UrdfError> {
+        for (k, joint) in self.joints.iter().enumerate() {
+            let again = self.joints[..k].iter().any(|other| other.child == joint.child);
+            // From a link upwards one comes to a root, or round for ever.
+            let mut above = joint.parent;
+            let mut steps = 0;
+            let mut round = joint.parent == joint.child;
+            while let Some(up) = self.joints.iter().find(|other| other.child == above) {
+                above = up.parent;
+                steps += 1;
+                if above == joint.child || steps > self.joints.len() {
+                    round = true;
+                    break;
+                }
+            }
+            if again || round {
+                let (line, link) = (joint.line, self.links[joint.child].name.clone());
+                return Err(UrdfError::Loop { joint: joint.name.clone(), link, line });
+            }
+        }
+        Ok(())
+    }
+
+    fn link(&self, end: &'static str, name: &str) -> Result<usize, UrdfError> {
+        let found = self.links.iter().position(|link| link.name == name);
+        let (link, known) = (name.to_owned(), self.links_text());
+        found.ok_or(UrdfError::NoSuchEnd { end, link, known })
+    }
+
+    fn root(&self) -> Result<usize, UrdfError> {
+        let is_root = |link: &usize| self.joints.iter().all(|joint| joint.child != *link);
+        let roots: Vec<usize> = (0..self.links.len()).filter(is_root).collect();
+        match roots[..] {
+            [root] => Ok(root),
+            _ => Err(UrdfError::Bases { roots: self.names(&roots) }),
+        }
+    }
+
+    fn names(&self, links: &[usize]) -> String {
+        links.iter().map(|link| self.links[*link].name.as_str()).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The joints from one link to another below it.
+    fn way(&self, base: usize, tip: usize) -> Option<Vec<usize>> {
+        let (mut way, mut at) = (Vec::new(), tip);
+        while at != base {
+            let up = self.joints.iter().position(|joint| joint.child == at)?;
+            way.push(up);
+            at = self.joints[up].parent;
+        }
+        way.reverse();
+        Some(way)
+    }
+
+    /// Where the arm ends, when all leaves hang on one chain of moving joints or on a part of it.
+    fn only_tip(&self, base: usize) -> Result<usize, UrdfError> {
+        let is_leaf = |link: &usize| self.joints.iter().all(|joint| joint.parent != *link);
+        let moving = |way: Vec<usize>| -> Vec<usize> {
+            way.into_iter().filter(|k| self.joints[*k].moves()).collect()
+        };
+        let leaves: Vec<(usize, Vec<usize>)> = (0..self.links.len())
+            .filter(is_leaf)
+            .filter_map(|leaf| Some((leaf, moving(self.way(base, leaf)?))))
+            .collect();
+        let longest = leaves.iter().max_by_key(|(_, way)| way.len());
+        let Some((_, chain)) = longest else { return Ok(base) };
+        if leaves.iter().any(|(_, way)| !chain.starts_with(way)) {
+            let is_end = |way: &Vec<usize>| {
+                leaves.iter().all(|(_, other)| other == way || !other.starts_with(way))
+            };
+            let ends = leaves.iter().filter(|(_, way)| is_end(way)).map(|(leaf, _)| *leaf);
+            return Err(UrdfError::Tips { tips: self.names(&ends.collect::<Vec<_>>()) });
+        }
+        // Of several frames on the last link the one that the file has first.
+        let mut on_the_last = leaves.iter().filter(|(_, way)| way == chain);
+        Ok(on_the_last.next().map_or(base, |(leaf, _)| *leaf))
+    }
+
+    /// The frame of each link below the base in that of the base, all joints at 0.
+    fn poses(&self, base: usize) -> Vec<Option<IsometryMatrix3<f64>>> {
+        let mut poses = vec![None; self.links.len()];
+        poses[base] = Some(IsometryMatrix3::identity());
+        // Each round reaches one joint further at least.
+        for _ in &self.joints {
+            for joint in &self.joints {
+                if let (Some(parent), None) = (poses[joint.parent], poses[joint.child]) {
+                    poses[joint.child] = Some(parent * joint.origin);
+                }
+            }
+        }
+        poses
+    }
+}
+
+fn axis_of(
+    joint: &FileJoint,
+    pose: &IsometryMatrix3<f64>,
+    notes: &mut Vec<UrdfNote>,
+) -> Result<Axis, UrdfError> {
+    let (name, line) = (joint.name.clone(), joint.line);
+    if let Some(of) = &joint.mimics {
+        return Err(UrdfError::Mimic { joint: name, of: of.clone(), line });
+    }
+    let kind = match joint.kind {
+        Kind::Floating => Some("floating"),
+        Kind::Planar => Some("planar"),
+        _ => None,
+    };
+    if let Some(kind) = kind {
+        return Err(UrdfError::Kind { joint: name, kind, line });
+    }
+    let wrong = |problem: String| UrdfError::Limit { joint: joint.name.clone(), problem, line };
+    let limit = joint.limit.ok_or_else(|| wrong("no limits".to_owned()))?;
+    for (value, what) in [(limit.velocity, "velocity"), (limit.effort, "effort")] {
+        if value <= 0.0 {
+            return Err(wrong(format!("no positive {what}")));
+        }
+    }
+    let position = match joint.kind {
+        Kind::Continuous => {
+            notes.push(UrdfNote::Continuous { joint: name.clone() });
+            [-HALF_TURN, HALF_TURN]
+        }
+        _ => [limit.lower, limit.upper],
+    };
+    if position[0] >= position[1] {
+        return Err(wrong(format!("a range from {} to {}", position[0], position[1])));
+    }
+    Ok(Axis {
+        name,
+        is_prismatic: joint.kind == Kind::Prismatic,
+        point: (pose * Point3::origin()).coords,
+        direction: pose.rotation * joint.axis,
+        position,
+        velocity: limit.velocity,
+        effort: limit.effort,
+        friction: joint.friction,
+        bodies: Vec::new(),
+    })
+}

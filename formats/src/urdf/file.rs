@@ -1,0 +1,331 @@
+//! A URDF as it stands in its file: links and joints, strictly read.
+
+use nalgebra::{
+    IsometryMatrix3, Matrix3, Point3, Rotation3, SymmetricEigen, Translation3, Vector3,
+};
+use roxmltree::{Document, Node};
+
+use super::error::UrdfError;
+
+/// By so much, relative to the largest, a principal moment may exceed the sum of the two others.
+const TRIANGLE: f64 = 1e-6;
+
+pub(super) struct File {
+    pub(super) name: String,
+    pub(super) links: Vec<Link>,
+    pub(super) joints: Vec<FileJoint>,
+}
+
+pub(super) struct Link {
+    pub(super) name: String,
+    pub(super) body: Inertial,
+}
+
+/// What the file says of a link's body.
+pub(super) enum Inertial {
+    /// Nothing.
+    Missing,
+    /// What cannot be, and why.
+    Impossible(String),
+    /// In the link's frame.
+    Body(Body),
+}
+
+/// A rigid body: mass, centre of mass, and inertia about that.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Body {
+    pub(super) mass_kg: f64,
+    pub(super) centre_m: Vector3<f64>,
+    pub(super) inertia_kg_m2: Matrix3<f64>,
+}
+
+pub(super) struct FileJoint {
+    pub(super) name: String,
+    pub(super) line: usize,
+    pub(super) kind: Kind,
+    /// Indices of the links.
+    pub(super) parent: usize,
+    pub(super) child: usize,
+    /// The joint's frame in that of its parent.
+    pub(super) origin: IsometryMatrix3<f64>,
+    /// In the joint's frame, of length 1.
+    pub(super) axis: Vector3<f64>,
+    pub(super) limit: Option<Limit>,
+    /// Viscous and Coulomb friction, where the file has them.
+    pub(super) friction: Option<[f64; 2]>,
+    /// The joint that it follows.
+    pub(super) mimics: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Revolute,
+    Continuous,
+    Prismatic,
+    Fixed,
+    Floating,
+    Planar,
+}
+
+/// As written: what is missing is 0.
+#[derive(Clone, Copy)]
+pub(super) struct Limit {
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) velocity: f64,
+    pub(super) effort: f64,
+}
+
+impl Body {
+    /// Seen from the frame in which this one's has the pose.
+    pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
+        let rotation = pose.rotation;
+        Self {
+            mass_kg: self.mass_kg,
+            centre_m: (pose * Point3::from(self.centre_m)).coords,
+            inertia_kg_m2: rotation * self.inertia_kg_m2 * rotation.transpose(),
+        }
+    }
+
+    /// Why no matter can be so spread, where none can.
+    fn problem(&self) -> Option<String> {
+        let moments = SymmetricEigen::new(self.inertia_kg_m2).eigenvalues;
+        let (least, largest) = (moments.min(), moments.max());
+        match () {
+            () if self.mass_kg < 0.0 => Some(format!("a mass of {} kg", self.mass_kg)),
+            () if least < -TRIANGLE * largest.abs() => {
+                Some("an inertia that is not positive definite".to_owned())
+            }
+            () if 2.0 * largest > (1.0 + TRIANGLE) * moments.sum() => Some(
+                "a principal moment of inertia larger than the sum of the two others".to_owned(),
+            ),
+            () if self.mass_kg == 0.0 && largest > 0.0 => {
+                Some("an inertia without a mass".to_owned())
+            }
+            () => None,
+        }
+    }
+}
+
+impl File {
+    pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
+        let document =
+            Document::parse(text).map_err(|error| UrdfError::Xml { problem: error.to_string() })?;
+        let root = document.root_element();
+        let is_xacro = |node: &Node<'_, '_>| {
+            node.namespaces().any(|space| space.uri().contains("xacro"))
+                || node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
+        };
+        if root.tag_name().name() != "robot" {
+            let found = root.tag_name().name().to_owned();
+            return Err(UrdfError::NotARobot { found, line: line(root) });
+        }
+        // A file that xacro has expanded may keep the name space.
+        let expanded = |node: &Node<'_, '_>| node.tag_name().namespace().is_none();
+        if is_xacro(&root)
+            && let Some(macros) = root.descendants().find(|n| n.is_element() && !expanded(n))
+        {
+            return Err(UrdfError::Xacro { line: line(macros) });
+        }
+        let name = root.attribute("name").filter(|name| !name.trim().is_empty());
+        let what = "name";
+        let name =
+            name.ok_or(UrdfError::Missing { element: "robot".into(), what, line: line(root) })?;
+        let mut links: Vec<Link> = Vec::new();
+        for node in children(root, "link") {
+            let name = named(node)?;
+            if links.iter().any(|link| link.name == name) {
+                return Err(UrdfError::Twice {
+                    what: format!("the link `{name}`"),
+                    line: line(node),
+                });
+            }
+            links.push(Link { name, body: inertial(node)? });
+        }
+        let mut joints: Vec<FileJoint> = Vec::new();
+        for node in children(root, "joint") {
+            let joint = joint(node, &links)?;
+            if joints.iter().any(|other| other.name == joint.name) {
+                let what = format!("the joint `{}`", joint.name);
+                return Err(UrdfError::Twice { what, line: joint.line });
+            }
+            joints.push(joint);
+        }
+        Ok(Self { name: name.to_owned(), links, joints })
+    }
+
+    /// The names of its links, for an error.
+    pub(super) fn links_text(&self) -> String {
+        self.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(" ")
+    }
+}
+
+fn line(node: Node<'_, '_>) -> usize {
+    node.document().text_pos_at(node.range().start).row as usize
+}
+
+fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+/// The one child of a name, if there is one.
+fn child<'a, 'i>(
+    node: Node<'a, 'i>,
+    name: &'static str,
+) -> Result<Option<Node<'a, 'i>>, UrdfError> {
+    let mut found = children(node, name);
+    let first = found.next();
+    match found.next() {
+        Some(second) => {
+            let what = format!("<{name}> of <{}>", node.tag_name().name());
+            Err(UrdfError::Twice { what, line: line(second) })
+        }
+        None => Ok(first),
+    }
+}
+
+fn needed<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, UrdfError> {
+    let element = node.tag_name().name().to_owned();
+    child(node, name)?.ok_or(UrdfError::Missing { element, what: name, line: line(node) })
+}
+
+fn attribute<'a>(node: Node<'a, '_>, name: &'static str) -> Result<&'a str, UrdfError> {
+    let element = node.tag_name().name().to_owned();
+    node.attribute(name).ok_or(UrdfError::Missing { element, what: name, line: line(node) })
+}
+
+fn named(node: Node<'_, '_>) -> Result<String, UrdfError> {
+    attribute(node, "name").map(str::to_owned)
+}
+
+fn number_of(
+    node: Node<'_, '_>,
+    attribute: &'static str,
+    text: &str,
+    expected: &'static str,
+) -> Result<f64, UrdfError> {
+    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let wrong =
+        || UrdfError::Number { text: text.to_owned(), attribute, expected, line: line(node) };
+    number.ok_or_else(wrong)
+}
+
+/// A number that is 0 where it is not stated.
+fn number(node: Node<'_, '_>, name: &'static str) -> Result<f64, UrdfError> {
+    node.attribute(name).map_or(Ok(0.0), |text| number_of(node, name, text, "a number"))
+}
+
+/// Three numbers, where they are stated.
+fn three(node: Node<'_, '_>, name: &'static str) -> Result<Option<Vector3<f64>>, UrdfError> {
+    let Some(text) = node.attribute(name) else { return Ok(None) };
+    let expected = "three numbers";
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .map(|part| number_of(node, name, part, expected))
+        .collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(Some(Vector3::new(x, y, z))),
+        _ => Err(UrdfError::Number {
+            text: text.to_owned(),
+            attribute: name,
+            expected,
+            line: line(node),
+        }),
+    }
+}
+
+/// Roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.
+fn origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
+    let Some(origin) = child(node, "origin")? else { return Ok(IsometryMatrix3::identity()) };
+    let place = three(origin, "xyz")?.unwrap_or_default();
+    let angles = three(origin, "rpy")?.unwrap_or_default();
+    let rotation = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
+    Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
+}
+
+fn inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
+    let Some(node) = child(link, "inertial")? else { return Ok(Inertial::Missing) };
+    let Some(mass) = child(node, "mass")? else {
+        return Ok(Inertial::Impossible("no mass".to_owned()));
+    };
+    let mass_kg = number_of(mass, "value", attribute(mass, "value")?, "a number")?;
+    let Some(tensor) = child(node, "inertia")? else {
+        return Ok(Inertial::Impossible("no inertia".to_owned()));
+    };
+    let mut entries = [0.0; 6];
+    for (entry, name) in entries.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
+        // Some readers take a missing one for 0 and drop the whole inertia.
+        let Some(text) = tensor.attribute(name) else {
+            return Ok(Inertial::Impossible(format!("no {name}")));
+        };
+        *entry = number_of(tensor, name, text, "a number")?;
+    }
+    let [xx, xy, xz, yy, yz, zz] = entries;
+    let body = Body {
+        mass_kg,
+        centre_m: Vector3::zeros(),
+        inertia_kg_m2: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+    };
+    Ok(match body.problem() {
+        Some(problem) => Inertial::Impossible(problem),
+        None => Inertial::Body(body.seen_from(&origin(node)?)),
+    })
+}
+
+fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
+    let (name, line) = (named(node)?, line(node));
+    let kind = match attribute(node, "type")? {
+        "revolute" => Kind::Revolute,
+        "continuous" => Kind::Continuous,
+        "prismatic" => Kind::Prismatic,
+        "fixed" => Kind::Fixed,
+        "floating" => Kind::Floating,
+        "planar" => Kind::Planar,
+        other => {
+            return Err(UrdfError::UnknownType { joint: name, found: other.to_owned(), line });
+        }
+    };
+    let link = |end: &'static str| -> Result<usize, UrdfError> {
+        let wanted = attribute(needed(node, end)?, "link")?;
+        let unknown = || UrdfError::UnknownLink {
+            joint: name.clone(),
+            link: wanted.to_owned(),
+            known: links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(" "),
+            line,
+        };
+        links.iter().position(|link| link.name == wanted).ok_or_else(unknown)
+    };
+    let (parent, child_link) = (link("parent")?, link("child")?);
+    let axis = child(node, "axis")?.map(|axis| three(axis, "xyz")).transpose()?.flatten();
+    let axis = axis.unwrap_or_else(Vector3::x);
+    let Some(axis) = axis.try_normalize(f64::MIN_POSITIVE) else {
+        let (text, expected) = ("0 0 0".to_owned(), "a direction");
+        return Err(UrdfError::Number { text, attribute: "xyz", expected, line });
+    };
+    let limit = child(node, "limit")?
+        .map(|limit| {
+            Ok(Limit {
+                lower: number(limit, "lower")?,
+                upper: number(limit, "upper")?,
+                velocity: number(limit, "velocity")?,
+                effort: number(limit, "effort")?,
+            })
+        })
+        .transpose()?;
+    let friction = child(node, "dynamics")?
+        .map(|dynamics| Ok([number(dynamics, "damping")?, number(dynamics, "friction")?]))
+        .transpose()?;
+    let mimics = child(node, "mimic")?.map(|mimic| attribute(mimic, "joint").map(str::to_owned));
+    Ok(FileJoint {
+        origin: origin(node)?,
+        mimics: mimics.transpose()?,
+        name,
+        line,
+        kind,
+        parent,
+        child: child_link,
+        axis,
+        limit,
+        friction,
+    })
+}

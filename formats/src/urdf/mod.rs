@@ -1,0 +1,171 @@
+//! URDF: an arm as ROS describes it, turned into a robot file.
+
+mod chain;
+mod error;
+mod file;
+mod modified_dh;
+mod note;
+
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+
+pub use error::UrdfError;
+pub use note::UrdfNote;
+
+use chain::{Axis, Chain};
+use file::File;
+use modified_dh::{Placed, place};
+
+/// Gravity in the base's frame of a URDF, whose z points up \[m/s²\].
+const GRAVITY_M_S2: [f64; 3] = [0.0, 0.0, -9.81];
+
+const LINK: [&str; 10] = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m"];
+
+/// The serial arm in a URDF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfArm {
+    name: String,
+    base: String,
+    tip: String,
+    axes: Vec<Axis>,
+    placed: Vec<Placed>,
+    tip_position_m: Vector3<f64>,
+    has_bodies: bool,
+    notes: Vec<UrdfNote>,
+}
+
+/// What a URDF does not have of an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfDrives {
+    /// Whether the inertias of the drives are parameters: behind a torque sensor they are not.
+    pub drive_inertia: bool,
+    /// Turns of each motor to one of its joint; 1 where signals are of the joints' side.
+    pub gear_ratios: Vec<f64>,
+    /// The lines of a robot file's `[friction]`.
+    pub friction: String,
+}
+
+impl UrdfDrives {
+    /// For a look at an arm whose drives nobody has stated: signals of the joints' side, drives with inertias, viscous and
+    /// Coulomb friction and an offset.
+    pub fn assumed(joints: usize) -> Self {
+        let sign = "sign = { model = \"tanh\", width_rad_s = 0.02 }";
+        Self {
+            drive_inertia: true,
+            gear_ratios: vec![1.0; joints],
+            friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
+        }
+    }
+}
+
+impl UrdfArm {
+    /// The arm between two links; the only root is the base and the only end of moving joints the tip where they are not
+    /// asked for.
+    ///
+    /// # Errors
+    /// [`UrdfError`].
+    pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
+        let file = File::read(text)?;
+        let Chain { base, tip, axes, tip_pose, has_bodies, mut notes } = file.chain(base, tip)?;
+        let placed = place(&axes, &mut notes);
+        let tip_position_m = tip_pose.translation.vector;
+        Ok(Self { name: file.name, base, tip, axes, placed, tip_position_m, has_bodies, notes })
+    }
+
+    /// Number of driven joints.
+    pub fn joints(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// The names of the driven joints, from base to tip.
+    pub fn joint_names(&self) -> impl Iterator<Item = &str> {
+        self.axes.iter().map(|axis| axis.name.as_str())
+    }
+
+    /// Base and tip.
+    pub fn ends(&self) -> [&str; 2] {
+        [&self.base, &self.tip]
+    }
+
+    /// Where the tip is at q = 0, in the frame of the base \[m\].
+    pub fn tip_position_m(&self) -> [f64; 3] {
+        self.tip_position_m.into()
+    }
+
+    /// What has to be known of it.
+    pub fn notes(&self) -> &[UrdfNote] {
+        &self.notes
+    }
+
+    /// The arm as a robot file. Its base's frame is the first joint's at q = 0, and gravity is turned into that; positions
+    /// are those of the URDF. Bodies and friction of the URDF are nominal values where every link that moves has a body.
+    pub fn to_toml(&self, drives: &UrdfDrives) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write(drives, &mut text);
+        text
+    }
+
+    fn write(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "# From the URDF of {}, {} to {}.", self.name, self.base, self.tip)?;
+        writeln!(out, "name = {:?}", self.name)?;
+        let frame = self.placed[0].frame();
+        let gravity = frame.seen(&Vector3::from(GRAVITY_M_S2)).map(clean);
+        writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
+        for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
+            let prismatic = axis.is_prismatic;
+            writeln!(out, "\n[[joint]] # {}: {}", number + 1, axis.name)?;
+            writeln!(out, "type = \"{}\"", if prismatic { "prismatic" } else { "revolute" })?;
+            writeln!(out, "alpha_deg = {:?}", placed.alpha_deg)?;
+            writeln!(out, "d_m = {:?}", placed.d_m)?;
+            writeln!(out, "theta_deg = {:?}", placed.theta_deg)?;
+            writeln!(out, "r_m = {:?}", placed.r_m)?;
+            writeln!(out, "drive_inertia = {}", drives.drive_inertia)?;
+            let ([low, high], position, velocity, effort) = match prismatic {
+                true => (axis.position, "m", "velocity_max_m_s", "force_max_n"),
+                false => (
+                    axis.position.map(f64::to_degrees),
+                    "deg",
+                    "velocity_max_rad_s",
+                    "torque_max_nm",
+                ),
+            };
+            writeln!(out, "position_min_{position} = {low:?}")?;
+            writeln!(out, "position_max_{position} = {high:?}")?;
+            writeln!(out, "{velocity} = {:?}", axis.velocity)?;
+            writeln!(out, "{effort} = {:?}", axis.effort)?;
+        }
+        writeln!(out, "\n[transmission]\nrows = [")?;
+        for motor in 0..self.joints() {
+            let ratio =
+                |joint: usize| if joint == motor { drives.gear_ratios.get(motor) } else { None };
+            let row = (0..self.joints()).map(|joint| format!("{:?}", ratio(joint).unwrap_or(&0.0)));
+            writeln!(out, "  [{}],", row.collect::<Vec<_>>().join(", "))?;
+        }
+        writeln!(out, "]\n\n[friction]\n{}", drives.friction)?;
+        if !self.has_bodies {
+            return Ok(());
+        }
+        writeln!(out, "[nominal]")?;
+        for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
+            let number = number + 1;
+            for (name, value) in LINK.iter().zip(placed.parameters(&axis.bodies)) {
+                writeln!(out, "{name}{number} = {value:?}")?;
+            }
+            for (name, value) in ["fv", "fc"].iter().zip(axis.friction.into_iter().flatten()) {
+                let term = if *name == "fv" { "viscous" } else { "coulomb" };
+                let stated = |line: &str| line.replace(' ', "") == format!("{term}=true");
+                if drives.friction.lines().any(stated) {
+                    writeln!(out, "{name}{number} = {value:?}")?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Without what rounding leaves.
+fn clean(value: f64) -> f64 {
+    if value.abs() < 1e-13 { 0.0 } else { value }
+}

@@ -1,0 +1,74 @@
+//! What has to be known of an arm that a URDF describes.
+
+use core::fmt;
+
+/// Not wrong, and worth knowing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum UrdfNote {
+    /// A link that a joint moves has no body: there are no nominal values.
+    NoBody {
+        /// The link.
+        link: String,
+    },
+    /// A body that cannot be: there are no nominal values.
+    ImpossibleBody {
+        /// Its link.
+        link: String,
+        /// Why it cannot.
+        problem: String,
+    },
+    /// A joint beside the chain, taken for fixed at 0.
+    HeldStill {
+        /// The joint.
+        joint: String,
+    },
+    /// A joint without an end.
+    Continuous {
+        /// The joint.
+        joint: String,
+    },
+    /// Two axes that are nearly parallel.
+    NearlyParallel {
+        /// The joint after the other.
+        joint: String,
+        /// The angle between them.
+        angle_rad: f64,
+    },
+}
+
+impl UrdfNote {
+    /// Whether it says that there are no nominal values.
+    pub fn is_of_bodies(&self) -> bool {
+        matches!(self, Self::NoBody { .. } | Self::ImpossibleBody { .. })
+    }
+
+    pub(super) fn is_of_link(&self, name: &str) -> bool {
+        match self {
+            Self::NoBody { link } | Self::ImpossibleBody { link, .. } => link == name,
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for UrdfNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoBody { link } => {
+                write!(f, "the link `{link}` has no inertial: there are no nominal parameters")
+            }
+            Self::ImpossibleBody { link, problem } => {
+                write!(f, "the link `{link}` has {problem}: there are no nominal parameters")
+            }
+            Self::HeldStill { joint } => {
+                write!(f, "the joint `{joint}` is beside the chain and taken for fixed at 0")
+            }
+            Self::Continuous { joint } => {
+                write!(f, "the joint `{joint}` turns without end; −180 to 180 deg are looked at")
+            }
+            Self::NearlyParallel { joint, angle_rad } => write!(
+                f,
+                "the axis of `{joint}` is {angle_rad:.1e} rad from parallel to the one before, and taken for parallel"
+            ),
+        }
+    }
+}

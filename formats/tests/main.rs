@@ -1,0 +1,9 @@
+//! Files of other tools, held against programs that are not ours.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking, and says what it found"
+)]
+
+mod urdf;

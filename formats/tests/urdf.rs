@@ -1,0 +1,177 @@
+//! URDF: the same torques as Pinocchio, and a clear error for each that is no arm.
+
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::robot::Robot;
+use didim_formats::{UrdfArm, UrdfDrives, UrdfError};
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+struct Golden {
+    arm: Vec<GoldenArm>,
+}
+
+#[derive(Deserialize)]
+struct GoldenArm {
+    joints: usize,
+    urdf: String,
+    tip_m: [f64; 3],
+    /// q, q̇, q̈ and τ.
+    states: Vec<[Vec<f64>; 4]>,
+}
+
+/// Without what a URDF's torques do not have either.
+fn links_alone(joints: usize) -> UrdfDrives {
+    let friction = "viscous = false\ncoulomb = false\noffset = false\n".to_owned();
+    UrdfDrives { drive_inertia: false, gear_ratios: vec![1.0; joints], friction }
+}
+
+#[test]
+fn torques_are_those_of_pinocchio() {
+    let golden: Golden = toml::from_str(include_str!("golden/urdf.toml")).unwrap();
+    let mut worst: f64 = 0.0;
+    for arm in &golden.arm {
+        let read = UrdfArm::read(&arm.urdf, Some("base"), Some("tip")).unwrap();
+        assert_eq!(read.joints(), arm.joints);
+        for (own, expected) in read.tip_position_m().iter().zip(arm.tip_m) {
+            assert!((own - expected).abs() < 1e-12, "{own} {expected}");
+        }
+        let text = read.to_toml(&links_alone(arm.joints));
+        let robot = Robot::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let (model, mut ws) = (Model::new(&robot), Workspace::default());
+        let nominal = robot.nominal().unwrap().standard();
+        for [q, dq, ddq, expected] in &arm.states {
+            let mut torque = vec![0.0; arm.joints];
+            model.inverse_dynamics(&mut ws, nominal, q, dq, ddq, &mut torque);
+            let size = expected.iter().fold(0.0, |size: f64, tau| size.max(tau.abs()));
+            for (own, expected) in torque.iter().zip(expected) {
+                worst = worst.max((own - expected).abs() / size);
+            }
+        }
+    }
+    println!("{worst:.1e} relative");
+    assert_eq!(golden.arm.len(), 22);
+    assert!(worst < 1e-12, "{worst}");
+}
+
+/// Two driven links; `more` goes into the robot, `inside` into its second joint.
+fn two_links(more: &str, inside: &str) -> String {
+    let body = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";
+    let limit = "<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>";
+    format!(
+        "<robot name=\"two\">\n<link name=\"base\"/>\n<link name=\"upper\">{body}</link>\n<link name=\"lower\">{body}</link>\n\
+         <joint name=\"shoulder\" type=\"revolute\"><parent link=\"base\"/><child link=\"upper\"/><axis xyz=\"0 0 1\"/>{limit}</joint>\n\
+         <joint name=\"elbow\" type=\"revolute\"><parent link=\"upper\"/><child link=\"lower\"/><origin xyz=\"0.5 0 0\"/>\
+         <axis xyz=\"0 1 0\"/>{limit}{inside}</joint>\n{more}</robot>"
+    )
+}
+
+fn refused(text: &str) -> String {
+    UrdfArm::read(text, None, None).unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_no_arm_is_refused_with_what_to_do() {
+    assert!(UrdfArm::read(&two_links("", ""), None, None).is_ok());
+    let link = |name: &str| format!("<link name=\"{name}\"/>");
+    let joint = |name: &str, kind: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/></joint>"
+        )
+    };
+    let moving = |name: &str, parent: &str, child: &str| {
+        joint(name, "revolute", parent, child).replace(
+            "</joint>",
+            "<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"5\"/></joint>",
+        )
+    };
+    let own = two_links("", "");
+    let cases = [
+        ("<robot".to_owned(), "it is no XML"),
+        ("<sdf/>".to_owned(), "give a URDF"),
+        ("<robot/>".to_owned(), "no name"),
+        (
+            "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro/></robot>".to_owned(),
+            "expand it with `xacro FILE > arm.urdf`",
+        ),
+        (two_links(&link("upper"), ""), "the link `upper` is there twice"),
+        (two_links(&moving("elbow", "upper", "lower"), ""), "the joint `elbow` is there twice"),
+        (two_links("<link/>", ""), "<link> has no name"),
+        (two_links(&joint("x", "ball", "lower", "upper"), ""), "the type \"ball\" of joint `x` does not exist"),
+        (two_links(&joint("x", "fixed", "lower", "hand"), ""), "names the link `hand`, which is not there"),
+        (two_links(&joint("x", "fixed", "lower", "upper"), ""), "closes a loop at the link `upper`"),
+        (two_links(&joint("x", "fixed", "lower", "base"), ""), "closes a loop"),
+        (two_links(&link("other"), ""), "no joint leads to any of the links base other"),
+        (
+            two_links(&format!("{}{}", link("finger"), moving("f", "upper", "finger")), ""),
+            "could end at any of the links lower finger; say which is the `tip`",
+        ),
+        (
+            two_links(&format!("{}{}", link("cart"), joint("x", "floating", "lower", "cart")), ""),
+            "joint `x` is floating",
+        ),
+        (two_links("", "<mimic joint=\"shoulder\"/>"), "joint `elbow` follows `shoulder`"),
+        (own.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>"), "`0 0 0` of `xyz` is not a direction"),
+        (own.replace("0.5 0 0", "0.5 0"), "`0.5 0` of `xyz` is not three numbers"),
+        (own.replace("0.5 0 0", "0.5 0 inf"), "not three numbers"),
+        (own.replace("effort=\"50\"", "effort=\"0\""), "no positive effort"),
+        (own.replace("upper=\"1\"", "upper=\"-1\""), "a range from -1 to -1"),
+        (own.replace("<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>", ""), "no limits"),
+        (own.replace("type=\"revolute\"", "type=\"fixed\""), "0 joints move between"),
+    ];
+    for (text, expected) in cases {
+        let said = refused(&text);
+        assert!(said.contains(expected), "{said}\nis not: {expected}");
+    }
+    let missing = UrdfArm::read(&own, None, Some("hand")).unwrap_err();
+    assert!(
+        missing
+            .to_string()
+            .contains("the tip `hand` is no link of the URDF; its links are base upper lower")
+    );
+    let apart = UrdfArm::read(&own, Some("lower"), Some("upper")).unwrap_err();
+    assert!(matches!(apart, UrdfError::NotConnected { .. }), "{apart}");
+}
+
+#[test]
+fn bodies_that_cannot_be_are_noted_and_there_are_no_nominal_values() {
+    let own = two_links("", "");
+    let of = |text: &str| {
+        let arm = UrdfArm::read(text, None, None).unwrap();
+        let notes: Vec<String> = arm.notes().iter().map(ToString::to_string).collect();
+        (arm.to_toml(&links_alone(2)).contains("[nominal]"), notes)
+    };
+    assert_eq!(of(&own), (true, Vec::new()));
+    let upper = |from: &str, to: &str| of(&own.replacen(from, to, 1));
+    for (from, to, problem) in [
+        ("mass value=\"1\"", "mass value=\"-1\"", "a mass of -1 kg"),
+        ("ixx=\"1\"", "ixx=\"3\"", "larger than the sum of the two others"),
+        ("ixx=\"1\"", "ixx=\"-1\"", "not positive definite"),
+        ("ixy=\"0\" ", "", "no ixy"),
+        ("<mass value=\"1\"/>", "", "no mass"),
+    ] {
+        let (nominal, notes) = upper(from, to);
+        assert!(!nominal && notes.len() == 1 && notes[0].contains(problem), "{notes:?}");
+        assert!(notes[0].contains("the link `upper`"), "{notes:?}");
+    }
+    let (start, end) = (own.find("<inertial>").unwrap(), own.find("</inertial>").unwrap());
+    let (nominal, notes) = of(&format!("{}{}", &own[..start], &own[end + 11..]));
+    assert!(!nominal && notes[0].contains("has no inertial"), "{notes:?}");
+    // A joint without an end, one beside the chain, axes that are nearly parallel.
+    let turning = own.replacen("type=\"revolute\"", "type=\"continuous\"", 1);
+    assert!(of(&turning).1[0].contains("turns without end"));
+    let nearly = own.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 3e-9 1\"/>");
+    assert!(of(&nearly).1[0].contains("3.0e-9 rad from parallel"));
+}
+
+/// What the file says of friction is nominal, where the model has the term.
+#[test]
+fn friction_of_a_urdf_is_nominal() {
+    let text = two_links("", "<dynamics damping=\"0.7\" friction=\"1.5\"/>");
+    let arm = UrdfArm::read(&text, None, None).unwrap();
+    let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::assumed(2))).unwrap();
+    let nominal = robot.nominal().unwrap();
+    assert_eq!((nominal.value("fv2"), nominal.value("fc2")), (Some(0.7), Some(1.5)));
+    assert_eq!(nominal.value("fv1"), None);
+    let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
+    assert_eq!(robot.nominal().unwrap().value("fv2"), None);
+}

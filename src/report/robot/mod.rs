@@ -1,0 +1,164 @@
+//! What a robot file says of an arm, for people: what lets them see a wrong sign.
+
+mod picture;
+
+use didim_core::dynamics::BaseParameters;
+use didim_core::robot::{Joint, JointKind, LinkFrame, ParameterKind, Robot};
+
+use crate::cell::RobotSource;
+use crate::text::{aligned, significant};
+
+pub use picture::picture;
+
+/// A base parameter's sum is shown so far.
+const LONGEST: usize = 100;
+
+/// Axes, tip, reach, masses, base parameters and what has to be known of the arm.
+pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
+    let robot = &source.robot;
+    let frames = robot.frames(&[]);
+    let mut text = heading(source);
+    text += &axes(source, &frames);
+    text += &format!(
+        "\nAt q = 0, in the base's frame: origins and directions of the axes. {}\n",
+        match &source.urdf {
+            Some(_) => "The base's frame is that of the first joint.",
+            None => "Gravity says where up is.",
+        }
+    );
+    if let Some(last) = frames.last() {
+        text += &format!("origin of the last link's frame   {} m\n", three(last.origin_m));
+    }
+    if let Some(arm) = &source.urdf {
+        let [from, tip] = arm.ends();
+        text += &format!("{tip} in the frame of {from}   {} m\n", three(arm.tip_position_m()));
+    }
+    text +=
+        &format!("reach from the second axis        {} m at most\n", significant(reach(robot), 3));
+    if let Some(nominal) = robot.nominal() {
+        let mass = robot.parameters().parameters().iter().zip(nominal.standard());
+        let masses = mass.filter(|(parameter, _)| parameter.kind == ParameterKind::M);
+        let all: f64 = masses.map(|(_, mass)| mass).sum();
+        if all > 0.0 {
+            text += &format!(
+                "mass that moves                   {} kg (nominal)\n",
+                significant(all, 4)
+            );
+        }
+    }
+    text += &format!("\n{} base parameters:\n", base.names().len());
+    for name in base.names() {
+        let sum = base.expression(name).unwrap_or_default();
+        text += &match sum == *name {
+            true => format!("  {name}\n"),
+            false => format!("  {name} = {}\n", shortened(&sum)),
+        };
+    }
+    for note in source.notes() {
+        text += &format!("note: {note}\n");
+    }
+    text
+}
+
+fn heading(source: &RobotSource) -> String {
+    let robot = &source.robot;
+    let from = match &source.urdf {
+        Some(arm) => {
+            let [base, tip] = arm.ends();
+            format!(", a URDF from {base} to {tip}")
+        }
+        None => String::new(),
+    };
+    format!(
+        "{}: {} joints{from}; gravity {} m/s²\n\n",
+        robot.name(),
+        robot.joints(),
+        three(robot.gravity_m_s2())
+    )
+}
+
+fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
+    let names: Vec<&str> = match &source.urdf {
+        Some(arm) => arm.joint_names().collect(),
+        None => Vec::new(),
+    };
+    let rows: Vec<Vec<String>> = source
+        .robot
+        .chain()
+        .iter()
+        .zip(frames)
+        .enumerate()
+        .map(|(k, (joint, frame))| {
+            let Joint { alpha, theta, d_m, r_m, limits, .. } = joint;
+            let (scale, unit, kind) = match joint.kind {
+                JointKind::Revolute => (1.0_f64.to_degrees(), "deg", "revolute"),
+                JointKind::Prismatic => (1e3, "mm", "prismatic"),
+            };
+            let [low, high] = [limits.position_min, limits.position_max].map(|at| at * scale);
+            let degrees = |of: &didim_core::robot::Angle| number(of.sin.atan2(of.cos).to_degrees());
+            let speed = if joint.kind == JointKind::Revolute { "rad/s" } else { "m/s" };
+            vec![
+                names
+                    .get(k)
+                    .map_or_else(|| (k + 1).to_string(), |name| format!("{} {name}", k + 1)),
+                kind.to_owned(),
+                degrees(alpha),
+                number(*d_m),
+                degrees(theta),
+                number(*r_m),
+                three(frame.origin_m),
+                three(frame.axes[2]),
+                format!("{} to {} {unit}", number(low), number(high)),
+                format!("{} {speed}", significant(limits.velocity_max, 3)),
+                format!("{} {}", significant(limits.torque_max, 3), joint.kind.torque_unit()),
+            ]
+        })
+        .collect();
+    let header = [
+        "joint",
+        "type",
+        "α [deg]",
+        "d [m]",
+        "θ [deg]",
+        "r [m]",
+        "origin [m]",
+        "axis",
+        "range",
+        "speed",
+        "torque",
+    ];
+    aligned(&header, &rows)
+}
+
+/// The lengths between the second axis and the last link's frame, stretched out \[m\].
+fn reach(robot: &Robot) -> f64 {
+    let length = |joint: &Joint| {
+        let stroke = match joint.kind {
+            JointKind::Revolute => joint.r_m.abs(),
+            JointKind::Prismatic => {
+                let ends = [joint.limits.position_min, joint.limits.position_max];
+                ends.map(|end| (joint.r_m + end).abs()).into_iter().fold(0.0, f64::max)
+            }
+        };
+        joint.d_m.hypot(stroke)
+    };
+    robot.chain().iter().skip(2).map(length).sum()
+}
+
+fn three(values: [f64; 3]) -> String {
+    values.map(number).join("  ")
+}
+
+/// To a tenth of a millimetre or of a thousandth of a degree, without the zeros behind.
+fn number(value: f64) -> String {
+    let text = format!("{value:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
+}
+
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(LONGEST) {
+        Some((at, _)) => format!("{}…", &text[..at]),
+        None => text.to_owned(),
+    }
+}
