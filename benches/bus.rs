@@ -24,8 +24,13 @@ fn cell(name: &str) -> Cell {
 /// What the simulated arm sends while it plays its motion once.
 fn frames(cell: &Cell) -> Vec<Frame> {
     let scenario = didim_sim::tx40_paper().unwrap();
-    let mut device =
-        VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 1).unwrap();
+    let mut device = VirtualDevice::new(
+        &scenario,
+        cell.bus().unwrap().layout.clone(),
+        cell.bus().unwrap().scales.clone(),
+        1,
+    )
+    .unwrap();
     let mut frames = Vec::new();
     while device.poll_due().is_some() {
         device.poll_cycle(&mut frames).unwrap();
@@ -39,7 +44,8 @@ fn assembling(criterion: &mut Criterion) {
     for name in CELLS {
         let cell = cell(name);
         let frames = frames(&cell);
-        let assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
+        let assembler =
+            Assembler::new(cell.bus().unwrap().layout.clone(), cell.bus().unwrap().scales.clone());
         group.throughput(Throughput::Elements(frames.len() as u64));
         group.bench_function(name, |bencher| {
             bencher.iter_batched_ref(

@@ -94,7 +94,7 @@ impl Sink for StampingSink {
 
 /// Both ends of the cell's bus.
 fn bus(cell: &Cell) -> (Box<dyn Sink + Send>, OpenedSource) {
-    match cell.sources.as_slice() {
+    match cell.bus().unwrap().sources.as_slice() {
         [BusAddress::Can(interface)] => {
             let sink = SocketCanSink::open(interface.as_str()).unwrap();
             (Box::new(sink), open_source(cell).unwrap())
@@ -116,8 +116,13 @@ fn bus(cell: &Cell) -> (Box<dyn Sink + Send>, OpenedSource) {
 /// One motion of the arm.
 fn motion(cell: &Cell) -> Vec<Frame> {
     let scenario = didim_sim::tx40_paper().unwrap();
-    let mut device =
-        VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0).unwrap();
+    let mut device = VirtualDevice::new(
+        &scenario,
+        cell.bus().unwrap().layout.clone(),
+        cell.bus().unwrap().scales.clone(),
+        0,
+    )
+    .unwrap();
     let mut frames = Vec::with_capacity(usize::try_from(device.cycles()).unwrap());
     while device.poll_due().is_some() {
         device.poll_cycle(&mut frames).unwrap();

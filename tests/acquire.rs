@@ -321,7 +321,8 @@ fn healths(fate: Fate) -> Vec<Health> {
     let (sender, source) = bus(WhenFull::Wait);
     let options =
         AcquireOptions { silence_after: Duration::from_secs(60), ..options(&network, Pace::Live) };
-    let assembler = Assembler::new(cell.layout.clone(), cell.scales.clone());
+    let assembler =
+        Assembler::new(cell.bus().unwrap().layout.clone(), cell.bus().unwrap().scales.clone());
     let mut acquisition = Acquisition::start(&options, source, assembler, &shared).unwrap();
     let start = Instant::now();
     let mut collector = Collector::new(&options.stream, Some(shared.clone()), None, None, start);
@@ -334,7 +335,11 @@ fn healths(fate: Fate) -> Vec<Health> {
             let mut of_cycle = Vec::new();
             let encode = |values: &CycleValues, frames: &mut Vec<Frame>| {
                 for role in [Role::Sync, Role::Sample, Role::Target] {
-                    cell.layout.encode(role, values, cycle * 2_000_000, frames).unwrap();
+                    cell.bus()
+                        .unwrap()
+                        .layout
+                        .encode(role, values, cycle * 2_000_000, frames)
+                        .unwrap();
                 }
             };
             // Once for the values, once for the frames.

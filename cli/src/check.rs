@@ -86,6 +86,7 @@ fn refused(error: &CellError) -> Finding {
         CellError::Layout { .. } => "bus.layout",
         CellError::Drives { .. } => "bus.drives",
         CellError::Axes { .. } => "bus.layout.axes",
+        CellError::NoBus { .. } => "bus",
         CellError::Read { .. } | CellError::Cell { .. } => "",
     };
     Finding::error(key, error.to_string(), "correct the file and check again")
@@ -94,7 +95,7 @@ fn refused(error: &CellError) -> Finding {
 fn text(cell: &Cell, own: &[Finding], here: &[Finding], elsewhere: bool) -> String {
     let mut text = summary(cell);
     text += &controller(cell);
-    for (drive, axis) in cell.drives.iter().zip(1..) {
+    for (drive, axis) in cell.bus().into_iter().flat_map(|bus| &bus.drives).zip(1..) {
         text += &format!(
             "drive {axis}: position gain from {}; torque gain from {}\n",
             drive.position.provenance.as_str(),
@@ -112,19 +113,24 @@ fn text(cell: &Cell, own: &[Finding], here: &[Finding], elsewhere: bool) -> Stri
 
 fn summary(cell: &Cell) -> String {
     let chosen = cell.options.parameters.as_ref().map_or(cell.base.names().len(), Vec::len);
-    let buses: Vec<String> = cell.sources.iter().map(ToString::to_string).collect();
+    let source = match cell.bus() {
+        Ok(bus) => {
+            let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
+            format!("bus {}: {} messages", buses.join(" "), bus.layout.messages().len())
+        }
+        Err(_) if cell.columns.is_some() => "no bus: tables with the columns of [data]".to_owned(),
+        Err(_) => "no bus: tables with didim's own columns".to_owned(),
+    };
     format!(
         "cell {}: {} with {} joints, {} base parameters, {chosen} to be identified by {}\n\
-         bus {}: {} messages, {:.0} samples/s, {}\n",
+         {source}, {:.0} samples/s, {}\n",
         cell.name,
         cell.robot.name(),
         cell.robot.joints(),
         cell.base.names().len(),
         cell.method,
-        buses.join(" "),
-        cell.layout.messages().len(),
         cell.sample_rate_hz(),
-        if cell.layout.has_reference() { "with reference" } else { "without reference" },
+        if cell.has_reference() { "with reference" } else { "without reference" },
     )
 }
 
@@ -175,7 +181,7 @@ fn controller(cell: &Cell) -> String {
         SimulatedController::Bandwidth { .. } => "gains of a stated bandwidth",
     };
     let period_us = 1e6 * controller.timing().sample_period_s();
-    let follows = if cell.layout.has_reference() {
+    let follows = if cell.has_reference() {
         "follows the recorded reference"
     } else {
         "follows the measured position, as there is no reference: the result is nearly that of \

@@ -13,7 +13,7 @@ use super::CliError;
 use super::convert_frames::{write_candump, write_mcap};
 use super::identify::{check_rate, positive, read_input};
 use super::output::{print, write_whole};
-use didim::cell::Cell;
+use didim::cell::{Cell, CellBus};
 use didim::live::recording::is_mcap;
 use didim_formats::{Measurement, Side, write_csv};
 
@@ -72,15 +72,16 @@ fn write_log(
     output: &Path,
 ) -> Result<(), CliError> {
     let refused = |message: String| CliError::in_file(input, message);
+    let bus = cell.bus().map_err(CliError::configuration)?;
     check_rate(&measurement, cell, input)?;
-    if measurement.axes() != cell.layout.axes() {
+    if measurement.axes() != bus.layout.axes() {
         return Err(refused(format!(
             "the measurement has {} axes, the cell's bus {}; choose the cell that was recorded",
             measurement.axes(),
-            cell.layout.axes()
+            bus.layout.axes()
         )));
     }
-    if cell.layout.has_reference() && measurement.signals.reference_rad.is_none() {
+    if bus.layout.has_reference() && measurement.signals.reference_rad.is_none() {
         return Err(refused(
             "the cell's frames carry a reference and the measurement has none; leave `reference` \
              out of the cell's layout, or add the columns"
@@ -88,7 +89,7 @@ fn write_log(
         ));
     }
     let measurement = to_motor_side(measurement, cell.robot.transmission());
-    let encoder = CycleEncoder::new(cell.layout.clone(), cell.scales.clone());
+    let encoder = CycleEncoder::new(bus.layout.clone(), bus.scales.clone());
     let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
     write_whole(output, |out| {
         let mut writer = CandumpWriter::new(out, &name, StampDigits::Nanoseconds);
@@ -101,9 +102,9 @@ fn write_log(
                 clippy::cast_precision_loss,
                 reason = "nanoseconds of a measurement are far fewer than 2^52"
             )]
-            let stamp_ns = (k as f64 * cell.layout.period_ns()).round() as u64;
+            let stamp_ns = (k as f64 * bus.layout.period_ns()).round() as u64;
             encoder
-                .encode(&cycle(cell, &measurement, k), stamp_ns, &mut frames)
+                .encode(&cycle(bus, &measurement, k), stamp_ns, &mut frames)
                 .map_err(|error| refused(format!("sample {k}: {error}")))?;
             for frame in &frames {
                 writer.write(frame).map_err(CliError::failed)?;
@@ -114,7 +115,7 @@ fn write_log(
     })
 }
 
-fn cycle(cell: &Cell, measurement: &Measurement, k: usize) -> BusCycle {
+fn cycle(bus: &CellBus, measurement: &Measurement, k: usize) -> BusCycle {
     let take = |columns: &[Vec<f64>], k: usize| {
         let mut values = [0.0; MAX_JOINTS];
         for (value, column) in values.iter_mut().zip(columns) {
@@ -123,7 +124,7 @@ fn cycle(cell: &Cell, measurement: &Measurement, k: usize) -> BusCycle {
         values
     };
     // A target that takes effect at the next SYNC is sent one cycle before.
-    let ahead = usize::from(cell.layout.reference_at_next_sync());
+    let ahead = usize::from(bus.layout.reference_at_next_sync());
     let target = (k + ahead).min(measurement.samples() - 1);
     let signals = &measurement.signals;
     BusCycle {

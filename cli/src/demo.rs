@@ -62,7 +62,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Cell::from_library(Library::Shipped, Path::new(CELL)).map_err(CliError::configuration)?;
     cell.method = arguments.method;
     let scenario = scenario(arguments)?;
-    let device = VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0)
+    let bus = cell.bus().map_err(CliError::configuration)?;
+    let device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
         .map_err(CliError::failed)?;
     let cycles = cycles(arguments, &device, &cell)?;
     print(&format!(

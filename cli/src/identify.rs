@@ -241,7 +241,10 @@ pub(super) fn read_input(
 ) -> Result<Measurement, CliError> {
     let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     if is_csv {
-        return read_csv(path, sample_rate_hz).map_err(CliError::failed);
+        // A table of others without a time has the cell's rate.
+        let untimed = cell.columns.as_ref().filter(|columns| columns.time.is_none());
+        let rate_hz = sample_rate_hz.or(untimed.map(|_| cell.sample_rate_hz()));
+        return read_csv(path, rate_hz, cell.columns.as_ref()).map_err(CliError::failed);
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(
@@ -266,7 +269,7 @@ pub(super) fn check_rate(
     Err(CliError::in_file(
         file,
         format!(
-            "the measurement has {found} samples/s, the cell's bus {rate}; choose a cell of the \
+            "the measurement has {found} samples/s, the cell {rate}; choose a cell of the \
              measurement's rate, or resample the measurement"
         ),
     ))

@@ -49,8 +49,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
     // A recording of a result says which cycle and window it begins with.
     if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
+        let assembler = cell.bus().map_err(CliError::configuration)?.assembler();
         let first =
-            window.sequence_at_start(&arguments.log, cell.assembler()).map_err(CliError::failed)?;
+            window.sequence_at_start(&arguments.log, assembler).map_err(CliError::failed)?;
         match first {
             Some(sequence) => {
                 if !window.is_of(&cell.configuration_sha256) {

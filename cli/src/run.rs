@@ -86,7 +86,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             group: service.command_group.clone(),
         });
     }
-    let buses: Vec<String> = cell.sources.iter().map(ToString::to_string).collect();
+    let bus = cell.bus().map_err(CliError::configuration)?;
+    let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
     tracing::info!(
         cell = cell.name,
         bus = buses.join(" "),

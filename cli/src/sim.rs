@@ -48,7 +48,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         playback.cycles = None;
         scenario = scenario.with_playback(playback).map_err(CliError::configuration)?;
     }
-    let mut device = VirtualDevice::new(&scenario, cell.layout.clone(), cell.scales.clone(), 0)
+    let bus = cell.bus().map_err(CliError::configuration)?;
+    let mut device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
         .map_err(CliError::configuration)?;
     let stop = stop_flag().map_err(CliError::failed)?;
     let pace = if arguments.fast { Pace::Unpaced } else { Pace::RealTime };

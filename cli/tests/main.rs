@@ -12,6 +12,7 @@ mod common;
 mod program;
 
 mod command_line;
+mod data;
 mod known_torques;
 mod metrics;
 mod pipeline;

@@ -1,13 +1,16 @@
-//! CSV experiments: a header with SI units in the names, one row per sample.
+//! CSV experiments: a header, one row per sample.
 //!
-//! `time_s` (optional when the sample rate is given), then `motor_position_rad_1..n`,
-//! `motor_torque_nm_1..n` and optionally `motor_reference_rad_1..n`; or the same with `joint_`.
+//! didim's own have SI units in the names: `time_s` (optional when the sample rate is given), then
+//! `motor_position_rad_1..n`, `motor_torque_nm_1..n` and optionally `motor_reference_rad_1..n`; or the same with
+//! `joint_`. Those of others are read by the names and units of their [`Columns`]. Fields are separated by commas,
+//! semicolons or tabs; where not by commas, a number may have a decimal comma.
 
-use std::io::{Read, Write};
+use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 
 use didim_core::identification::Signals;
 
+use crate::columns::{Columns, Quantity};
 use crate::measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 
 /// The largest part of a sample period by which a time stamp may leave the uniform grid.
@@ -40,6 +43,16 @@ pub enum CsvError {
         file: PathBuf,
         /// The header name.
         column: String,
+    },
+    /// Columns that were asked for are missing or there twice.
+    #[error("{}: column `{column}` is missing or appears twice; the header has {known}", file.display())]
+    NoSuchColumn {
+        /// The file.
+        file: PathBuf,
+        /// The column that is expected exactly once.
+        column: String,
+        /// Those there are.
+        known: String,
     },
     /// Columns of one quantity are missing, repeated or numbered with gaps.
     #[error("{}: column `{column}` is missing or appears twice; every axis from 1 to {axes} needs one", file.display())]
@@ -119,53 +132,55 @@ pub enum CsvError {
 enum Column {
     Time,
     Signal(Quantity, usize),
+    /// Nothing that is asked for.
+    Other,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Quantity {
-    Position,
-    Torque,
-    Reference,
-}
-
-impl Quantity {
-    const ALL: [Self; 3] = [Self::Position, Self::Torque, Self::Reference];
-
-    fn stem(self) -> &'static str {
-        match self {
-            Self::Position => "position_rad",
-            Self::Torque => "torque_nm",
-            Self::Reference => "reference_rad",
-        }
-    }
-}
-
-/// Reads a CSV experiment.
+/// Reads a CSV experiment: of didim's own columns, or of others.
 ///
-/// `sample_rate_hz` replaces a missing `time_s` column; when both are there they must agree.
+/// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
 ///
 /// # Errors
 /// See [`CsvError`].
-pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, CsvError> {
+pub fn read_csv(
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    columns: Option<&Columns>,
+) -> Result<Measurement, CsvError> {
     let file = std::fs::File::open(path)
         .map_err(|source| CsvError::Io { file: path.to_path_buf(), source })?;
-    parse_csv(std::io::BufReader::new(file), path, sample_rate_hz)
+    parse_csv(std::io::BufReader::new(file), path, sample_rate_hz, columns)
+}
+
+/// What separates the fields of a header line: whatever of the three stands there most often.
+fn separator(line: &[u8]) -> u8 {
+    let line = line.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let count = |separator: u8| line.iter().filter(|byte| **byte == separator).count();
+    // The last of several equal ones is a comma.
+    [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
 }
 
 fn parse_csv(
-    input: impl Read,
+    mut input: impl BufRead,
     path: &Path,
     sample_rate_hz: Option<f64>,
+    columns: Option<&Columns>,
 ) -> Result<Measurement, CsvError> {
     let file = || path.to_path_buf();
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
+    let begin = input.fill_buf().map_err(|source| CsvError::Io { file: file(), source })?;
+    let delimiter = separator(begin);
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
     let names: Vec<String> = reader
         .headers()
         .map_err(|source| CsvError::Table { file: file(), source })?
         .iter()
         .map(str::to_owned)
         .collect();
-    let header = Header::parse(&names, path)?;
+    let header = match columns {
+        None => Header::parse(&names, path)?,
+        Some(columns) => Header::of_columns(&names, columns, path)?,
+    };
 
     let mut time = Vec::new();
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
@@ -178,17 +193,25 @@ fn parse_csv(
             return Err(CsvError::TooLong { file: file() });
         }
         for ((column, name), text) in header.columns.iter().zip(&names).zip(record.iter()) {
-            let value = text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
-                CsvError::NotANumber {
+            if *column == Column::Other {
+                continue;
+            }
+            let point = (delimiter != b',' && text.contains(',')).then(|| text.replace(',', "."));
+            let number = point.as_deref().unwrap_or(text).parse::<f64>();
+            let value =
+                number.ok().filter(|v| v.is_finite()).ok_or_else(|| CsvError::NotANumber {
                     file: file(),
                     line: record.position().map_or(0, csv::Position::line),
                     column: name.clone(),
                     text: text.to_owned(),
-                }
-            })?;
+                })?;
             match *column {
-                Column::Time => time.push(value),
-                Column::Signal(quantity, axis) => signals[quantity as usize][axis].push(value),
+                Column::Time => time.push(value * columns.map_or(1.0, Columns::time_scale)),
+                Column::Signal(quantity, axis) => {
+                    let scale = columns.map_or(1.0, |columns| columns.scale(quantity, axis));
+                    signals[quantity as usize][axis].push(value * scale);
+                }
+                Column::Other => {}
             }
         }
     }
@@ -310,6 +333,47 @@ impl Header {
     }
 }
 
+/// Names that an error lists.
+const LISTED: usize = 24;
+
+impl Header {
+    /// Those of other programs, by their names; what is not asked for is passed over.
+    fn of_columns(names: &[String], wanted: &Columns, path: &Path) -> Result<Self, CsvError> {
+        let mut columns = vec![Column::Other; names.len()];
+        let mut set = |name: &str, column: Column| {
+            let mut found = names.iter().enumerate().filter(|(_, own)| *own == name);
+            match (found.next(), found.next()) {
+                (Some((index, _)), None) => {
+                    columns[index] = column;
+                    Ok(())
+                }
+                _ => {
+                    let more = if names.len() > LISTED { " …" } else { "" };
+                    let known = names.iter().take(LISTED).map(String::as_str);
+                    let known = known.collect::<Vec<_>>().join(" ") + more;
+                    let (file, column) = (path.to_path_buf(), name.to_owned());
+                    Err(CsvError::NoSuchColumn { file, column, known })
+                }
+            }
+        };
+        if let Some(time) = wanted.time_name() {
+            set(time, Column::Time)?;
+        }
+        for quantity in Quantity::ALL {
+            for (axis, name) in wanted.names(quantity).into_iter().enumerate() {
+                set(&name, Column::Signal(quantity, axis))?;
+            }
+        }
+        Ok(Self {
+            side: wanted.side,
+            axes: wanted.axes,
+            columns,
+            has_time: wanted.time_name().is_some(),
+            has_reference: !wanted.names(Quantity::Reference).is_empty(),
+        })
+    }
+}
+
 fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
     if name == "time_s" {
         return Some((None, Column::Time));
@@ -364,9 +428,10 @@ pub fn write_csv(measured: &Measurement, output: impl Write, path: &Path) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::columns::AxisColumns;
 
     fn parse(text: &str, rate: Option<f64>) -> Result<Measurement, CsvError> {
-        parse_csv(text.as_bytes(), Path::new("x.csv"), rate)
+        parse_csv(text.as_bytes(), Path::new("x.csv"), rate, None)
     }
 
     fn message(text: &str, rate: Option<f64>) -> String {
@@ -389,7 +454,7 @@ mod tests {
         };
         let mut bytes = Vec::new();
         write_csv(&measurement, &mut bytes, Path::new("x.csv")).unwrap();
-        let read = parse_csv(bytes.as_slice(), Path::new("x.csv"), Some(5000.0)).unwrap();
+        let read = parse_csv(bytes.as_slice(), Path::new("x.csv"), Some(5000.0), None).unwrap();
         assert_eq!(read, measurement);
     }
 
@@ -456,5 +521,45 @@ mod tests {
                 .contains("--sample-rate")
         );
         assert!(message(&format!("{HEADER}0,1,2\n0.1,1,2\n"), Some(20.0)).contains("10.0"));
+    }
+
+    fn of_others(names: &[&str], scale: f64) -> AxisColumns {
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        AxisColumns { names, scales: vec![scale, -scale] }
+    }
+
+    #[test]
+    fn columns_of_others_are_read_by_name_unit_and_sign() {
+        let columns = Columns {
+            side: Side::Joint,
+            axes: 2,
+            time: Some(("t".into(), 1e-3)),
+            position: of_others(&["actual_q_{index}"], 0.5),
+            torque: of_others(&["tau_{axis}"], 1.0),
+            reference: Some(of_others(&["goal", "aim"], 1.0)),
+        };
+        let read =
+            |text: &str| parse_csv(text.as_bytes(), Path::new("x.csv"), None, Some(&columns));
+        let header = "t;actual_q_1;actual_q_0;mode;tau_1;tau_2;aim;goal\n";
+        let table = format!("{header}0;1;2;auto;3;4;5;6\n10;1,5;2;auto;3;4;5;6\n");
+        for table in
+            [table.clone(), table.replace(';', "\t"), table.replace(',', ".").replace(';', ",")]
+        {
+            let signals = read(&table).unwrap().signals;
+            assert!((signals.sample_rate_hz - 100.0).abs() < 1e-9);
+            assert_eq!(signals.position_rad, [[1.0, 1.0], [-0.5, -0.75]]);
+            assert_eq!(signals.torque_nm, [[3.0, 3.0], [-4.0, -4.0]]);
+            assert_eq!(signals.reference_rad.unwrap(), [[6.0, 6.0], [-5.0, -5.0]]);
+        }
+        let said = |text: &str| read(text).unwrap_err().to_string();
+        let missing = said(&table.replace("tau_2", "tau_3"));
+        assert!(
+            missing.contains(
+                "column `tau_2` is missing or appears twice; the header has t actual_q_1"
+            ),
+            "{missing}"
+        );
+        assert!(said(&table.replace("mode", "tau_1")).contains("`tau_1`"));
+        assert!(said(&table.replace("1,5", "x")).contains("line 3, column `actual_q_1`: `x`"));
     }
 }

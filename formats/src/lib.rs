@@ -4,10 +4,12 @@
 //! signals on a uniform grid, with the side of the transmission they were measured on. Every error names
 //! the file and, where there is one, the line.
 
+mod columns;
 mod csv;
 mod measurement;
 mod urdf;
 
+pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
 pub use csv::{CsvError, read_csv, write_csv};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote};

@@ -60,6 +60,14 @@ pub enum CellError {
         /// What is wrong with it.
         source: RobotError,
     },
+    /// Frames are asked for, and the cell describes none. State `[bus]`.
+    #[error(
+        "the cell {cell} has no [bus], and this takes its frames; describe the bus, or give `didim identify` a table (CSV)"
+    )]
+    NoBus {
+        /// The cell.
+        cell: String,
+    },
     /// The URDF is no arm that can be identified.
     #[error("{}: {source}", file.display())]
     Urdf {

@@ -17,6 +17,7 @@ use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::BusAddress;
+use super::data::DataSection;
 use crate::archive::drift::DriftOptions;
 use crate::live::acquire::RealTimeOptions;
 use crate::live::recording::RecordingOptions;
@@ -34,12 +35,17 @@ pub struct CellFile {
     #[serde(default)]
     pub urdf: Option<UrdfSection>,
     /// The bus and what its frames mean.
-    pub bus: BusSection,
+    #[serde(default)]
+    pub bus: Option<BusSection>,
+    /// In place of a bus: recordings of other programs.
+    #[serde(default)]
+    pub data: Option<DataSection>,
     /// What controls the arm: methods that simulate the closed loop need it.
     #[serde(default)]
     pub controller: Option<SimulatedController>,
-    /// When to identify.
-    pub window: WindowOptions,
+    /// When to identify; a cell without a bus has no windows.
+    #[serde(default)]
+    pub window: Option<WindowOptions>,
     /// What to identify, and how.
     pub identification: IdentificationSection,
     /// How the service runs.

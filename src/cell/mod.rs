@@ -4,6 +4,8 @@
 //! the robot, the DBC file and the drives were read, checked and found to fit each other.
 
 mod address;
+mod bus;
+mod data;
 mod error;
 mod file;
 mod layout;
@@ -17,15 +19,15 @@ use std::path::Path;
 
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_core::identification::{
-    IdentificationError, KeptParameters, Method, Options, PositionFilter,
+    IdentificationError, KeptParameters, Method, Options, PositionFilter, SignalTiming,
 };
 use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
-use didim_drivers::assemble::Assembler;
-use didim_drivers::layout::CompiledLayout;
-use didim_drivers::units::{DriveSpec, Scales};
+use didim_formats::Columns;
 
 pub use address::{BusAddress, BusAddressError};
+pub use bus::CellBus;
+pub use data::{DataColumns, DataSection};
 pub use error::CellError;
 pub use file::{
     BusSection, CellFile, IdentificationSection, Processes, ServiceSection, UrdfSection,
@@ -54,20 +56,13 @@ pub struct Cell {
     pub model: Model,
     /// Its base parameters.
     pub base: BaseParameters,
-    /// Where the frames come from.
-    pub sources: Vec<BusAddress>,
-    /// Receive buffer of each socket \[bytes\].
-    pub receive_buffer_bytes: u32,
-    /// Bit rate of the bus, if the cell says so \[bit/s\].
-    pub bitrate_bps: Option<u32>,
-    /// Bit rate of the data phase of CAN FD frames, likewise \[bit/s\].
-    pub data_bitrate_bps: Option<u32>,
-    /// What the frames mean.
-    pub layout: CompiledLayout,
-    /// The drives as they were described.
-    pub drives: Vec<DriveSpec>,
-    /// Drive units to SI.
-    pub scales: Scales,
+    pub(crate) bus: Option<CellBus>,
+    /// The nominal sample rate \[Hz\].
+    sample_rate_hz: f64,
+    /// When a torque is valid.
+    pub torque_timing: SignalTiming,
+    /// The columns of tables, where they are not didim's own.
+    pub columns: Option<Columns>,
     /// When to identify.
     pub window: WindowOptions,
     /// The method.
@@ -89,9 +84,21 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// What makes samples of the frames on its bus.
-    pub fn assembler(&self) -> Assembler {
-        Assembler::new(self.layout.clone(), self.scales.clone())
+    /// The bus.
+    ///
+    /// # Errors
+    /// [`CellError::NoBus`], where the cell has recordings of other programs alone.
+    pub fn bus(&self) -> Result<&CellBus, CellError> {
+        self.bus.as_ref().ok_or_else(|| CellError::NoBus { cell: self.name.clone() })
+    }
+
+    /// Whether a reference is recorded, as far as the cell tells: didim's own tables may have one.
+    pub fn has_reference(&self) -> bool {
+        match (&self.bus, &self.columns) {
+            (Some(bus), _) => bus.layout.has_reference(),
+            (None, Some(columns)) => columns.reference.is_some(),
+            (None, None) => true,
+        }
     }
 
     /// The same cell with other parameters to identify; they do not keep their nominal values.
@@ -196,18 +203,31 @@ impl Cell {
                            remove the key, or state one law in the robot file";
             return Err(wrong("identification.sign", problem.to_owned()));
         }
-        let (layout, layout_texts) = layout::read(library, path, &file.bus.layout)?;
-        if layout.axes() != robot.joints() {
-            return Err(CellError::Axes {
-                file: path.to_path_buf(),
-                axes: layout.axes(),
-                joints: robot.joints(),
-            });
-        }
-        let scales = Scales::new(&file.bus.drives, &layout)
-            .map_err(|source| CellError::Drives { file: path.to_path_buf(), source })?;
-
-        let sample_rate_hz = 1e9 / layout.period_ns();
+        let (bus, layout_texts, columns, sample_rate_hz, torque_timing) = match (
+            &file.bus, &file.data,
+        ) {
+            (Some(section), None) => {
+                if file.window.is_none() {
+                    return Err(wrong("window", "is missing; say when to identify".to_owned()));
+                }
+                let (bus, texts) = CellBus::read(library, path, section, robot.joints())?;
+                let (rate_hz, timing) = (1e9 / bus.layout.period_ns(), bus.layout.torque_timing());
+                (Some(bus), texts, None, rate_hz, timing)
+            }
+            (None, Some(data)) => {
+                let columns = data.columns(&robot);
+                let columns = columns.map_err(|(key, problem)| wrong(key, problem))?;
+                (None, Vec::new(), columns, data.rate_hz, data.torque_timing())
+            }
+            (None, None) => {
+                let problem = "and [data] are both missing; describe the bus, or recordings of other programs";
+                return Err(wrong("bus", problem.to_owned()));
+            }
+            (Some(_), Some(_)) => {
+                let problem = "is for a cell without a bus; remove it, or [bus]";
+                return Err(wrong("data", problem.to_owned()));
+            }
+        };
         values::check(&file, robot.joints(), sample_rate_hz)
             .map_err(|(key, problem)| wrong(key, problem))?;
         let method = file.identification.method;
@@ -236,7 +256,8 @@ impl Cell {
         options
             .validate_robust(method)
             .map_err(|source| wrong("identification.robust", source.to_string()))?;
-        file.window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
+        let window = file.window.clone().unwrap_or_else(WindowOptions::by_command);
+        window.plan(sample_rate_hz).map_err(|source| wrong("window", source.to_string()))?;
         options.position_filter.design(sample_rate_hz).map_err(|source| {
             let cutoff_hz = options.position_filter.cutoff_hz;
             wrong(
@@ -292,7 +313,7 @@ impl Cell {
         // Whatever the method: a layout and a controller that contradict each other are both in
         // doubt.
         options
-            .validate_simulation(&robot, sample_rate_hz, layout.torque_timing())
+            .validate_simulation(&robot, sample_rate_hz, torque_timing)
             .map_err(|source| wrong(simulation_key(&source), source.to_string()))?;
         Ok(Self {
             name: file.name,
@@ -311,14 +332,11 @@ impl Cell {
             robot_notes,
             model,
             base,
-            sources: file.bus.source.into_iter().map(|s| resolve(s, folder)).collect(),
-            receive_buffer_bytes: file.bus.receive_buffer_bytes,
-            bitrate_bps: file.bus.bitrate_bps,
-            data_bitrate_bps: file.bus.data_bitrate_bps,
-            layout,
-            drives: file.bus.drives,
-            scales,
-            window: file.window,
+            bus,
+            sample_rate_hz,
+            torque_timing,
+            columns,
+            window,
             method,
             options,
             overrides_sign: file.identification.sign.is_some(),
@@ -348,9 +366,9 @@ impl Cell {
         sha256(&[&(laws + &beside), &sums.collect::<String>()])
     }
 
-    /// The nominal sample rate of the bus \[Hz\].
+    /// The nominal sample rate \[Hz\].
     pub fn sample_rate_hz(&self) -> f64 {
-        1e9 / self.layout.period_ns()
+        self.sample_rate_hz
     }
 }
 
@@ -364,13 +382,5 @@ fn simulation_key(error: &IdentificationError) -> &'static str {
             "identification.simulation.substeps"
         }
         _ => "controller",
-    }
-}
-
-/// A log named in a cell file lies relative to that file.
-fn resolve(address: BusAddress, folder: &Path) -> BusAddress {
-    match address {
-        BusAddress::Log(file) => BusAddress::Log(folder.join(file)),
-        other => other,
     }
 }

@@ -1,23 +1,31 @@
 //! What a running service cannot take over from a changed cell file.
 
-use super::{Cell, ServiceSection};
+use super::{Cell, CellBus, ServiceSection};
 
 impl Cell {
     /// The first key in which `other` differs so that only a restart takes it over: the bus, what its
     /// frames mean, and how the service runs. Nothing when windows, identification, controller and
     /// robot are all that differs.
     pub fn needs_restart_for(&self, other: &Self) -> Option<&'static str> {
-        // The robot decides how many joints a sample has; a layout for others would be refused.
-        let differs = [
-            ("name", self.name != other.name),
-            ("bus.source", self.sources != other.sources),
-            ("bus.receive_buffer_bytes", self.receive_buffer_bytes != other.receive_buffer_bytes),
-            ("bus.layout", self.layout != other.layout),
-            ("bus.drives", self.drives != other.drives || self.scales != other.scales),
-        ];
-        let bus = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));
-        bus.or_else(|| service_differs(&self.service, &other.service))
+        let name = (self.name != other.name).then_some("name");
+        let bus = match (&self.bus, &other.bus) {
+            (Some(own), Some(other)) => bus_differs(own, other),
+            (None, None) => None,
+            _ => Some("bus"),
+        };
+        name.or(bus).or_else(|| service_differs(&self.service, &other.service))
     }
+}
+
+fn bus_differs(one: &CellBus, other: &CellBus) -> Option<&'static str> {
+    // The robot decides how many joints a sample has; a layout for others would be refused.
+    let differs = [
+        ("bus.source", one.sources != other.sources),
+        ("bus.receive_buffer_bytes", one.receive_buffer_bytes != other.receive_buffer_bytes),
+        ("bus.layout", one.layout != other.layout),
+        ("bus.drives", one.drives != other.drives || one.scales != other.scales),
+    ];
+    differs.into_iter().find_map(|(key, differs)| differs.then_some(key))
 }
 
 fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'static str> {

@@ -7,8 +7,10 @@ use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 type Wrong = (&'static str, String);
 
 pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
-    check_sources(&file.bus.source)?;
-    check_bitrates(file.bus.bitrate_bps, file.bus.data_bitrate_bps)?;
+    if let Some(bus) = &file.bus {
+        check_sources(&bus.source)?;
+        check_bitrates(bus.bitrate_bps, bus.data_bitrate_bps)?;
+    }
     check_stream(file, joints, sample_rate_hz)?;
     check_limits(file)?;
     check_sockets(&file.service)?;

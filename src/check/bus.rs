@@ -2,7 +2,7 @@
 
 use super::finding::Finding;
 use super::machine::Machine;
-use crate::cell::{BusAddress, Cell};
+use crate::cell::{BusAddress, Cell, CellBus};
 use crate::text::significant;
 
 /// What one queued frame takes of the receive buffer, as the kernel accounts it \[bytes\].
@@ -15,13 +15,13 @@ const FD_MTU: u32 = 72;
 const SOURCE: &str = "bus.source";
 const BUFFER: &str = "bus.receive_buffer_bytes";
 
-pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut Vec<Finding>) {
     let mut listens = false;
-    for source in &cell.sources {
+    for source in &bus.sources {
         match source {
             BusAddress::Can(name) => {
                 listens = true;
-                interface(cell, machine, name.as_str(), findings);
+                interface(bus, machine, name.as_str(), findings);
             }
             BusAddress::Log(file) if !file.is_file() => findings.push(Finding::error(
                 SOURCE,
@@ -37,11 +37,11 @@ pub(super) fn check(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>)
         }
     }
     if listens {
-        receive_buffer(cell, machine, findings);
+        receive_buffer(cell, bus, machine, findings);
     }
 }
 
-fn interface(cell: &Cell, machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
+fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
     let Some(interface) = machine.interface(name) else {
         let there = machine.can_interfaces();
         let there = if there.is_empty() { "none".to_owned() } else { there.join(" ") };
@@ -67,7 +67,7 @@ fn interface(cell: &Cell, machine: &Machine, name: &str, findings: &mut Vec<Find
             format!("set its bit rate, then ip link set {name} up"),
         ));
     }
-    let has_fd = cell.layout.messages().iter().any(|message| message.format.fd);
+    let has_fd = bus.layout.messages().iter().any(|message| message.format.fd);
     if has_fd && interface.mtu < FD_MTU {
         findings.push(Finding::error(
             SOURCE,
@@ -82,15 +82,15 @@ fn interface(cell: &Cell, machine: &Machine, name: &str, findings: &mut Vec<Find
 }
 
 /// Seconds of bus that the socket's buffer holds, and whether the kernel grants it.
-fn receive_buffer(cell: &Cell, machine: &Machine, findings: &mut Vec<Finding>) {
+fn receive_buffer(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mut Vec<Finding>) {
     #[expect(clippy::cast_precision_loss, reason = "at most 64 messages")]
-    let frames_per_second = cell.layout.messages().len() as f64 * cell.sample_rate_hz();
+    let frames_per_second = bus.layout.messages().len() as f64 * cell.sample_rate_hz();
     let seconds = |bytes: u64| {
         #[expect(clippy::cast_precision_loss, reason = "a size of memory")]
         let frames = bytes as f64 / QUEUED_FRAME_BYTES;
         frames / frames_per_second
     };
-    let asked = u64::from(cell.receive_buffer_bytes);
+    let asked = u64::from(bus.receive_buffer_bytes);
     // The kernel grants twice what a socket asks for, so that half of the buffer is asked for.
     let granted = machine.rmem_max().map_or(asked, |most| asked.min(most.saturating_mul(2)));
     let holds = significant(seconds(granted), 2);

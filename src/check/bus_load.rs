@@ -5,7 +5,7 @@ use didim_drivers::layout::CompiledLayout;
 
 use super::finding::Finding;
 use super::wire;
-use crate::cell::{BusAddress, Cell};
+use crate::cell::{BusAddress, Cell, CellBus};
 use crate::text::significant;
 
 /// Above this part of its bit rate a bus carries little else: no room for repetitions and SDOs.
@@ -13,13 +13,13 @@ const CROWDED: f64 = 0.7;
 
 const BITRATE: &str = "bus.bitrate_bps";
 
-pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
-    let buses = cell.sources.iter().filter(|bus| matches!(bus, BusAddress::Can(_))).count();
+pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
+    let buses = bus.sources.iter().filter(|source| matches!(source, BusAddress::Can(_))).count();
     if buses == 0 {
         return;
     }
-    let has_fd = cell.layout.messages().iter().any(|message| message.format.fd);
-    let Some(bitrate) = cell.bitrate_bps else {
+    let has_fd = bus.layout.messages().iter().any(|message| message.format.fd);
+    let Some(bitrate) = bus.bitrate_bps else {
         findings.push(Finding::note(
             BITRATE,
             "is not given, so the bus load is not checked".to_owned(),
@@ -28,12 +28,12 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
         return;
     };
     let bitrate = f64::from(bitrate);
-    let data_bitrate = cell.data_bitrate_bps.map_or(bitrate, f64::from);
+    let data_bitrate = bus.data_bitrate_bps.map_or(bitrate, f64::from);
     #[expect(clippy::cast_precision_loss, reason = "at most 16 interfaces")]
-    let load = load(&cell.layout, bitrate, data_bitrate) / buses as f64;
+    let load = load(&bus.layout, bitrate, data_bitrate) / buses as f64;
     let percent = significant(100.0 * load, 3);
     let rate = significant(cell.sample_rate_hz(), 4);
-    let at = match (has_fd, cell.data_bitrate_bps) {
+    let at = match (has_fd, bus.data_bitrate_bps) {
         (true, Some(data)) => format!("{} and {} Mbit/s", bitrate * 1e-6, f64::from(data) * 1e-6),
         (true, None) => format!("{} Mbit/s without a faster data phase", bitrate * 1e-6),
         (false, _) => format!("{} Mbit/s", bitrate * 1e-6),
@@ -43,9 +43,9 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let what = format!(
         "the layout's {} messages at {rate} Hz take {percent} % of {at}{split} with worst-case bit \
          stuffing",
-        cell.layout.messages().len()
+        bus.layout.messages().len()
     );
-    let remedy = if has_fd && cell.data_bitrate_bps.is_none() {
+    let remedy = if has_fd && bus.data_bitrate_bps.is_none() {
         "give `bus.data_bitrate_bps` if the frames switch their bit rate; else lower the rate of \
          the bus cycle, or use more buses"
     } else {

@@ -23,7 +23,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
 
 /// Methods that simulate the closed loop follow a reference.
 fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
-    if cell.layout.has_reference() || !cell.method.simulates() {
+    if cell.has_reference() || !cell.method.simulates() {
         return;
     }
     findings.push(Finding::warning(

@@ -29,22 +29,27 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
         let remedy = "look at the arm with `didim robot`, and correct the URDF where it is wrong";
         findings.push(Finding::note("robot", note.clone(), remedy));
     }
-    bus_load::check(cell, &mut findings);
-    provenance::check(cell, &mut findings);
+    if let Ok(bus) = cell.bus() {
+        bus_load::check(cell, bus, &mut findings);
+        provenance::check(bus, &mut findings);
+        rate::check(bus, &mut findings);
+        recordings::check(cell, bus, &mut findings);
+    }
     identifiable::check(cell, &mut findings);
     method::check(cell, &mut findings);
-    rate::check(cell, &mut findings);
-    recordings::check(cell, &mut findings);
     sorted(findings)
 }
 
 /// What is wrong with a cell on this machine and for this user, the worst first.
 pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
     let mut findings = Vec::new();
-    bus::check(cell, machine, &mut findings);
-    paths::check(cell, machine, &mut findings);
-    recordings::check_disk(cell, &mut findings);
-    real_time::check(cell, &mut findings);
+    // Without a bus there is nothing to serve.
+    if let Ok(bus) = cell.bus() {
+        bus::check(cell, bus, machine, &mut findings);
+        paths::check(cell, machine, &mut findings);
+        recordings::check_disk(cell, &mut findings);
+        real_time::check(cell, &mut findings);
+    }
     sorted(findings)
 }
 

@@ -1,7 +1,7 @@
 //! Gains of unknown origin.
 
 use super::finding::Finding;
-use crate::cell::Cell;
+use crate::cell::CellBus;
 
 /// Words of somebody who does not know.
 const GUESSES: &[&str] = &[
@@ -33,8 +33,8 @@ const GUESSES: &[&str] = &[
     "???",
 ];
 
-pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
-    for (drive, axis) in cell.drives.iter().zip(1..) {
+pub(super) fn check(bus: &CellBus, findings: &mut Vec<Finding>) {
+    for (drive, axis) in bus.drives.iter().zip(1..) {
         let gains = [
             ("position", drive.position.provenance.as_str()),
             ("torque", drive.torque.provenance.as_str()),

@@ -3,10 +3,10 @@
 use didim_drivers::layout::CyclesBy;
 
 use super::finding::Finding;
-use crate::cell::Cell;
+use crate::cell::CellBus;
 
-pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
-    if cell.layout.cycles_by() == CyclesBy::Frames {
+pub(super) fn check(bus: &CellBus, findings: &mut Vec<Finding>) {
+    if bus.layout.cycles_by() == CyclesBy::Frames {
         findings.push(Finding::note(
             "bus.layout.cycles_by",
             "cycles are counted by frames: neither the rate nor a SYNC lost on the wire is checked"

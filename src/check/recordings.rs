@@ -3,7 +3,7 @@
 use super::finding::Finding;
 use super::machine::space_left;
 use super::paths::{existing, megabytes, owned};
-use crate::cell::Cell;
+use crate::cell::{Cell, CellBus};
 use crate::live::recording::recording_folders;
 use crate::text::significant;
 
@@ -18,10 +18,10 @@ const RING: &str = "service.recordings.ring_mb";
 const DIRECTORY: &str = "service.recordings.directory";
 
 /// What is wrong wherever the cell runs.
-pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
+pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
-    let ring_s = options.ring_mb as f64 * 1e6 / bytes_per_second(cell);
+    let ring_s = options.ring_mb as f64 * 1e6 / bytes_per_second(cell, bus);
     let needed_s = cell.window.max_s + options.before_s + options.after_s + LATER_S;
     if ring_s < needed_s {
         findings.push(Finding::warning(
@@ -64,8 +64,8 @@ pub(super) fn check_disk(cell: &Cell, findings: &mut Vec<Finding>) {
 }
 
 /// Frames of the layout only; others on the bus are recorded as well where no filter keeps them out.
-fn bytes_per_second(cell: &Cell) -> f64 {
-    let frames = cell.layout.messages().iter();
+fn bytes_per_second(cell: &Cell, bus: &CellBus) -> f64 {
+    let frames = bus.layout.messages().iter();
     let bytes: f64 =
         frames.map(|message| FRAME_BYTES + f64::from(message.format.wire_length())).sum();
     bytes * cell.sample_rate_hz()

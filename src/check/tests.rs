@@ -69,11 +69,15 @@ fn interfaces_have_to_be_there_up_and_of_the_right_kind() {
     one(&fake.found(|_| ()), &["error bus.source", "frames of 16 bytes"]);
     fake.interface("vcan0", 1, "0xc1", 1500);
     one(&fake.found(|_| ()), &["error bus.source", "not a CAN interface"]);
-    let missing = |cell: &mut Cell| cell.sources = vec!["can:can7".parse().unwrap()];
+    let missing =
+        |cell: &mut Cell| cell.bus.as_mut().unwrap().sources = vec!["can:can7".parse().unwrap()];
     one(&fake.found(missing), &["error bus.source", "can:can7", "no such interface"]);
-    let missing = |cell: &mut Cell| cell.sources = vec!["log:/no/such.log".parse().unwrap()];
+    let missing = |cell: &mut Cell| {
+        cell.bus.as_mut().unwrap().sources = vec!["log:/no/such.log".parse().unwrap()]
+    };
     one(&fake.found(missing), &["error bus.source", "no such file"]);
-    let inside = |cell: &mut Cell| cell.sources = vec!["inproc:".parse().unwrap()];
+    let inside =
+        |cell: &mut Cell| cell.bus.as_mut().unwrap().sources = vec!["inproc:".parse().unwrap()];
     one(&fake.found(inside), &["error bus.source", "not a bus of"]);
 }
 
@@ -84,7 +88,7 @@ fn receive_buffers_hold_so_many_seconds() {
     fake.write("proc/sys/net/core/rmem_max", "212992\n");
     let says = ["warning bus.receive_buffer_bytes", "allows 425984", "0.11 s of frames"];
     one(&fake.found(|_| ()), &says);
-    let small = |cell: &mut Cell| cell.receive_buffer_bytes = 100_000;
+    let small = |cell: &mut Cell| cell.bus.as_mut().unwrap().receive_buffer_bytes = 100_000;
     one(&fake.found(small), &["warning bus.receive_buffer_bytes", "hold 0.026 s"]);
 }
 

@@ -11,7 +11,7 @@ use didim_core::identification::{
 
 use super::rate::{RateError, measurement};
 use crate::archive::store::WindowProvenance;
-use crate::cell::Cell;
+use crate::cell::{Cell, CellError};
 use crate::window::Window;
 use didim_formats::{Measurement, Side};
 
@@ -21,6 +21,9 @@ pub enum IdentifyError {
     /// The window's stamps tell another sample rate than the layout, or none.
     #[error(transparent)]
     Rate(#[from] RateError),
+    /// The cell has no bus.
+    #[error(transparent)]
+    Cell(Box<CellError>),
     /// The data are no experiment of this robot.
     #[error("the data do not fit this robot: {0}")]
     Experiment(#[from] ExperimentError),
@@ -47,7 +50,8 @@ impl IdentifyError {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
-    let measurement = measurement(&window.samples, &cell.layout)?;
+    let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
+    let measurement = measurement(&window.samples, &bus.layout)?;
     identify_measurement(cell, cell.method, &measurement, window.counted.clone())
 }
 
@@ -165,7 +169,7 @@ fn experiment(
         Side::Motor => Experiment::motor_side(&measurement.signals, cell.robot.transmission())?,
         Side::Joint => Experiment::joint_side(&measurement.signals)?,
     }
-    .with_torque_timing(cell.layout.torque_timing())?
+    .with_torque_timing(cell.torque_timing)?
     .with_counted(counted)
 }
 

@@ -9,7 +9,7 @@ use didim_drivers::samples::Samples;
 use didim_drivers::source::SourceError;
 
 use super::rate::{RateError, measurement};
-use crate::cell::Cell;
+use crate::cell::{Cell, CellBus, CellError};
 use crate::live::recording::open_log;
 use didim_formats::{MAX_SAMPLES, Measurement};
 
@@ -24,6 +24,9 @@ pub enum LogError {
     /// The log cannot be opened or read, or a line is malformed; the inner error names it.
     #[error(transparent)]
     Source(#[from] SourceError),
+    /// The cell has no bus.
+    #[error(transparent)]
+    Cell(Box<CellError>),
     /// No complete sample came of the frames: the layout or the interface is another one.
     #[error(
         "{}: no complete sample in {} frames; is this log from the bus that the cell's layout describes? The layout has the identifiers {}, the log {}. Not used, by cause: {}",
@@ -80,11 +83,12 @@ pub enum LogError {
 /// # Errors
 /// See [`LogError`].
 pub fn read_log(path: &Path, cell: &Cell) -> Result<Measurement, LogError> {
-    let mut samples = read_samples(path, cell)?;
-    if cell.layout.has_reference() {
+    let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
+    let mut samples = read_samples(path, bus)?;
+    if bus.layout.has_reference() {
         drop_before_reference(path, &mut samples);
     }
-    measurement(&samples, &cell.layout)
+    measurement(&samples, &bus.layout)
         .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })
 }
 
@@ -108,7 +112,7 @@ fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
     }
 }
 
-fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> {
+fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError> {
     let file = || path.to_path_buf();
     let mut found: Vec<FrameId> = Vec::new();
     let list_identifiers = |frames: &[Frame], _| {
@@ -118,7 +122,7 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
             }
         }
     };
-    let mut of_log = Samples::new(open_log(path)?, cell.assembler(), BATCH)
+    let mut of_log = Samples::new(open_log(path)?, bus.assembler(), BATCH)
         .with_tap(Some(Box::new(list_identifiers)));
     let mut samples: Vec<JointSample> = Vec::new();
     for sample in &mut of_log {
@@ -130,14 +134,14 @@ fn read_samples(path: &Path, cell: &Cell) -> Result<Vec<JointSample>, LogError> 
     let losses = Box::new(*of_log.losses());
     drop(of_log);
     let Some(first) = samples.first().map(|s| s.sequence) else {
-        let expected = cell.layout.messages().iter().map(|message| message.format.id).collect();
+        let expected = bus.layout.messages().iter().map(|message| message.format.id).collect();
         return Err(LogError::NoSample { file: file(), expected, found, losses });
     };
     let gap = samples.windows(2).find(|pair| pair[1].sequence != pair[0].sequence + 1);
     if let Some([before, after]) = gap {
         let position = before.sequence.saturating_sub(first);
         #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
-        let time_s = position as f64 / cell.sample_rate_hz();
+        let time_s = position as f64 * bus.layout.period_ns() * 1e-9;
         return Err(LogError::Gap {
             file: file(),
             after: position,

@@ -10,7 +10,7 @@ use didim_drivers::source::{
 };
 
 use crate::archive::store::WindowProvenance;
-use crate::cell::{BusAddress, Cell};
+use crate::cell::{BusAddress, Cell, CellError};
 use crate::files::{FolderError, own_folder};
 use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::live::recording::{
@@ -40,6 +40,9 @@ pub enum PipelineError {
     /// The stream's options do not fit: the cell's name, the runtime folder or the buffer.
     #[error(transparent)]
     Stream(#[from] StreamError),
+    /// The cell has no bus.
+    #[error(transparent)]
+    Cell(Box<CellError>),
     /// The windows do not fit the sample rate.
     #[error(transparent)]
     Windows(#[from] WindowOptionError),
@@ -60,6 +63,12 @@ pub enum PipelineError {
         /// What the system said.
         cause: io::Error,
     },
+}
+
+impl From<CellError> for PipelineError {
+    fn from(error: CellError) -> Self {
+        Self::Cell(Box::new(error))
+    }
 }
 
 /// Paths for one run that nobody else shares; everything but the results is removed at its end.
@@ -106,7 +115,8 @@ pub fn acquisition(
     source: Box<dyn Source>,
     pace: Pace,
 ) -> Result<Box<AcquisitionPart>, PipelineError> {
-    let period = cell.layout.period_ns() * 1e-9;
+    let bus = cell.bus()?;
+    let period = bus.layout.period_ns() * 1e-9;
     // A log is recorded already.
     let recorder =
         recordings(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
@@ -114,7 +124,7 @@ pub fn acquisition(
         });
     Ok(Box::new(AcquisitionPart {
         source,
-        assembler: cell.assembler(),
+        assembler: bus.assembler(),
         options: AcquireOptions {
             stream: paths.stream(cell)?,
             pace,
@@ -146,7 +156,8 @@ fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions
 /// Where `didim run` keeps recordings: what a log brings is recorded already.
 pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
-    let (options, folder) = recordings(cell, paths).filter(|_| !cell.sources.iter().any(is_log))?;
+    let sources = &cell.bus().ok()?.sources;
+    let (options, folder) = recordings(cell, paths).filter(|_| !sources.iter().any(is_log))?;
     Some(ArchiverOptions { folder, recordings: options.clone() })
 }
 
@@ -228,11 +239,12 @@ pub struct OpenedSource {
 /// # Errors
 /// [`PipelineError::Source`] and [`PipelineError::Sources`].
 pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
+    let bus = cell.bus()?;
     let mut interfaces: Vec<InterfaceName> = Vec::new();
-    for address in &cell.sources {
+    for address in &bus.sources {
         match address {
             BusAddress::Can(name) => interfaces.push(*name),
-            BusAddress::Log(file) if cell.sources.len() == 1 => {
+            BusAddress::Log(file) if bus.sources.len() == 1 => {
                 return Ok(OpenedSource {
                     source: open_log(file)?,
                     pace: Pace::Replay,
@@ -250,14 +262,14 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
         }
     }
     let options = SocketCanOptions {
-        fd: cell.layout.messages().iter().any(|message| message.format.fd),
-        ids: Some(cell.layout.messages().iter().map(|message| message.format.id).collect()),
-        receive_buffer_bytes: cell.receive_buffer_bytes,
+        fd: bus.layout.messages().iter().any(|message| message.format.fd),
+        ids: Some(bus.layout.messages().iter().map(|message| message.format.id).collect()),
+        receive_buffer_bytes: bus.receive_buffer_bytes,
     };
     let source = SocketCanSource::open(&interfaces, &options).map_err(SourceError::from)?;
     let granted = source.links().map(|link| u64::from(link.receive_buffer_bytes)).min();
     let receive_buffer = granted.map(|granted_bytes| ReceiveBuffer {
-        asked_bytes: u64::from(cell.receive_buffer_bytes),
+        asked_bytes: u64::from(bus.receive_buffer_bytes),
         granted_bytes,
     });
     Ok(OpenedSource { source: Box::new(source), pace: Pace::Live, receive_buffer })

@@ -11,7 +11,7 @@ fn cell(path: &str) -> Cell {
 }
 
 fn csv(path: &str) -> Measurement {
-    read_csv(path.as_ref(), None).unwrap()
+    read_csv(path.as_ref(), None, None).unwrap()
 }
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
@@ -29,9 +29,10 @@ fn assert_within_quantisation(cell: &Cell, before: &Measurement, after: &Measure
     let references = before.reference_rad.as_ref().zip(after.reference_rad.as_ref());
     let (reference_before, reference_after) = references.unwrap();
     let mut moved: f64 = 0.0;
-    for axis in 0..cell.layout.axes() {
-        let rad = cell.scales.position_rad(axis, 1.0) - cell.scales.position_rad(axis, 0.0);
-        let nm = cell.scales.torque_nm(axis, 1.0);
+    for axis in 0..cell.bus().unwrap().layout.axes() {
+        let rad = cell.bus().unwrap().scales.position_rad(axis, 1.0)
+            - cell.bus().unwrap().scales.position_rad(axis, 0.0);
+        let nm = cell.bus().unwrap().scales.torque_nm(axis, 1.0);
         for (unit, before, after) in [
             (rad, &before.position_rad[axis], &after.position_rad[axis]),
             (nm, &before.torque_nm[axis], &after.torque_nm[axis]),

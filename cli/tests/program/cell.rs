@@ -43,7 +43,8 @@ fn child_runs_a_cell() {
         scenario = scenario.with_playback(playback).unwrap();
         let name = InterfaceName::new("sim").unwrap();
         let (sender, source) = in_process_bus(&[name], 65_536, WhenFull::Wait);
-        let (layout, scales) = (cell.layout.clone(), cell.scales.clone());
+        let (layout, scales) =
+            (cell.bus().unwrap().layout.clone(), cell.bus().unwrap().scales.clone());
         let mut device = VirtualDevice::new(&scenario, layout, scales, 0).unwrap();
         std::thread::spawn(move || {
             let mut sink = InProcessSink::new(sender);

@@ -22,6 +22,19 @@ pub struct WindowOptions {
     pub max_s: f64,
 }
 
+impl WindowOptions {
+    /// Windows by command alone, with the margins that there are where none are stated.
+    pub fn by_command() -> Self {
+        Self {
+            trigger: Trigger::Command {},
+            margin_before_s: default_margin_s(),
+            margin_after_s: default_margin_s(),
+            min_s: default_min_s(),
+            max_s: default_max_s(),
+        }
+    }
+}
+
 /// What opens and closes a window.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "by", deny_unknown_fields, rename_all = "kebab-case")]

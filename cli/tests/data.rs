@@ -1,0 +1,170 @@
+//! A cell without a bus: tables of other programs, with their own columns, units and signs, of a real arm (the KR 300,
+//! tests/data/README.md).
+
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::program::{didim, json, repository, succeed};
+use serde_json::Value;
+use tempfile::TempDir;
+
+const DATA: &str = r#"
+[data]
+rate_hz = 250.0
+torque_valid = "instant"
+side = "motor"
+time = { column = "stamp", unit = "ms" }
+position = { column = "A{axis} pos", unit = "deg", sign = [1, -1, 1, 1, 1, 1] }
+torque = { columns = ["m0", "m1", "m2", "m3", "m4", "m5"], unit = "mNm" }
+"#;
+
+/// The cell of the arm without its bus and window, with another section in their place.
+fn cell(section: &str) -> TempDir {
+    let text = fs::read_to_string(repository("tests/data/kr300/cell.toml")).unwrap();
+    let (head, rest) = text.split_once("[bus]").unwrap();
+    let (_, controller) = rest.split_once("[controller]").unwrap();
+    let (controller, identification) = controller.split_once("[window]").unwrap();
+    let (_, identification) = identification.split_once("[identification]").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let text =
+        format!("{head}{section}\n[controller]{controller}\n[identification]{identification}");
+    fs::write(folder.path().join("cell.toml"), text).unwrap();
+    let robot = repository("tests/data/kr300/robot.toml");
+    fs::copy(robot, folder.path().join("robot.toml")).unwrap();
+    folder
+}
+
+/// A recording as another program writes it: semicolons and decimal commas, degrees, axis 2 the other way round, mN·m.
+fn of_another_program(recording: &str) -> String {
+    let text = fs::read_to_string(repository("tests/data/kr300").join(recording)).unwrap();
+    let mut rows = text.lines();
+    let names: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let at = |name: String| names.iter().position(|own| *own == name).unwrap();
+    let mut table =
+        "mode;stamp;m5;m4;m3;m2;m1;m0;A1 pos;A2 pos;A3 pos;A4 pos;A5 pos;A6 pos\n".to_owned();
+    for (k, row) in rows.enumerate() {
+        let fields: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
+        let mut line = format!("AUT;{}", 4 * k);
+        for axis in (1..=6).rev() {
+            write!(line, ";{}", 1e3 * fields[at(format!("motor_torque_nm_{axis}"))]).unwrap();
+        }
+        for axis in 1..=6 {
+            let sign = if axis == 2 { -1.0 } else { 1.0 };
+            let position = fields[at(format!("motor_position_rad_{axis}"))];
+            write!(line, ";{}", sign * position.to_degrees()).unwrap();
+        }
+        table += &line.replace('.', ",");
+        table.push('\n');
+    }
+    table
+}
+
+fn identify(cell: &Path, inputs: [&Path; 2]) -> Value {
+    let [a, b] = inputs;
+    let arguments: [&dyn AsRef<OsStr>; 12] = [
+        &"identify",
+        &"--json",
+        &"--cell",
+        &cell,
+        &"--input",
+        &a,
+        &"--input",
+        &b,
+        &"--from",
+        &"1.8",
+        &"--to",
+        &"8.196",
+    ];
+    json(&succeed(&arguments))
+}
+
+#[test]
+fn a_table_of_another_program_identifies_as_the_same_recording_does() {
+    let arm = repository("tests/data/kr300");
+    let [a, b] = ["a.csv", "b.csv"].map(|file| arm.join(file));
+    let expected = identify(&arm.join("cell.toml"), [&a, &b]);
+    let own_columns = cell("[data]\nrate_hz = 250.0\ntorque_valid = \"instant\"\n");
+    let others = cell(DATA);
+    let [foreign_a, foreign_b] = ["a.csv", "b.csv"].map(|file| {
+        let path = others.path().join(file);
+        fs::write(&path, of_another_program(file)).unwrap();
+        path
+    });
+    let found = [
+        identify(&own_columns.path().join("cell.toml"), [&a, &b]),
+        identify(&others.path().join("cell.toml"), [&foreign_a, &foreign_b]),
+    ];
+    let value = |of: &Value, k: usize| of["parameters"][k]["value"].as_f64().unwrap();
+    for found in &found {
+        assert_eq!(found["parameters"].as_array().unwrap().len(), 58);
+        for k in 0..58 {
+            let [one, other] = [found, &expected].map(|of| value(of, k));
+            assert!((one - other).abs() < 1e-7 * other.abs().max(1e-2), "{k}: {one} {other}");
+        }
+        assert_eq!(found["verdict"]["applicable"], expected["verdict"]["applicable"]);
+    }
+    let said = succeed(&[&"check", &"--cell", &others.path().join("cell.toml")]);
+    assert!(said.contains("no bus: tables with the columns of [data], 250 samples/s"), "{said}");
+}
+
+#[test]
+fn what_is_wrong_with_the_columns_is_said_by_key() {
+    let refused = |section: &str| {
+        let folder = cell(section);
+        let out = didim(&[&"check", &"--cell", &folder.path().join("cell.toml")]);
+        assert_eq!(out.code, Some(78), "{}", out.stderr);
+        out.stderr
+    };
+    let cases = [
+        (String::new(), "and [data] are both missing"),
+        (DATA.replace("250.0", "0.0"), "`data.rate_hz`: is 0"),
+        (DATA.replace("side = \"motor\"\n", ""), "`data.side`: is missing"),
+        (DATA.replace("position = ", "reference = "), "`data.position`: is missing"),
+        (DATA.replace("A{axis} pos", "pos"), "`pos` is one column for 6 axes"),
+        (DATA.replace("\"m0\", ", ""), "`columns` has 5 names for 6 axes"),
+        (DATA.replace("\"deg\"", "\"mNm\""), "the unit \"mNm\" for axis 1; use \"rad\" or \"deg\""),
+        (DATA.replace("\"mNm\"", "\"A\""), "the unit \"A\" for axis 1; use \"Nm\" or \"mNm\""),
+        (
+            DATA.replace("\"ms\"", "\"min\""),
+            "the unit \"min\"; use \"s\", \"ms\", \"us\" or \"ns\"",
+        ),
+        (DATA.replace("[1, -1, 1, 1, 1, 1]", "[1, -1]"), "`sign` has another number of entries"),
+        (DATA.replace("[1, -1, 1, 1, 1, 1]", "-2"), "has a sign of -2"),
+        (
+            DATA.replace("columns = [", "column = \"m{index}\", columns = ["),
+            "give `column` or `columns`",
+        ),
+        (DATA.replace("rate_hz", "rate"), "rate"),
+    ];
+    for (section, expected) in cases {
+        let said = refused(&section);
+        assert!(said.contains(expected), "{said}\nis not: {expected}");
+    }
+}
+
+#[test]
+fn what_needs_frames_says_that_the_cell_has_none() {
+    let folder = cell(DATA);
+    let cell = folder.path().join("cell.toml");
+    let log = folder.path().join("drive.log");
+    fs::write(&log, "(1.000000) can0 123#00\n").unwrap();
+    let table = folder.path().join("a.csv");
+    fs::write(&table, of_another_program("a.csv").replacen(";m5", ";m6", 1)).unwrap();
+    let said = |arguments: &[&dyn AsRef<OsStr>]| {
+        let out = didim(arguments);
+        assert_ne!(out.code, Some(0));
+        out.stderr
+    };
+    let frames = "the cell kr300 has no [bus], and this takes its frames";
+    assert!(said(&[&"run", &"--cell", &cell]).contains(frames));
+    assert!(said(&[&"replay", &"--cell", &cell, &log]).contains(frames));
+    assert!(said(&[&"identify", &"--cell", &cell, &"--input", &log]).contains(frames));
+    assert!(said(&[&"sim", &"--cell", &cell, &"--bus", &"can:vcan0"]).contains("kr300"));
+    let missing = said(&[&"identify", &"--cell", &cell, &"--input", &table]);
+    assert!(
+        missing.contains("column `m5` is missing or appears twice; the header has mode stamp m6"),
+        "{missing}"
+    );
+}

@@ -1,0 +1,93 @@
+//! Which columns of a table hold what, in which unit.
+
+use crate::measurement::Side;
+
+/// Stands for the number of the axis, from 1, in a column's name.
+pub const AXIS: &str = "{axis}";
+/// The same, counted from 0.
+pub const INDEX: &str = "{index}";
+
+/// What is measured of each axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Positions.
+    Position,
+    /// Torques or forces.
+    Torque,
+    /// Positions that are asked for.
+    Reference,
+}
+
+impl Quantity {
+    pub(crate) const ALL: [Self; 3] = [Self::Position, Self::Torque, Self::Reference];
+
+    pub(crate) fn stem(self) -> &'static str {
+        match self {
+            Self::Position => "position_rad",
+            Self::Torque => "torque_nm",
+            Self::Reference => "reference_rad",
+        }
+    }
+}
+
+/// The columns of one quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisColumns {
+    /// Their name, with [`AXIS`] or [`INDEX`] in place of the number; or one name for each axis.
+    pub names: Vec<String>,
+    /// SI value of a 1 in each column, its sign included \[rad, m, N·m or N\]; one per axis.
+    pub scales: Vec<f64>,
+}
+
+/// The columns of a table that another program wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    /// The side of the transmission.
+    pub side: Side,
+    /// Number of axes.
+    pub axes: usize,
+    /// Name of the column of the time and seconds to its 1, where there is one.
+    pub time: Option<(String, f64)>,
+    /// Positions.
+    pub position: AxisColumns,
+    /// Torques or forces.
+    pub torque: AxisColumns,
+    /// Positions that are asked for, where they are recorded.
+    pub reference: Option<AxisColumns>,
+}
+
+impl Columns {
+    fn of(&self, quantity: Quantity) -> Option<&AxisColumns> {
+        match quantity {
+            Quantity::Position => Some(&self.position),
+            Quantity::Torque => Some(&self.torque),
+            Quantity::Reference => self.reference.as_ref(),
+        }
+    }
+
+    /// The name of each axis' column.
+    pub(crate) fn names(&self, quantity: Quantity) -> Vec<String> {
+        let Some(AxisColumns { names, .. }) = self.of(quantity) else { return Vec::new() };
+        match names.as_slice() {
+            [pattern] => (0..self.axes)
+                .map(|axis| {
+                    let numbered = pattern.replace(AXIS, &(axis + 1).to_string());
+                    numbered.replace(INDEX, &axis.to_string())
+                })
+                .collect(),
+            names => names.to_vec(),
+        }
+    }
+
+    pub(crate) fn scale(&self, quantity: Quantity, axis: usize) -> f64 {
+        self.of(quantity).and_then(|of| of.scales.get(axis)).copied().unwrap_or(1.0)
+    }
+
+    pub(crate) fn time_name(&self) -> Option<&str> {
+        self.time.as_ref().map(|(name, _)| name.as_str())
+    }
+
+    pub(crate) fn time_scale(&self) -> f64 {
+        self.time.as_ref().map_or(1.0, |(_, scale)| *scale)
+    }
+}

@@ -1,0 +1,73 @@
+//! The bus of a cell: where its frames come from, and what they mean.
+
+use std::path::Path;
+
+use didim_drivers::assemble::Assembler;
+use didim_drivers::layout::CompiledLayout;
+use didim_drivers::units::{DriveSpec, Scales};
+
+use super::file::BusSection;
+use super::{BusAddress, CellError, Library, layout};
+
+/// Texts of the layout's files, each with the name to keep it under.
+type Texts = Vec<(String, String)>;
+
+/// A bus, validated.
+#[derive(Clone, Debug)]
+pub struct CellBus {
+    /// Where the frames come from.
+    pub sources: Vec<BusAddress>,
+    /// Receive buffer of each socket \[bytes\].
+    pub receive_buffer_bytes: u32,
+    /// Bit rate of the bus, if the cell says so \[bit/s\].
+    pub bitrate_bps: Option<u32>,
+    /// Bit rate of the data phase of CAN FD frames, likewise \[bit/s\].
+    pub data_bitrate_bps: Option<u32>,
+    /// What the frames mean.
+    pub layout: CompiledLayout,
+    /// The drives as they were described.
+    pub drives: Vec<DriveSpec>,
+    /// Drive units to SI.
+    pub scales: Scales,
+}
+
+impl CellBus {
+    /// With the files that the layout names.
+    pub(super) fn read(
+        library: Library,
+        cell: &Path,
+        section: &BusSection,
+        joints: usize,
+    ) -> Result<(Self, Texts), CellError> {
+        let (layout, texts) = layout::read(library, cell, &section.layout)?;
+        if layout.axes() != joints {
+            return Err(CellError::Axes { file: cell.to_path_buf(), axes: layout.axes(), joints });
+        }
+        let scales = Scales::new(&section.drives, &layout)
+            .map_err(|source| CellError::Drives { file: cell.to_path_buf(), source })?;
+        let folder = cell.parent().unwrap_or(Path::new(""));
+        let bus = Self {
+            sources: section.source.iter().map(|source| resolve(source, folder)).collect(),
+            receive_buffer_bytes: section.receive_buffer_bytes,
+            bitrate_bps: section.bitrate_bps,
+            data_bitrate_bps: section.data_bitrate_bps,
+            layout,
+            drives: section.drives.clone(),
+            scales,
+        };
+        Ok((bus, texts))
+    }
+
+    /// What makes samples of its frames.
+    pub fn assembler(&self) -> Assembler {
+        Assembler::new(self.layout.clone(), self.scales.clone())
+    }
+}
+
+/// A log named in a cell file lies relative to that file.
+fn resolve(address: &BusAddress, folder: &Path) -> BusAddress {
+    match address {
+        BusAddress::Log(file) => BusAddress::Log(folder.join(file)),
+        other => other.clone(),
+    }
+}

@@ -1,0 +1,225 @@
+//! `[data]`: recordings of other programs, where the cell has no bus.
+
+use didim_core::identification::SignalTiming;
+use didim_core::robot::{JointKind, Robot};
+use didim_drivers::layout::TorqueValidity;
+use didim_formats::{AXIS, AxisColumns, Columns, INDEX, Side};
+use serde::Deserialize;
+
+/// Tables (CSV) of measured signals. Without columns they are didim's own: `motor_position_rad_1` and so on.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DataSection {
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// When a torque is valid.
+    pub torque_valid: TorqueValidity,
+    /// Of other columns: on which side of the transmission they were measured.
+    #[serde(default)]
+    pub side: Option<DataSide>,
+    /// The time, where there is one.
+    #[serde(default)]
+    pub time: Option<TimeColumn>,
+    /// Positions.
+    #[serde(default)]
+    pub position: Option<DataColumns>,
+    /// Torques or forces.
+    #[serde(default)]
+    pub torque: Option<DataColumns>,
+    /// Positions that are asked for.
+    #[serde(default)]
+    pub reference: Option<DataColumns>,
+}
+
+/// The side of the transmission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DataSide {
+    /// Motor angles and torques.
+    Motor,
+    /// Joint angles, or lengths, and torques, or forces.
+    Joint,
+}
+
+/// The column of the time.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a column such as { column = \"t\", unit = \"ms\" }")]
+pub struct TimeColumn {
+    /// Its name.
+    pub column: String,
+    /// Its unit: s, ms, us or ns.
+    pub unit: String,
+}
+
+/// The columns of one quantity.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "columns such as { column = \"actual_q_{axis}\", unit = \"deg\" }"
+)]
+pub struct DataColumns {
+    /// Their name, with `{axis}` (from 1) or `{index}` (from 0) in place of the number.
+    #[serde(default)]
+    pub column: Option<String>,
+    /// Or a name for each axis.
+    #[serde(default)]
+    pub columns: Option<Vec<String>>,
+    /// Their unit, or one for each axis: rad, deg, m, mm; Nm, mNm, N.
+    pub unit: OneOrEach<String>,
+    /// 1 where they are positive as the robot's, −1 where they are not: one for all or for each axis.
+    #[serde(default)]
+    pub sign: Option<OneOrEach<f64>>,
+}
+
+/// One for all axes, or one for each.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum OneOrEach<T> {
+    /// For all.
+    One(T),
+    /// For each.
+    Each(Vec<T>),
+}
+
+impl<T: Clone> OneOrEach<T> {
+    fn of_each(&self, axes: usize) -> Option<Vec<T>> {
+        match self {
+            Self::One(one) => Some(vec![one.clone(); axes]),
+            Self::Each(each) => (each.len() == axes).then(|| each.clone()),
+        }
+    }
+}
+
+/// The key of an invalid value, and what is wrong with it.
+type Wrong = (&'static str, String);
+
+/// What a quantity is measured in.
+const POSITIONS: [(&str, JointKind, f64); 4] = [
+    ("rad", JointKind::Revolute, 1.0),
+    ("deg", JointKind::Revolute, core::f64::consts::PI / 180.0),
+    ("m", JointKind::Prismatic, 1.0),
+    ("mm", JointKind::Prismatic, 1e-3),
+];
+const TORQUES: [(&str, JointKind, f64); 3] = [
+    ("Nm", JointKind::Revolute, 1.0),
+    ("mNm", JointKind::Revolute, 1e-3),
+    ("N", JointKind::Prismatic, 1.0),
+];
+const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+
+impl DataSection {
+    /// When the torque is valid.
+    pub(super) fn torque_timing(&self) -> SignalTiming {
+        match self.torque_valid {
+            TorqueValidity::Instant => SignalTiming::INSTANTANEOUS,
+            TorqueValidity::Held { hold_us, delay_us } => {
+                SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 }
+            }
+        }
+    }
+
+    /// The columns for the robot's axes; nothing where the tables are didim's own.
+    pub(super) fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
+        if !(self.rate_hz > 0.0 && self.rate_hz.is_finite()) {
+            let problem = format!("is {}; give the samples per second", self.rate_hz);
+            return Err(("data.rate_hz", problem));
+        }
+        let (position, torque) = match (&self.position, &self.torque) {
+            (Some(position), Some(torque)) => (position, torque),
+            (None, None)
+                if self.reference.is_none() && self.time.is_none() && self.side.is_none() =>
+            {
+                return Ok(None);
+            }
+            (None, _) => return Err(("data.position", "is missing; name its columns too".into())),
+            (_, None) => return Err(("data.torque", "is missing; name its columns too".into())),
+        };
+        let side = match self.side {
+            Some(DataSide::Motor) => Side::Motor,
+            Some(DataSide::Joint) => Side::Joint,
+            None => {
+                let problem = "is missing; say whether the columns are of the \"motor\" or the \"joint\" side";
+                return Err(("data.side", problem.into()));
+            }
+        };
+        let kinds: Vec<JointKind> = robot.chain().iter().map(|joint| joint.kind).collect();
+        let of = |key, columns: &DataColumns, units: &[(&str, JointKind, f64)]| {
+            axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
+        };
+        Ok(Some(Columns {
+            side,
+            axes: kinds.len(),
+            time: self.time.as_ref().map(time).transpose()?,
+            position: of("data.position", position, &POSITIONS)?,
+            torque: of("data.torque", torque, &TORQUES)?,
+            reference: (self.reference.as_ref())
+                .map(|reference| of("data.reference", reference, &POSITIONS))
+                .transpose()?,
+        }))
+    }
+}
+
+fn time(TimeColumn { column, unit }: &TimeColumn) -> Result<(String, f64), Wrong> {
+    let found = TIMES.iter().find(|(name, _)| name == unit);
+    let (_, scale) = found.ok_or_else(|| {
+        ("data.time", format!("has the unit \"{unit}\"; use \"s\", \"ms\", \"us\" or \"ns\""))
+    })?;
+    Ok((column.clone(), *scale))
+}
+
+fn axis_columns(
+    columns: &DataColumns,
+    units: &[(&str, JointKind, f64)],
+    side: Side,
+    kinds: &[JointKind],
+) -> Result<AxisColumns, String> {
+    let axes = kinds.len();
+    let names = match (&columns.column, &columns.columns) {
+        (Some(pattern), None) if axes == 1 || pattern.contains(AXIS) || pattern.contains(INDEX) => {
+            vec![pattern.clone()]
+        }
+        (Some(pattern), None) => {
+            return Err(format!(
+                "`{pattern}` is one column for {axes} axes; put {AXIS} (from 1) or {INDEX} (from 0) in place of the number"
+            ));
+        }
+        (None, Some(names)) if names.len() == axes => names.clone(),
+        (None, Some(names)) => {
+            return Err(format!(
+                "`columns` has {} names for {axes} axes; give one for each",
+                names.len()
+            ));
+        }
+        _ => return Err("give `column` or `columns`, and not both".to_owned()),
+    };
+    let each = |what: &str| {
+        format!("`{what}` has another number of entries than the arm has axes, {axes}")
+    };
+    let stated = columns.unit.of_each(axes).ok_or_else(|| each("unit"))?;
+    let signs = match &columns.sign {
+        None => vec![1.0; axes],
+        Some(signs) => signs.of_each(axes).ok_or_else(|| each("sign"))?,
+    };
+    if let Some(sign) = signs.iter().find(|sign| (sign.abs() - 1.0).abs() > f64::EPSILON) {
+        return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
+    }
+    let scales =
+        stated.iter().zip(&signs).zip(kinds).enumerate().map(|(axis, ((unit, sign), kind))| {
+            // A motor turns, whatever its joint does.
+            let kind = if side == Side::Motor { JointKind::Revolute } else { *kind };
+            let fitting = units.iter().filter(|(_, of, _)| *of == kind);
+            match fitting.clone().find(|(name, ..)| name == unit) {
+                Some((.., scale)) => Ok(scale * sign),
+                None => {
+                    let known: Vec<String> =
+                        fitting.map(|(name, ..)| format!("\"{name}\"")).collect();
+                    Err(format!(
+                        "has the unit \"{unit}\" for axis {}; use {}",
+                        axis + 1,
+                        known.join(" or ")
+                    ))
+                }
+            }
+        });
+    Ok(AxisColumns { names, scales: scales.collect::<Result<_, _>>()? })
+}
