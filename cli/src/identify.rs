@@ -17,7 +17,7 @@ use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
-use didim::offline::read_log;
+use didim::offline::{check_limits, read_log};
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim::text::aligned;
@@ -78,6 +78,10 @@ impl Samples {
         let measurement = read_input(path, cell, self.sample_rate)?;
         check_rate(&measurement, cell, path)?;
         let counted = counted((self.from, self.to), cell, &measurement, path)?;
+        let beyond = check_limits(&measurement, &counted, &cell.robot);
+        for one in beyond.map_err(|error| CliError::in_file(path, error))? {
+            tracing::warn!("{}: {one}", path.display());
+        }
         Ok((measurement, counted))
     }
 }

@@ -168,3 +168,87 @@ fn what_needs_frames_says_that_the_cell_has_none() {
         "{missing}"
     );
 }
+
+/// A wrong unit, sign or sample is named before anything is fitted.
+#[test]
+fn what_does_not_fit_the_robot_is_named_with_its_likely_cause() {
+    let identify = |section: &str, change: &dyn Fn(String) -> String| {
+        let folder = cell(section);
+        let table = folder.path().join("a.csv");
+        fs::write(&table, change(of_another_program("a.csv"))).unwrap();
+        let cell = folder.path().join("cell.toml");
+        didim(&[
+            &"identify",
+            &"--cell",
+            &cell,
+            &"--input",
+            &table,
+            &"--from",
+            &"1.8",
+            &"--to",
+            &"8.196",
+        ])
+    };
+    let as_it_is = |table: String| table;
+    let refused = |section: &str, change: &dyn Fn(String) -> String| {
+        let out = identify(section, change);
+        assert_eq!(out.code, Some(1), "{}", out.stderr);
+        assert!(
+            out.stderr.contains("a.csv: the data do not fit the robot: the "),
+            "{}",
+            out.stderr
+        );
+        out.stderr
+    };
+    let good = identify(DATA, &as_it_is);
+    assert_eq!((good.code, good.stderr.as_str()), (Some(0), ""));
+    let degrees = refused(&DATA.replace("\"deg\"", "\"rad\""), &as_it_is);
+    assert!(degrees.contains("(degrees in place of radians?)"), "{degrees}");
+    let thousand = refused(&DATA.replace("\"mNm\"", "\"Nm\""), &as_it_is);
+    assert!(thousand.contains("(mN·m, a current, or the other side of the gear?)"), "{thousand}");
+    // Sample 1000 is 4 s after the first.
+    let spoiled = |table: String| {
+        let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
+        let mut fields: Vec<&str> = lines[1001].split(';').collect();
+        fields[10] = "1e6";
+        lines[1001] = fields.join(";");
+        lines.join("\n")
+    };
+    let glitch = refused(DATA, &spoiled);
+    assert!(
+        glitch.contains("joint 3")
+            && glitch.contains("after 4.000 s")
+            && glitch.contains("(a glitch?)"),
+        "{glitch}"
+    );
+    // Angles of the motors taken for those of the joints.
+    let joint_side = DATA.replace("\"motor\"", "\"joint\"");
+    assert!(refused(&joint_side, &as_it_is).contains("times its limit of"));
+    // A limit that is passed by little is said, and nothing is refused.
+    let folder = cell(DATA);
+    let robot = fs::read_to_string(folder.path().join("robot.toml")).unwrap();
+    fs::write(
+        folder.path().join("robot.toml"),
+        robot.replace("velocity_max_rad_s = 3.0", "velocity_max_rad_s = 0.5"),
+    )
+    .unwrap();
+    fs::write(folder.path().join("a.csv"), of_another_program("a.csv")).unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let out = didim(&[
+        &"identify",
+        &"--cell",
+        &at("cell.toml"),
+        &"--input",
+        &at("a.csv"),
+        &"--from",
+        &"1.8",
+        &"--to",
+        &"8.196",
+    ]);
+    assert_eq!(out.code, Some(0), "{}", out.stderr);
+    assert!(
+        out.stderr.contains("a.csv: the speed of joint ") && out.stderr.contains("rad/s"),
+        "{}",
+        out.stderr
+    );
+}

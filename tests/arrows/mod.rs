@@ -27,7 +27,7 @@ const ORDER: [(&str, &str); 9] = [
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
     ("src/archive", "drift store"),
-    ("src/offline", "compare predict log identify rate"),
+    ("src/offline", "compare predict log identify limits rate"),
     (
         "cli/src",
         "lib baseline capture check compare convert demo history manual metrics note predict reload replay robot run study \

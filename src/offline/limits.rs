@@ -1,0 +1,246 @@
+//! Whether a measurement keeps to the robot's limits, before anything is fitted to it: a wrong unit or column shows there.
+
+use core::fmt;
+use core::ops::Range;
+
+use didim_core::robot::{JointKind, Robot};
+use didim_formats::{Measurement, Side};
+
+use crate::text::significant;
+
+/// What is beyond so many times a limit is no motion of this robot.
+const REFUSED: f64 = 2.0;
+/// From here on it is said. Limits are round numbers, and a controller overshoots.
+const NOTED: f64 = 1.02;
+/// A speed is a difference of positions over this time to either side \[s\]: noise is no speed.
+const HALF_STEP_S: f64 = 0.01;
+/// So few samples beyond are no motion.
+const GLITCH: usize = 5;
+/// A unit is wrong by a factor of 57, or of 1000, or by a gear ratio.
+const UNIT: f64 = 10.0;
+
+/// What is beyond a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limited {
+    /// The position of the joint.
+    Position,
+    /// Its speed.
+    Speed,
+    /// Its torque or force.
+    Torque,
+}
+
+/// What is likely to be wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cause {
+    /// A few samples that stand alone.
+    Glitch,
+    /// Positions that jump by a turn.
+    Wrap {
+        /// When \[s after the first sample\].
+        time_s: f64,
+    },
+    /// Degrees or millimetres in place of radians or metres.
+    PositionUnit,
+    /// mN·m, a current, or the other side of the gear in place of N·m.
+    TorqueUnit,
+    /// The gain of the torque, or a limit that is not the drive's.
+    Gain,
+    /// Another axis, sign or zero, or a limit that is not the robot's.
+    Axis,
+}
+
+/// The sample that is furthest beyond a limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beyond {
+    /// Number of the joint, from 1.
+    pub joint: usize,
+    /// What.
+    pub limited: Limited,
+    /// When \[s after the first sample\].
+    pub time_s: f64,
+    /// Its value \[SI\].
+    pub value: f64,
+    /// The limit \[SI\].
+    pub limit: f64,
+    /// How many times the limit it is.
+    pub times: f64,
+    /// How many samples are beyond it.
+    pub samples: usize,
+    /// What is likely to be wrong.
+    pub cause: Cause,
+    kind: JointKind,
+}
+
+/// A measurement that is no motion of the robot. Correct the columns or the limits.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("the data do not fit the robot: {}; correct unit, sign, zero or axis in the cell, or the limits in the robot file", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+pub struct BeyondLimits(pub Vec<Beyond>);
+
+impl fmt::Display for Beyond {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { joint, limited, time_s, value, limit, times, samples, cause, kind } = self;
+        let revolute = *kind == JointKind::Revolute;
+        let (what, unit) = match limited {
+            Limited::Position => ("position", if revolute { "rad" } else { "m" }),
+            Limited::Speed => ("speed", if revolute { "rad/s" } else { "m/s" }),
+            Limited::Torque => ("torque", kind.torque_unit()),
+        };
+        write!(
+            f,
+            "the {what} of joint {joint} is {} {unit} after {time_s:.3} s, {} times its limit of {} {unit} in {samples} samples ({})",
+            significant(*value, 3),
+            significant(*times, 2),
+            significant(*limit, 3),
+            match cause {
+                Cause::Glitch => "a glitch?".to_owned(),
+                Cause::Wrap { time_s } =>
+                    format!("it jumps by a turn after {time_s:.3} s: unwrap it"),
+                Cause::PositionUnit if revolute => "degrees in place of radians?".to_owned(),
+                Cause::PositionUnit => "millimetres in place of metres?".to_owned(),
+                Cause::TorqueUnit => "mN·m, a current, or the other side of the gear?".to_owned(),
+                Cause::Gain => "the gain, or the limit?".to_owned(),
+                Cause::Axis => "another axis, sign or zero?".to_owned(),
+            }
+        )
+    }
+}
+
+/// What is beyond the limits of the robot among the samples that count, worst first; what is worth a note.
+///
+/// # Errors
+/// [`BeyondLimits`], where something is beyond twice a limit.
+pub fn check_limits(
+    measurement: &Measurement,
+    counted: &Range<usize>,
+    robot: &Robot,
+) -> Result<Vec<Beyond>, BeyondLimits> {
+    let signals = &measurement.signals;
+    let fits =
+        signals.position_rad.len() == robot.joints() && signals.torque_nm.len() == robot.joints();
+    if !fits {
+        // Said by whoever makes an experiment of it.
+        return Ok(Vec::new());
+    }
+    let joints = Joints::new(measurement, counted, robot);
+    let mut beyond: Vec<Beyond> = (0..robot.joints())
+        .flat_map(|joint| {
+            let limited = [Limited::Position, Limited::Speed, Limited::Torque];
+            limited.map(|limited| joints.beyond(joint, limited, robot))
+        })
+        .flatten()
+        .collect();
+    beyond.sort_by(|a, b| b.times.total_cmp(&a.times));
+    if beyond.first().is_some_and(|worst| worst.times > REFUSED) {
+        beyond.retain(|one| one.times > REFUSED);
+        beyond.truncate(3);
+        return Err(BeyondLimits(beyond));
+    }
+    Ok(beyond)
+}
+
+/// The samples that count, of the joints' side.
+struct Joints {
+    first: usize,
+    period_s: f64,
+    /// By joint.
+    position: Vec<Vec<f64>>,
+    torque: Vec<Vec<f64>>,
+}
+
+impl Joints {
+    fn new(measurement: &Measurement, counted: &Range<usize>, robot: &Robot) -> Self {
+        let signals = &measurement.signals;
+        let side = |columns: &[Vec<f64>], turn: &dyn Fn(&[f64], &mut [f64])| -> Vec<Vec<f64>> {
+            let mut turned = vec![Vec::with_capacity(counted.len()); columns.len()];
+            let (mut from, mut to) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
+            for k in counted.clone() {
+                for (value, column) in from.iter_mut().zip(columns) {
+                    *value = column.get(k).copied().unwrap_or_default();
+                }
+                match measurement.side {
+                    Side::Joint => to.copy_from_slice(&from),
+                    Side::Motor => turn(&from, &mut to),
+                }
+                turned.iter_mut().zip(&to).for_each(|(column, value)| column.push(*value));
+            }
+            turned
+        };
+        let transmission = robot.transmission();
+        Self {
+            first: counted.start,
+            period_s: 1.0 / signals.sample_rate_hz,
+            position: side(&signals.position_rad, &|from, to| {
+                transmission.joint_position(from, to)
+            }),
+            torque: side(&signals.torque_nm, &|from, to| transmission.joint_torque(from, to)),
+        }
+    }
+
+    fn time_s(&self, sample: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+        let samples = (self.first + sample) as f64;
+        samples * self.period_s
+    }
+
+    fn beyond(&self, joint: usize, limited: Limited, robot: &Robot) -> Option<Beyond> {
+        let of = robot.chain()[joint];
+        let limits = of.limits;
+        let position = &self.position[joint];
+        // Value, the limit that it is beyond, and how many times.
+        let plain = |value: f64, limit: f64| (value, limit, value.abs() / limit);
+        let at = |k: usize| match limited {
+            Limited::Torque => plain(self.torque[joint][k], limits.torque_max),
+            Limited::Speed => plain(self.speed(joint, k), limits.velocity_max),
+            Limited::Position => {
+                let (low, high) = (limits.position_min, limits.position_max);
+                let size = low.abs().max(high.abs());
+                let value = position[k];
+                let (limit, out) =
+                    if value > high { (high, value - high) } else { (low, low - value) };
+                (value, limit, 1.0 + out.max(0.0) / size)
+            }
+        };
+        let all = (0..position.len()).map(|k| (k, at(k)));
+        let samples = all.clone().filter(|(_, (.., times))| *times > NOTED).count();
+        let (sample, (value, limit, times)) = all.max_by(|a, b| a.1.2.total_cmp(&b.1.2))?;
+        if times <= NOTED {
+            return None;
+        }
+        let cause = match limited {
+            _ if samples <= GLITCH => Cause::Glitch,
+            Limited::Torque if times > UNIT => Cause::TorqueUnit,
+            Limited::Torque => Cause::Gain,
+            _ => match self.wrap(joint, of.kind) {
+                Some(time_s) => Cause::Wrap { time_s },
+                None if times > UNIT => Cause::PositionUnit,
+                None => Cause::Axis,
+            },
+        };
+        let (joint, time_s, kind) = (joint + 1, self.time_s(sample), of.kind);
+        Some(Beyond { joint, limited, time_s, value, limit, times, samples, cause, kind })
+    }
+
+    /// Across a few samples to either side.
+    fn speed(&self, joint: usize, k: usize) -> f64 {
+        let position = &self.position[joint];
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few samples"
+        )]
+        let half = ((HALF_STEP_S / self.period_s).round() as usize).max(1);
+        let (before, after) = (k.saturating_sub(half), (k + half).min(position.len() - 1));
+        #[expect(clippy::cast_precision_loss, reason = "a few samples")]
+        let time_s = (after - before).max(1) as f64 * self.period_s;
+        (position[after] - position[before]) / time_s
+    }
+
+    /// When a position first jumps by nearly a turn from one sample to the next.
+    fn wrap(&self, joint: usize, kind: JointKind) -> Option<f64> {
+        let turn = core::f64::consts::TAU;
+        let is_turn = |pair: &[f64]| ((pair[1] - pair[0]).abs() / turn - 1.0).abs() < 0.05;
+        let jump = self.position[joint].windows(2).position(is_turn)?;
+        (kind == JointKind::Revolute).then(|| self.time_s(jump + 1))
+    }
+}
