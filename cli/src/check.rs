@@ -118,6 +118,7 @@ fn summary(cell: &Cell) -> String {
             let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
             format!("bus {}: {} messages", buses.join(" "), bus.layout.messages().len())
         }
+        Err(_) if cell.bag.is_some() => "no bus: ROS 2 bags".to_owned(),
         Err(_) if cell.columns.is_some() => "no bus: tables with the columns of [data]".to_owned(),
         Err(_) => "no bus: tables with didim's own columns".to_owned(),
     };

@@ -21,7 +21,7 @@ use didim::offline::{check_limits, read_log};
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim::text::aligned;
-use didim_formats::{Measurement, RATE_TOLERANCE, read_csv};
+use didim_formats::{Measurement, RATE_TOLERANCE, read_bag, read_csv};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -236,8 +236,8 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// A file whose name ends in `.csv` is a CSV experiment, anything else a candump log or an MCAP
-/// recording.
+/// A file whose name ends in `.csv` is a CSV experiment, a folder or an MCAP file a ROS 2 bag where the cell asks for
+/// one, anything else a candump log or an MCAP recording.
 pub(super) fn read_input(
     path: &Path,
     cell: &Cell,
@@ -249,6 +249,14 @@ pub(super) fn read_input(
         let untimed = cell.columns.as_ref().filter(|columns| columns.time.is_none());
         let rate_hz = sample_rate_hz.or(untimed.map(|_| cell.sample_rate_hz()));
         return read_csv(path, rate_hz, cell.columns.as_ref()).map_err(CliError::failed);
+    }
+    let is_bag = path.is_dir() || path.extension().is_some_and(|own| own == "mcap" || own == "db3");
+    if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
+        let (measurement, resampled) = read_bag(path, spec).map_err(CliError::failed)?;
+        if !resampled.is_nothing() {
+            tracing::warn!("{}: {resampled}", path.display());
+        }
+        return Ok(measurement);
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(

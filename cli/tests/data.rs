@@ -252,3 +252,112 @@ fn what_does_not_fit_the_robot_is_named_with_its_likely_cause() {
         out.stderr
     );
 }
+
+const BAG: &str = r#"
+[data]
+rate_hz = 250.0
+torque_valid = "instant"
+side = "motor"
+
+[data.bag]
+joints = ["A1", "A2", "A3", "A4", "A5", "A6"]
+effort = { unit = "mNm", sign = [1, -1, 1, 1, 1, 1] }
+"#;
+
+/// A recording as ROS 2 has it: `sensor_msgs/msg/JointState` in CDR, the joints from the last to the first.
+fn bag(recording: &str, path: &Path) {
+    let text = fs::read_to_string(repository("tests/data/kr300").join(recording)).unwrap();
+    let mut writer =
+        mcap::Writer::new(std::io::BufWriter::new(fs::File::create(path).unwrap())).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", &[]).unwrap();
+    let channel = writer
+        .add_channel(schema, "/joint_states", "cdr", &std::collections::BTreeMap::new())
+        .unwrap();
+    for (sequence, row) in (0_u32..).zip(text.lines().skip(1)) {
+        let fields: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
+        let mut message = vec![0, 1, 0, 0];
+        let word = |message: &mut Vec<u8>, word: u32| {
+            message.resize(message.len().next_multiple_of(4), 0);
+            message.extend(word.to_le_bytes());
+        };
+        word(&mut message, 1_700_000_000 + 4 * sequence / 1000);
+        word(&mut message, 4 * sequence % 1000 * 1_000_000);
+        word(&mut message, 1);
+        message.push(0);
+        word(&mut message, 6);
+        for axis in (1..=6).rev() {
+            word(&mut message, 3);
+            message.extend(format!("A{axis}\0").bytes());
+        }
+        let positions = (0..6).rev().map(|k| fields[1 + k]).collect();
+        let efforts =
+            (0..6).rev().map(|k| fields[7 + k] * if k == 1 { -1e3 } else { 1e3 }).collect();
+        for numbers in [positions, Vec::new(), efforts] {
+            word(&mut message, u32::try_from(numbers.len()).unwrap());
+            for number in numbers {
+                let number: f64 = number;
+                message.resize((message.len() - 4).next_multiple_of(8) + 4, 0);
+                message.extend(number.to_le_bytes());
+            }
+        }
+        let log_time = u64::from(sequence);
+        let header = mcap::records::MessageHeader {
+            channel_id: channel,
+            sequence,
+            log_time,
+            publish_time: log_time,
+        };
+        writer.write_to_known_channel(&header, &message).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_bag_of_ros_2_identifies_as_the_same_recording_does() {
+    let arm = repository("tests/data/kr300");
+    let [a, b] = ["a.csv", "b.csv"].map(|file| arm.join(file));
+    let expected = identify(&arm.join("cell.toml"), [&a, &b]);
+    let folder = cell(BAG);
+    let at = |name: &str| folder.path().join(name);
+    bag("a.csv", &at("a.mcap"));
+    // A folder is a bag too.
+    fs::create_dir(at("b")).unwrap();
+    bag("b.csv", &at("b").join("b_0.mcap"));
+    let found = identify(&at("cell.toml"), [&at("a.mcap"), &at("b")]);
+    for k in 0..58 {
+        let [one, other] =
+            [&found, &expected].map(|of| of["parameters"][k]["value"].as_f64().unwrap());
+        assert!((one - other).abs() < 1e-7 * other.abs().max(1e-2), "{k}: {one} {other}");
+    }
+    let said = succeed(&[&"check", &"--cell", &at("cell.toml")]);
+    assert!(said.contains("no bus: ROS 2 bags, 250 samples/s"), "{said}");
+    let refused = |section: &str| {
+        let folder = cell(section);
+        let out = didim(&[&"check", &"--cell", &folder.path().join("cell.toml")]);
+        assert_eq!(out.code, Some(78), "{}", out.stderr);
+        out.stderr
+    };
+    for (section, expected) in [
+        (BAG.replace("\"A6\"", "\"A5\""), "names `A5` twice"),
+        (BAG.replace(", \"A6\"", ""), "has 5 names for 6 axes"),
+        (BAG.replace("\"mNm\"", "\"A\""), "the unit \"A\" for axis 1"),
+        (BAG.replace("effort = ", "efforts = "), "efforts"),
+    ] {
+        let said = refused(&section);
+        assert!(said.contains(expected), "{said}");
+    }
+    let other = cell(&BAG.replace("\"A6\"", "\"A7\""));
+    let out = didim(&[
+        &"identify",
+        &"--cell",
+        &other.path().join("cell.toml"),
+        &"--input",
+        &at("a.mcap"),
+    ]);
+    assert_eq!(out.code, Some(1));
+    assert!(
+        out.stderr.contains("no topic has all of the joints A1 A2 A3 A4 A5 A7"),
+        "{}",
+        out.stderr
+    );
+}

@@ -4,11 +4,13 @@
 //! signals on a uniform grid, with the side of the transmission they were measured on. Every error names
 //! the file and, where there is one, the line.
 
+mod bag;
 mod columns;
 mod csv;
 mod measurement;
 mod urdf;
 
+pub use bag::{BagError, BagSpec, BagTime, Resampled, read_bag};
 pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
 pub use csv::{CsvError, read_csv, write_csv};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};

@@ -88,6 +88,10 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
     let cases = [
         ("<robot".to_owned(), "it is no XML"),
         ("<sdf/>".to_owned(), "give a URDF"),
+        (
+            two_links(&(0..1000).map(|k| link(&format!("x{k}"))).collect::<String>(), ""),
+            "it has more than 1000 links or joints",
+        ),
         ("<robot/>".to_owned(), "no name"),
         (
             "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro/></robot>".to_owned(),
@@ -161,6 +165,16 @@ fn bodies_that_cannot_be_are_noted_and_there_are_no_nominal_values() {
     assert!(of(&turning).1[0].contains("turns without end"));
     let nearly = own.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 3e-9 1\"/>");
     assert!(of(&nearly).1[0].contains("3.0e-9 rad from parallel"));
+}
+
+/// Names are text, and nothing of them gets into the robot file but that.
+#[test]
+fn names_stay_names() {
+    let text = two_links("", "").replace("\"two\"", "\"a &quot;b&quot; \\ &#10;gravity_m_s2 = 1\"");
+    let text = text.replace("\"elbow\"", "\"x&#10;d_m = 7.0\"");
+    let robot =
+        Robot::from_toml(&UrdfArm::read(&text, None, None).unwrap().to_toml(&links_alone(2)));
+    assert_eq!(robot.unwrap().name(), "a \"b\" \\  gravity_m_s2 = 1");
 }
 
 /// What the file says of friction is nominal, where the model has the term.

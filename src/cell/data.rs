@@ -3,7 +3,7 @@
 use didim_core::identification::SignalTiming;
 use didim_core::robot::{JointKind, Robot};
 use didim_drivers::layout::TorqueValidity;
-use didim_formats::{AXIS, AxisColumns, Columns, INDEX, Side};
+use didim_formats::{AXIS, AxisColumns, BagSpec, BagTime, Columns, INDEX, Side};
 use serde::Deserialize;
 
 /// Tables (CSV) of measured signals. Without columns they are didim's own: `motor_position_rad_1` and so on.
@@ -29,6 +29,50 @@ pub struct DataSection {
     /// Positions that are asked for.
     #[serde(default)]
     pub reference: Option<DataColumns>,
+    /// Of ROS 2 bags: which joint states.
+    #[serde(default)]
+    pub bag: Option<BagSection>,
+}
+
+/// `[data.bag]`
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BagSection {
+    /// Names of the joints in the messages, in the arm's order; those of the URDF when left out.
+    #[serde(default)]
+    pub joints: Option<Vec<String>>,
+    /// The topic, where several have these joints.
+    #[serde(default)]
+    pub topic: Option<String>,
+    /// The unit of `effort`, which no bag tells, and its sign.
+    pub effort: EffortSection,
+    /// Whose time counts.
+    #[serde(default)]
+    pub time: BagTimes,
+}
+
+/// `effort` of `[data.bag]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a unit such as { unit = \"Nm\" }")]
+pub struct EffortSection {
+    /// Nm, mNm; of a prismatic joint N: one for all or for each axis.
+    pub unit: OneOrEach<String>,
+    /// 1 where it drives the joint, −1 where it is what the joint exerts.
+    #[serde(default)]
+    pub sign: Option<OneOrEach<f64>>,
+}
+
+/// Whose time counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BagTimes {
+    /// The stamps in the messages.
+    #[default]
+    Header,
+    /// When they were recorded.
+    Log,
+    /// None: each message is one row of `rate_hz`.
+    Rows,
 }
 
 /// The side of the transmission.
@@ -127,22 +171,17 @@ impl DataSection {
         let (position, torque) = match (&self.position, &self.torque) {
             (Some(position), Some(torque)) => (position, torque),
             (None, None)
-                if self.reference.is_none() && self.time.is_none() && self.side.is_none() =>
+                if self.reference.is_none()
+                    && self.time.is_none()
+                    && (self.side.is_none() || self.bag.is_some()) =>
             {
                 return Ok(None);
             }
             (None, _) => return Err(("data.position", "is missing; name its columns too".into())),
             (_, None) => return Err(("data.torque", "is missing; name its columns too".into())),
         };
-        let side = match self.side {
-            Some(DataSide::Motor) => Side::Motor,
-            Some(DataSide::Joint) => Side::Joint,
-            None => {
-                let problem = "is missing; say whether the columns are of the \"motor\" or the \"joint\" side";
-                return Err(("data.side", problem.into()));
-            }
-        };
-        let kinds: Vec<JointKind> = robot.chain().iter().map(|joint| joint.kind).collect();
+        let side = self.side()?;
+        let kinds = kinds(robot);
         let of = |key, columns: &DataColumns, units: &[(&str, JointKind, f64)]| {
             axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
         };
@@ -157,6 +196,61 @@ impl DataSection {
                 .transpose()?,
         }))
     }
+}
+
+impl DataSection {
+    fn side(&self) -> Result<Side, Wrong> {
+        match self.side {
+            Some(DataSide::Motor) => Ok(Side::Motor),
+            Some(DataSide::Joint) => Ok(Side::Joint),
+            None => {
+                let problem = "is missing; say whether the signals are of the \"motor\" or the \"joint\" side";
+                Err(("data.side", problem.into()))
+            }
+        }
+    }
+
+    /// What is asked of bags; `named` are the joints of a URDF.
+    pub(super) fn bag(&self, robot: &Robot, named: &[String]) -> Result<Option<BagSpec>, Wrong> {
+        let Some(BagSection { joints, topic, effort, time }) = &self.bag else { return Ok(None) };
+        let side = self.side()?;
+        let joints = joints.as_deref().unwrap_or(named);
+        if joints.len() != robot.joints() {
+            let problem = format!(
+                "has {} names for {} axes; give the names in the messages, in the arm's order",
+                joints.len(),
+                robot.joints()
+            );
+            return Err(("data.bag.joints", problem));
+        }
+        if let Some((_, twice)) =
+            joints.iter().enumerate().find(|(k, name)| joints[..*k].contains(name))
+        {
+            return Err((
+                "data.bag.joints",
+                format!("names `{twice}` twice; name each joint once"),
+            ));
+        }
+        let EffortSection { unit, sign } = effort;
+        let torque_scales = scales(unit, sign.as_ref(), &TORQUES, side, &kinds(robot))
+            .map_err(|problem| ("data.bag.effort", problem))?;
+        Ok(Some(BagSpec {
+            joints: joints.to_vec(),
+            topic: topic.clone(),
+            rate_hz: self.rate_hz,
+            side,
+            torque_scales,
+            time: match time {
+                BagTimes::Header => BagTime::Header,
+                BagTimes::Log => BagTime::Log,
+                BagTimes::Rows => BagTime::Rows,
+            },
+        }))
+    }
+}
+
+fn kinds(robot: &Robot) -> Vec<JointKind> {
+    robot.chain().iter().map(|joint| joint.kind).collect()
 }
 
 fn time(TimeColumn { column, unit }: &TimeColumn) -> Result<(String, f64), Wrong> {
@@ -192,11 +286,24 @@ fn axis_columns(
         }
         _ => return Err("give `column` or `columns`, and not both".to_owned()),
     };
+    let scales = scales(&columns.unit, columns.sign.as_ref(), units, side, kinds)?;
+    Ok(AxisColumns { names, scales })
+}
+
+/// SI to a 1 of each axis' unit, its sign included.
+fn scales(
+    unit: &OneOrEach<String>,
+    sign: Option<&OneOrEach<f64>>,
+    units: &[(&str, JointKind, f64)],
+    side: Side,
+    kinds: &[JointKind],
+) -> Result<Vec<f64>, String> {
+    let axes = kinds.len();
     let each = |what: &str| {
         format!("`{what}` has another number of entries than the arm has axes, {axes}")
     };
-    let stated = columns.unit.of_each(axes).ok_or_else(|| each("unit"))?;
-    let signs = match &columns.sign {
+    let stated = unit.of_each(axes).ok_or_else(|| each("unit"))?;
+    let signs = match sign {
         None => vec![1.0; axes],
         Some(signs) => signs.of_each(axes).ok_or_else(|| each("sign"))?,
     };
@@ -221,5 +328,5 @@ fn axis_columns(
                 }
             }
         });
-    Ok(AxisColumns { names, scales: scales.collect::<Result<_, _>>()? })
+    scales.collect()
 }

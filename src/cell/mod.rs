@@ -23,7 +23,7 @@ use didim_core::identification::{
 };
 use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
-use didim_formats::Columns;
+use didim_formats::{BagSpec, Columns, UrdfArm};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
@@ -63,6 +63,8 @@ pub struct Cell {
     pub torque_timing: SignalTiming,
     /// The columns of tables, where they are not didim's own.
     pub columns: Option<Columns>,
+    /// What is asked of ROS 2 bags.
+    pub bag: Option<BagSpec>,
     /// When to identify.
     pub window: WindowOptions,
     /// The method.
@@ -97,7 +99,7 @@ impl Cell {
         match (&self.bus, &self.columns) {
             (Some(bus), _) => bus.layout.has_reference(),
             (None, Some(columns)) => columns.reference.is_some(),
-            (None, None) => true,
+            (None, None) => self.bag.is_none(),
         }
     }
 
@@ -187,6 +189,8 @@ impl Cell {
         if let Some((key, problem)) = robot::misfit(&source, file.urdf.as_ref()) {
             return Err(wrong(key, problem));
         }
+        let named = source.urdf.as_ref().map(UrdfArm::joint_names);
+        let named: Vec<String> = named.into_iter().flatten().map(str::to_owned).collect();
         let robot_notes = source.notes().iter().map(ToString::to_string).collect();
         let RobotSource { robot: robot_as_described, toml: robot_text, .. } = source;
         let mut robot = robot_as_described.clone();
@@ -203,7 +207,7 @@ impl Cell {
                            remove the key, or state one law in the robot file";
             return Err(wrong("identification.sign", problem.to_owned()));
         }
-        let (bus, layout_texts, columns, sample_rate_hz, torque_timing) = match (
+        let (bus, layout_texts, (columns, bag), sample_rate_hz, torque_timing) = match (
             &file.bus, &file.data,
         ) {
             (Some(section), None) => {
@@ -212,12 +216,14 @@ impl Cell {
                 }
                 let (bus, texts) = CellBus::read(library, path, section, robot.joints())?;
                 let (rate_hz, timing) = (1e9 / bus.layout.period_ns(), bus.layout.torque_timing());
-                (Some(bus), texts, None, rate_hz, timing)
+                (Some(bus), texts, (None, None), rate_hz, timing)
             }
             (None, Some(data)) => {
                 let columns = data.columns(&robot);
                 let columns = columns.map_err(|(key, problem)| wrong(key, problem))?;
-                (None, Vec::new(), columns, data.rate_hz, data.torque_timing())
+                let bag = data.bag(&robot, &named);
+                let bag = bag.map_err(|(key, problem)| wrong(key, problem))?;
+                (None, Vec::new(), (columns, bag), data.rate_hz, data.torque_timing())
             }
             (None, None) => {
                 let problem = "and [data] are both missing; describe the bus, or recordings of other programs";
@@ -336,6 +342,7 @@ impl Cell {
             sample_rate_hz,
             torque_timing,
             columns,
+            bag,
             window,
             method,
             options,

@@ -128,21 +128,16 @@ impl File {
 
     /// One joint leads to a link at most, and none back.
     fn check_tree(&self) -> Result<(), UrdfError> {
-        for (k, joint) in self.joints.iter().enumerate() {
-            let again = self.joints[..k].iter().any(|other| other.child == joint.child);
-            // From a link upwards one comes to a root, or round for ever.
-            let mut above = joint.parent;
-            let mut steps = 0;
-            let mut round = joint.parent == joint.child;
-            while let Some(up) = self.joints.iter().find(|other| other.child == above) {
-                above = up.parent;
-                steps += 1;
-                if above == joint.child || steps > self.joints.len() {
-                    round = true;
-                    break;
-                }
+        // The parent of each link.
+        let mut parents: Vec<Option<usize>> = vec![None; self.links.len()];
+        for joint in &self.joints {
+            let again = parents[joint.child].replace(joint.parent).is_some();
+            // From a link upwards one comes to a root, or back to it.
+            let mut above = Some(joint.parent);
+            while let Some(link) = above.filter(|link| *link != joint.child) {
+                above = parents[link];
             }
-            if again || round {
+            if again || above.is_some() {
                 let (line, link) = (joint.line, self.links[joint.child].name.clone());
                 return Err(UrdfError::Loop { joint: joint.name.clone(), link, line });
             }

@@ -9,6 +9,12 @@ pub enum UrdfError {
         /// What the parser said, with the place.
         problem: String,
     },
+    /// More links than an arm has.
+    #[error("line {line}: it has more than 1000 links or joints; give the URDF of the arm alone")]
+    TooLarge {
+        /// Where the first too many is.
+        line: usize,
+    },
     /// A xacro file: macros that xacro has to expand.
     #[error(
         "line {line}: it is a xacro file; expand it with `xacro FILE > arm.urdf`, and give that one"

@@ -10,6 +10,9 @@ use super::error::UrdfError;
 /// By so much, relative to the largest, a principal moment may exceed the sum of the two others.
 const TRIANGLE: f64 = 1e-6;
 
+/// More links, and joints, than any machine has.
+pub(super) const MAX_LINKS: usize = 1000;
+
 pub(super) struct File {
     pub(super) name: String,
     pub(super) links: Vec<Link>,
@@ -133,6 +136,9 @@ impl File {
             name.ok_or(UrdfError::Missing { element: "robot".into(), what, line: line(root) })?;
         let mut links: Vec<Link> = Vec::new();
         for node in children(root, "link") {
+            if links.len() == MAX_LINKS {
+                return Err(UrdfError::TooLarge { line: line(node) });
+            }
             let name = named(node)?;
             if links.iter().any(|link| link.name == name) {
                 return Err(UrdfError::Twice {
@@ -144,6 +150,9 @@ impl File {
         }
         let mut joints: Vec<FileJoint> = Vec::new();
         for node in children(root, "joint") {
+            if joints.len() == MAX_LINKS {
+                return Err(UrdfError::TooLarge { line: line(node) });
+            }
             let joint = joint(node, &links)?;
             if joints.iter().any(|other| other.name == joint.name) {
                 let what = format!("the joint `{}`", joint.name);

@@ -108,14 +108,15 @@ impl UrdfArm {
     }
 
     fn write(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
-        writeln!(out, "# From the URDF of {}, {} to {}.", self.name, self.base, self.tip)?;
-        writeln!(out, "name = {:?}", self.name)?;
+        let [name, base, tip] = [&self.name, &self.base, &self.tip].map(|name| plain(name));
+        writeln!(out, "# From the URDF of {name}, {base} to {tip}.")?;
+        writeln!(out, "name = \"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))?;
         let frame = self.placed[0].frame();
         let gravity = frame.seen(&Vector3::from(GRAVITY_M_S2)).map(clean);
         writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
             let prismatic = axis.is_prismatic;
-            writeln!(out, "\n[[joint]] # {}: {}", number + 1, axis.name)?;
+            writeln!(out, "\n[[joint]] # {}: {}", number + 1, plain(&axis.name))?;
             writeln!(out, "type = \"{}\"", if prismatic { "prismatic" } else { "revolute" })?;
             writeln!(out, "alpha_deg = {:?}", placed.alpha_deg)?;
             writeln!(out, "d_m = {:?}", placed.d_m)?;
@@ -163,6 +164,11 @@ impl UrdfArm {
         }
         Ok(())
     }
+}
+
+/// A name on one line.
+fn plain(name: &str) -> String {
+    name.chars().map(|of| if of.is_control() { ' ' } else { of }).collect()
 }
 
 /// Without what rounding leaves.

@@ -1,0 +1,122 @@
+//! What can be wrong with a bag.
+
+use std::path::PathBuf;
+
+/// Why a bag is no measurement. Every variant names the file; times are those of the messages \[s\].
+#[derive(Debug, thiserror::Error)]
+pub enum BagError {
+    /// The file cannot be opened or read: check the path and its permissions.
+    #[error("{}: {source}; check the path and the permissions", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Not MCAP, damaged or too long a record. Record or convert it again.
+    #[error("{}: {problem}; is it an MCAP file, and whole? `ros2 bag convert` writes others anew", file.display())]
+    Format {
+        /// The file.
+        file: PathBuf,
+        /// What the reader said.
+        problem: String,
+    },
+    /// Another storage of ROS 2.
+    #[error("{}: a bag in SQLite; write it anew with `ros2 bag convert` to the storage mcap", file.display())]
+    Sqlite {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A folder without a bag.
+    #[error("{}: there is no .mcap file in it; give a bag", folder.display())]
+    NoFile {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A split bag without one of its files.
+    #[error("{}: file number {expected} of the split bag is missing; copy it whole, or give one of its files", folder.display())]
+    FileMissing {
+        /// The folder.
+        folder: PathBuf,
+        /// The number.
+        expected: u64,
+    },
+    /// A message is no JointState, whatever its type says.
+    #[error("{}: message {number} of {topic} is malformed; record it again", file.display())]
+    Malformed {
+        /// The file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// Which of the topic, from 1.
+        number: usize,
+    },
+    /// Nobody tells of all these joints together.
+    #[error("{}: no topic has all of the joints {wanted} in its messages; found {found}", file.display())]
+    NoTopic {
+        /// The file.
+        file: PathBuf,
+        /// Those asked for.
+        wanted: String,
+        /// Topics of joint states, with their joints.
+        found: String,
+    },
+    /// Several topics do. Name one.
+    #[error("{}: several topics have these joints: {topics}; name one as `topic` in [data.bag]", file.display())]
+    Topics {
+        /// The file.
+        file: PathBuf,
+        /// Them.
+        topics: String,
+    },
+    /// A message lacks positions or efforts.
+    #[error("{}: at {time_s:.3} s joint {joint} has no {what}; is it recorded from the drives?", file.display())]
+    Missing {
+        /// The file.
+        file: PathBuf,
+        /// The joint's name.
+        joint: String,
+        /// `position` or `effort`.
+        what: &'static str,
+        /// When.
+        time_s: f64,
+    },
+    /// All stamps are the same.
+    #[error("{}: the messages have no stamps of their own; set `time` in [data.bag] to \"log\" or \"rows\"", file.display())]
+    NoTime {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Time goes back.
+    #[error("{}: time goes back at {time_s:.3} s: two publishers of the same joints, or a clock that was set; record one of them", file.display())]
+    Backwards {
+        /// The file.
+        file: PathBuf,
+        /// When.
+        time_s: f64,
+    },
+    /// Another rate than stated.
+    #[error("{}: {found_hz:.2} messages a second, and `data.rate_hz` is {stated_hz}; state the one that was recorded", file.display())]
+    Rate {
+        /// The file.
+        file: PathBuf,
+        /// By the median distance \[Hz\].
+        found_hz: f64,
+        /// As stated \[Hz\].
+        stated_hz: f64,
+    },
+    /// More samples than are held in memory.
+    #[error("{}: more samples than are held in memory; cut the bag", file.display())]
+    TooLong {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Too few samples.
+    #[error("{}: fewer than {least} messages in one piece", file.display())]
+    TooShort {
+        /// The file.
+        file: PathBuf,
+        /// At least so many.
+        least: usize,
+    },
+}

@@ -1,0 +1,108 @@
+//! ROS 2 bags that another library wrote (golden/bag.py).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use didim_formats::{BagSpec, BagTime, Side, read_bag};
+
+fn golden(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
+}
+
+fn spec(joints: &[&str]) -> BagSpec {
+    BagSpec {
+        joints: joints.iter().map(|joint| (*joint).to_owned()).collect(),
+        topic: None,
+        rate_hz: 100.0,
+        side: Side::Joint,
+        torque_scales: vec![-1.0; joints.len()],
+        time: BagTime::Header,
+    }
+}
+
+#[test]
+fn joint_states_are_mapped_by_name_and_resampled_whatever_the_compression() {
+    // In the arm's order, which is not that of any message.
+    let spec = spec(&["b", "c", "a"]);
+    for name in ["bag_none.mcap", "bag_lz4.mcap", "bag_zstd.mcap"] {
+        let (measurement, resampled) = read_bag(&golden(name), &spec).unwrap();
+        let said = resampled.to_string();
+        assert!(
+            said.contains("1 messages repeat") && said.contains("of 2 pieces the longest counts"),
+            "{said}"
+        );
+        assert!((3e-4..1e-3).contains(&resampled.rms_s) && resampled.largest_s < 2.1e-3, "{said}");
+        assert_eq!((measurement.axes(), measurement.samples()), (3, 150));
+        assert!((resampled.lasts_s - 1.49).abs() < 3e-3);
+        // The first message is within a millisecond of 0 s; the grid begins there.
+        let start = measurement.signals.position_rad[2][0].asin() / 2.0;
+        assert!(start.abs() < 1e-3);
+        let mut worst: f64 = 0.0;
+        for k in 0..150 {
+            let t = start + f64::from(k) / 100.0;
+            for (axis, joint) in [(0, 1.0), (1, 2.0), (2, 0.0)] {
+                let k = k as usize;
+                let position = (2.0 * t + joint).sin() - measurement.signals.position_rad[axis][k];
+                let torque = -(3.0 * t + joint).cos() - measurement.signals.torque_nm[axis][k];
+                worst = worst.max(position.abs()).max(torque.abs());
+            }
+        }
+        // A cubic over four points of 10 ms: 9/384 · 3⁴ · 0.01⁴ and the 1e-7 of the start.
+        assert!(worst < 1e-6, "{worst}");
+    }
+    // When they were recorded is 5 ms later throughout.
+    let by_log = BagSpec { time: BagTime::Log, ..spec.clone() };
+    let one = read_bag(&golden("bag_none.mcap"), &by_log).unwrap().0;
+    assert_eq!(one.samples(), 150);
+    let rows = BagSpec { time: BagTime::Rows, ..spec };
+    let (all, _) = read_bag(&golden("bag_none.mcap"), &rows).unwrap();
+    assert_eq!((all.samples(), all.rate_unchecked), (196, true));
+}
+
+#[test]
+fn what_is_wrong_with_a_bag_is_said() {
+    let said = |path: &Path, spec: &BagSpec| read_bag(path, spec).unwrap_err().to_string();
+    let bag = golden("bag_none.mcap");
+    let abc = spec(&["a", "b", "c"]);
+    assert!(said(&bag, &spec(&["a", "d"])).contains(
+        "no topic has all of the joints a d in its messages; found /joint_states (a b c finger)"
+    ));
+    assert!(said(&bag, &spec(&["finger"])).contains(" s joint finger has no effort"));
+    let other = BagSpec { topic: Some("/other".into()), ..abc.clone() };
+    assert!(said(&bag, &other).contains("no topic has all"));
+    let slow = BagSpec { rate_hz: 50.0, ..abc.clone() };
+    let text = said(&bag, &slow);
+    assert!(text.contains("messages a second, and `data.rate_hz` is 50"), "{text}");
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    assert!(said(folder.path(), &abc).contains("there is no .mcap file in it"));
+    // A split bag is read whole, and not without one of its files.
+    fs::copy(&bag, at("drive_0.mcap")).unwrap();
+    assert_eq!(read_bag(folder.path(), &abc).unwrap().0.samples(), 150);
+    fs::copy(&bag, at("drive_2.mcap")).unwrap();
+    assert!(said(folder.path(), &abc).contains("file number 1 of the split bag is missing"));
+    fs::rename(at("drive_2.mcap"), at("drive_1.mcap")).unwrap();
+    // The same again is a clock that goes back.
+    assert!(
+        said(folder.path(), &abc).contains("time goes back at 0.000 s"),
+        "{}",
+        said(folder.path(), &abc)
+    );
+    fs::write(at("drive_1.db3"), b"SQLite").unwrap();
+    assert!(said(folder.path(), &abc).contains("`ros2 bag convert`"));
+    assert!(said(&at("drive.mcap"), &abc).contains("check the path"));
+    // Whatever is cut off or damaged is read or refused in words, compressed or not. A recorder that was killed leaves no footer.
+    let mut refused = 0;
+    for name in ["bag_none.mcap", "bag_lz4.mcap", "bag_zstd.mcap"] {
+        let whole = fs::read(golden(name)).unwrap();
+        for at_byte in (0..whole.len()).step_by(97) {
+            let mut damaged = whole.clone();
+            damaged[at_byte] ^= 0x55;
+            for bytes in [&whole[..at_byte], &damaged] {
+                fs::write(at("spoiled.mcap"), bytes).unwrap();
+                refused += usize::from(read_bag(&at("spoiled.mcap"), &abc).is_err());
+            }
+        }
+    }
+    assert!(refused > 500, "{refused}");
+}
