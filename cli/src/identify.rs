@@ -21,7 +21,7 @@ use didim::offline::{check_limits, read_log};
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim::text::aligned;
-use didim_formats::{Measurement, RATE_TOLERANCE, read_bag, read_csv};
+use didim_formats::{CsvError, Measurement, RATE_TOLERANCE, read_bag, read_csv};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -236,27 +236,34 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// A file whose name ends in `.csv` is a CSV experiment, a folder or an MCAP file a ROS 2 bag where the cell asks for
-/// one, anything else a candump log or an MCAP recording.
+/// A file whose name ends in `.csv` is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
+/// candump log or an MCAP recording; without a bus, a table too.
 pub(super) fn read_input(
     path: &Path,
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Measurement, CliError> {
-    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if is_csv {
-        // A table of others without a time has the cell's rate.
-        let untimed = cell.columns.as_ref().filter(|columns| columns.time.is_none());
-        let rate_hz = sample_rate_hz.or(untimed.map(|_| cell.sample_rate_hz()));
-        return read_csv(path, rate_hz, cell.columns.as_ref()).map_err(CliError::failed);
-    }
-    let is_bag = path.is_dir() || path.extension().is_some_and(|own| own == "mcap" || own == "db3");
-    if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
+    let is =
+        |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+    if let Some(spec) = cell.bag.as_ref().filter(|_| path.is_dir() || is("mcap") || is("db3")) {
         let (measurement, resampled) = read_bag(path, spec).map_err(CliError::failed)?;
         if !resampled.is_nothing() {
             tracing::warn!("{}: {resampled}", path.display());
         }
         return Ok(measurement);
+    }
+    // Without a bus there is nothing else that a file could be, but for the logs of one.
+    let has_bus = cell.bus().is_ok();
+    if is("csv") || !(has_bus || is("log") || is("mcap")) {
+        let columns = cell.columns.as_ref();
+        let table = match read_csv(path, sample_rate_hz, columns) {
+            // The cell says how far its rows are apart.
+            Err(CsvError::NoTime { .. }) if !has_bus => {
+                read_csv(path, Some(cell.sample_rate_hz()), columns)
+            }
+            table => table,
+        };
+        return table.map_err(CliError::failed);
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(

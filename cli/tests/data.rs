@@ -137,6 +137,15 @@ fn what_is_wrong_with_the_columns_is_said_by_key() {
             "give `column` or `columns`",
         ),
         (DATA.replace("rate_hz", "rate"), "rate"),
+        (DATA.replace("250.0", "30000.0"), "`data.rate_hz`: is 30000"),
+        (
+            DATA.replace("\"instant\"", "{ held = { hold_us = 5e5, delay_us = 0.0 } }"),
+            "`data.torque_valid`",
+        ),
+        (
+            DATA.replace("\"instant\"", "{ held = { hold_us = nan, delay_us = 0.0 } }"),
+            "`data.torque_valid`",
+        ),
     ];
     for (section, expected) in cases {
         let said = refused(&section);
@@ -162,6 +171,12 @@ fn what_needs_frames_says_that_the_cell_has_none() {
     assert!(said(&[&"replay", &"--cell", &cell, &log]).contains(frames));
     assert!(said(&[&"identify", &"--cell", &cell, &"--input", &log]).contains(frames));
     assert!(said(&[&"sim", &"--cell", &cell, &"--bus", &"can:vcan0"]).contains("kr300"));
+    // Whatever it is called, it is a table.
+    let text = folder.path().join("a.txt");
+    fs::copy(&table, &text).unwrap();
+    assert!(
+        said(&[&"identify", &"--cell", &cell, &"--input", &text]).contains("a.txt: column `m5`")
+    );
     let missing = said(&[&"identify", &"--cell", &cell, &"--input", &table]);
     assert!(
         missing.contains("column `m5` is missing or appears twice; the header has mode stamp m6"),
@@ -223,7 +238,7 @@ fn what_does_not_fit_the_robot_is_named_with_its_likely_cause() {
     );
     // Angles of the motors taken for those of the joints.
     let joint_side = DATA.replace("\"motor\"", "\"joint\"");
-    assert!(refused(&joint_side, &as_it_is).contains("times its limit of"));
+    assert!(refused(&joint_side, &as_it_is).contains(" its limit of "));
     // A limit that is passed by little is said, and nothing is refused.
     let folder = cell(DATA);
     let robot = fs::read_to_string(folder.path().join("robot.toml")).unwrap();

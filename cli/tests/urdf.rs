@@ -122,6 +122,12 @@ fn what_a_urdf_does_not_say_is_asked_for_with_the_lines_to_paste() {
     assert!(refused("\n[urdf]\ndrive_inertia = true\n").contains("gear_ratios = ["));
     let few = SECTION.replace("256.85714285714283, ", "");
     assert!(refused(&few).contains("has 5 entries for 6 driven joints"), "{}", refused(&few));
+    let none = SECTION.replace("256.85714285714283", "0.0");
+    assert!(
+        refused(&none).contains("`urdf.gear_ratios`: has an entry that is 0"),
+        "{}",
+        refused(&none)
+    );
     let unknown = SECTION.replace("offset = true", "offsets = true");
     assert!(refused(&unknown).contains("offsets"), "{}", refused(&unknown));
     let other = SECTION.replace("[urdf]", "[urdf]\ntip = \"hand\"");

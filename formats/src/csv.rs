@@ -44,6 +44,14 @@ pub enum CsvError {
         /// The header name.
         column: String,
     },
+    /// One column for two signals.
+    #[error("{}: column `{column}` is asked for twice; name each column once", file.display())]
+    AskedTwice {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: String,
+    },
     /// Columns that were asked for are missing or there twice.
     #[error("{}: column `{column}` is missing or appears twice; the header has {known}", file.display())]
     NoSuchColumn {
@@ -152,12 +160,29 @@ pub fn read_csv(
     parse_csv(std::io::BufReader::new(file), path, sample_rate_hz, columns)
 }
 
-/// What separates the fields of a header line: whatever of the three stands there most often.
-fn separator(line: &[u8]) -> u8 {
-    let line = line.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let count = |separator: u8| line.iter().filter(|byte| **byte == separator).count();
+/// What separates the fields of a header line: that with which most of the wanted columns are there, or with which there are most
+/// fields.
+fn separator(begin: &[u8], columns: Option<&Columns>) -> u8 {
+    let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let wanted: Vec<String> = match columns {
+        Some(columns) => {
+            let names = Quantity::ALL.into_iter().flat_map(|quantity| columns.names(quantity));
+            names.chain(columns.time_name().map(str::to_owned)).collect()
+        }
+        None => Vec::new(),
+    };
+    let fields = |separator: u8| -> (usize, usize) {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .trim(csv::Trim::All)
+            .delimiter(separator)
+            .from_reader(line);
+        let Some(Ok(record)) = reader.records().next() else { return (0, 0) };
+        let found = record.iter().filter(|field| wanted.iter().any(|name| name == field));
+        (found.count(), record.len())
+    };
     // The last of several equal ones is a comma.
-    [b'\t', b';', b','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(b',')
+    [b'\t', b';', b','].into_iter().max_by_key(|separator| fields(*separator)).unwrap_or(b',')
 }
 
 fn parse_csv(
@@ -168,7 +193,7 @@ fn parse_csv(
 ) -> Result<Measurement, CsvError> {
     let file = || path.to_path_buf();
     let begin = input.fill_buf().map_err(|source| CsvError::Io { file: file(), source })?;
-    let delimiter = separator(begin);
+    let delimiter = separator(begin, columns);
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
     let names: Vec<String> = reader
@@ -343,6 +368,10 @@ impl Header {
         let mut set = |name: &str, column: Column| {
             let mut found = names.iter().enumerate().filter(|(_, own)| *own == name);
             match (found.next(), found.next()) {
+                (Some((index, _)), None) if columns[index] != Column::Other => {
+                    let (file, column) = (path.to_path_buf(), name.to_owned());
+                    Err(CsvError::AskedTwice { file, column })
+                }
                 (Some((index, _)), None) => {
                     columns[index] = column;
                     Ok(())

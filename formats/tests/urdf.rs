@@ -93,6 +93,7 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
             "it has more than 1000 links or joints",
         ),
         ("<robot/>".to_owned(), "no name"),
+        ("<robot name=\"a\"/>".to_owned(), "<robot> has no link"),
         (
             "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro/></robot>".to_owned(),
             "expand it with `xacro FILE > arm.urdf`",
@@ -165,6 +166,40 @@ fn bodies_that_cannot_be_are_noted_and_there_are_no_nominal_values() {
     assert!(of(&turning).1[0].contains("turns without end"));
     let nearly = own.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 3e-9 1\"/>");
     assert!(of(&nearly).1[0].contains("3.0e-9 rad from parallel"));
+}
+
+/// 3.1416 is half a turn. Taken at its word, axes that should be parallel would meet kilometres away.
+#[test]
+fn printed_quarter_turns_are_quarter_turns() {
+    let arm = |angle: &str| {
+        let text = two_links("", "").replace(
+            "<origin xyz=\"0.5 0 0\"/>",
+            &format!("<origin xyz=\"0.5 0 0.1\" rpy=\"{angle} 0 0\"/>"),
+        );
+        let text = text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 1\"/>");
+        UrdfArm::read(&text, None, None).unwrap()
+    };
+    let toml = |angle: &str| arm(angle).to_toml(&links_alone(2));
+    assert_eq!(toml("3.1416"), toml("3.141592653589793"));
+    assert_eq!(toml("-1.5708"), toml("-1.5707963267948966"));
+    assert!(toml("3.1416").contains("alpha_deg = 180.0\nd_m = 0.5\n"), "{}", toml("3.1416"));
+    // What an arm was calibrated to is not that, but for axes that are all but parallel.
+    assert!(toml("1.5718").contains("alpha_deg = 90.0575"), "{}", toml("1.5718"));
+    let calibrated = arm("0.0005");
+    assert!(calibrated.notes()[0].to_string().contains("5.0e-4 rad from parallel"));
+    assert!(calibrated.to_toml(&links_alone(2)).contains("alpha_deg = 0.0\nd_m = 0.5\n"));
+}
+
+/// Gravity is that of the root, wherever the arm begins.
+#[test]
+fn an_arm_that_begins_later_hangs_as_it_hangs() {
+    let mount = "<link name=\"wall\"/><joint name=\"mount\" type=\"fixed\"><parent link=\"wall\"/><child link=\"base\"/>\
+                 <origin xyz=\"0 0 1\" rpy=\"1.5708 0 0\"/><axis xyz=\"0 0 0\"/></joint>";
+    let text = two_links(mount, "");
+    for base in [None, Some("base"), Some("wall")] {
+        let toml = UrdfArm::read(&text, base, None).unwrap().to_toml(&links_alone(2));
+        assert!(toml.contains("gravity_m_s2 = [0.0, -9.81, 0.0]"), "{base:?} {toml}");
+    }
 }
 
 /// Names are text, and nothing of them gets into the robot file but that.

@@ -1,5 +1,7 @@
 //! `[data]`: recordings of other programs, where the cell has no bus.
 
+use core::ops::RangeInclusive;
+
 use didim_core::identification::SignalTiming;
 use didim_core::robot::{JointKind, Robot};
 use didim_drivers::layout::TorqueValidity;
@@ -137,6 +139,11 @@ impl<T: Clone> OneOrEach<T> {
 /// The key of an invalid value, and what is wrong with it.
 type Wrong = (&'static str, String);
 
+/// Rates of samples that can be told from a mistake.
+const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
+/// A command acts no longer than so many samples, as on a bus.
+const HOLD_PERIODS: f64 = 10.0;
+
 /// What a quantity is measured in.
 const POSITIONS: [(&str, JointKind, f64); 4] = [
     ("rad", JointKind::Revolute, 1.0),
@@ -164,9 +171,19 @@ impl DataSection {
 
     /// The columns for the robot's axes; nothing where the tables are didim's own.
     pub(super) fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
-        if !(self.rate_hz > 0.0 && self.rate_hz.is_finite()) {
-            let problem = format!("is {}; give the samples per second", self.rate_hz);
+        if !RATES_HZ.contains(&self.rate_hz) {
+            let (least, most) = (RATES_HZ.start(), RATES_HZ.end());
+            let problem =
+                format!("is {}; give the samples per second, {least} to {most}", self.rate_hz);
             return Err(("data.rate_hz", problem));
+        }
+        if let TorqueValidity::Held { hold_us, delay_us } = self.torque_valid {
+            let most = HOLD_PERIODS * 1e6 / self.rate_hz;
+            if !(0.0..=most).contains(&hold_us) || !(0.0..=most).contains(&delay_us) {
+                let problem =
+                    format!("has hold_us and delay_us between 0 and {most} (ten periods)");
+                return Err(("data.torque_valid", problem));
+            }
         }
         let (position, torque) = match (&self.position, &self.torque) {
             (Some(position), Some(torque)) => (position, torque),

@@ -42,7 +42,7 @@ impl RobotSource {
         let arm = UrdfArm::read(&text, base, tip)
             .map_err(|source| CellError::Urdf { file: file.to_path_buf(), source })?;
         let drives = section.and_then(UrdfSection::drives);
-        let drives = drives.filter(|drives| drives.gear_ratios.len() == arm.joints());
+        let drives = drives.filter(|drives| is_gear(&drives.gear_ratios, arm.joints()));
         let toml = arm.to_toml(&drives.unwrap_or_else(|| UrdfDrives::assumed(arm.joints())));
         // Its lines are those of the robot file that comes of it.
         let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
@@ -55,6 +55,11 @@ impl RobotSource {
     pub fn notes(&self) -> &[UrdfNote] {
         self.urdf.as_ref().map_or(&[], UrdfArm::notes)
     }
+}
+
+/// Whether these are gear ratios of so many joints.
+fn is_gear(ratios: &[f64], joints: usize) -> bool {
+    ratios.len() == joints && ratios.iter().all(|ratio| ratio.is_finite() && *ratio != 0.0)
 }
 
 /// By its name, or by its first character where it has another.
@@ -81,6 +86,11 @@ pub(super) fn misfit(
                 () if found != joints => Some((
                     "urdf.gear_ratios",
                     format!("has {found} entries for {joints} driven joints; give one for each"),
+                )),
+                () if !is_gear(section.gear_ratios.as_deref().unwrap_or_default(), joints) => Some((
+                    "urdf.gear_ratios",
+                    "has an entry that is 0 or no finite number; give the turns of the motor to one of the joint"
+                        .to_owned(),
                 )),
                 () => None,
             }

@@ -10,8 +10,8 @@ pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Resu
     if let Some(bus) = &file.bus {
         check_sources(&bus.source)?;
         check_bitrates(bus.bitrate_bps, bus.data_bitrate_bps)?;
+        check_stream(file, joints, sample_rate_hz)?;
     }
-    check_stream(file, joints, sample_rate_hz)?;
     check_limits(file)?;
     check_sockets(&file.service)?;
     if let Some(recordings) = &file.service.recordings {

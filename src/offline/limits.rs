@@ -63,7 +63,7 @@ pub struct Beyond {
     pub value: f64,
     /// The limit \[SI\].
     pub limit: f64,
-    /// How many times the limit it is.
+    /// How many times the limit it is; of a position 1 and how far it is out, over the larger of both limits.
     pub times: f64,
     /// How many samples are beyond it.
     pub samples: usize,
@@ -86,11 +86,15 @@ impl fmt::Display for Beyond {
             Limited::Speed => ("speed", if revolute { "rad/s" } else { "m/s" }),
             Limited::Torque => ("torque", kind.torque_unit()),
         };
+        // How far a position is out has no ratio: one of its limits may be 0.
+        let beyond = match limited {
+            Limited::Position => "beyond".to_owned(),
+            _ => format!("{} times", significant(*times, 2)),
+        };
         write!(
             f,
-            "the {what} of joint {joint} is {} {unit} after {time_s:.3} s, {} times its limit of {} {unit} in {samples} samples ({})",
+            "the {what} of joint {joint} is {} {unit} after {time_s:.3} s, {beyond} its limit of {} {unit} in {samples} samples ({})",
             significant(*value, 3),
-            significant(*times, 2),
             significant(*limit, 3),
             match cause {
                 Cause::Glitch => "a glitch?".to_owned(),

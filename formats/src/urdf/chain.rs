@@ -7,8 +7,8 @@ use super::error::UrdfError;
 use super::file::{Body, File, FileJoint, Inertial, Kind, Link};
 use super::note::UrdfNote;
 
-/// What a continuous joint is taken to turn \[rad\].
-const HALF_TURN: f64 = core::f64::consts::PI;
+/// What a continuous joint is taken to turn either way \[rad\].
+const ENDLESS: f64 = 100.0 * core::f64::consts::TAU;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub(super) struct Chain {
     pub(super) axes: Vec<Axis>,
     /// The tip's frame in that of the base at q = 0.
     pub(super) tip_pose: IsometryMatrix3<f64>,
+    /// What is up in the frame of the base: z of the root, all joints at 0.
+    pub(super) up: Vector3<f64>,
     /// Whether every body is known.
     pub(super) has_bodies: bool,
     pub(super) notes: Vec<UrdfNote>,
@@ -69,12 +71,18 @@ impl File {
             let (found, largest) = (moving.len(), MAX_JOINTS);
             return Err(UrdfError::Joints { found, base: name(base), tip: name(tip), largest });
         }
+        let mut root = base;
+        while let Some(joint) = self.joints.iter().find(|joint| joint.child == root) {
+            root = joint.parent;
+        }
+        let standing = self.poses(root)[base].unwrap_or_else(IsometryMatrix3::identity);
         let poses = self.poses(base);
         let mut chain = Chain {
             base: name(base),
             tip: name(tip),
             axes: Vec::new(),
             tip_pose: poses[tip].unwrap_or_else(IsometryMatrix3::identity),
+            up: standing.rotation.inverse() * Vector3::z(),
             has_bodies: true,
             notes: Vec::new(),
         };
@@ -243,7 +251,7 @@ fn axis_of(
     let position = match joint.kind {
         Kind::Continuous => {
             notes.push(UrdfNote::Continuous { joint: name.clone() });
-            [-HALF_TURN, HALF_TURN]
+            [-ENDLESS, ENDLESS]
         }
         _ => [limit.lower, limit.upper],
     };

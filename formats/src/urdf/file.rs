@@ -7,6 +7,9 @@ use roxmltree::{Document, Node};
 
 use super::error::UrdfError;
 
+/// An angle this near to a quarter turn is one, to the digits that are printed \[rad\].
+const PRINTED_RAD: f64 = 1e-5;
+
 /// By so much, relative to the largest, a principal moment may exceed the sum of the two others.
 const TRIANGLE: f64 = 1e-6;
 
@@ -115,19 +118,15 @@ impl File {
         let document =
             Document::parse(text).map_err(|error| UrdfError::Xml { problem: error.to_string() })?;
         let root = document.root_element();
-        let is_xacro = |node: &Node<'_, '_>| {
-            node.namespaces().any(|space| space.uri().contains("xacro"))
-                || node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
-        };
         if root.tag_name().name() != "robot" {
             let found = root.tag_name().name().to_owned();
             return Err(UrdfError::NotARobot { found, line: line(root) });
         }
         // A file that xacro has expanded may keep the name space.
-        let expanded = |node: &Node<'_, '_>| node.tag_name().namespace().is_none();
-        if is_xacro(&root)
-            && let Some(macros) = root.descendants().find(|n| n.is_element() && !expanded(n))
-        {
+        let is_macro = |node: &Node<'_, '_>| {
+            node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
+        };
+        if let Some(macros) = root.descendants().find(is_macro) {
             return Err(UrdfError::Xacro { line: line(macros) });
         }
         let name = root.attribute("name").filter(|name| !name.trim().is_empty());
@@ -147,6 +146,13 @@ impl File {
                 });
             }
             links.push(Link { name, body: inertial(node)? });
+        }
+        if links.is_empty() {
+            return Err(UrdfError::Missing {
+                element: "robot".into(),
+                what: "link",
+                line: line(root),
+            });
         }
         let mut joints: Vec<FileJoint> = Vec::new();
         for node in children(root, "joint") {
@@ -174,7 +180,11 @@ fn line(node: Node<'_, '_>) -> usize {
 }
 
 fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+    let is_own = move |child: &Node<'a, 'i>| {
+        let tag = child.tag_name();
+        child.is_element() && tag.name() == name && tag.namespace().is_none()
+    };
+    node.children().filter(is_own)
 }
 
 /// The one child of a name, if there is one.
@@ -195,12 +205,14 @@ fn child<'a, 'i>(
 
 fn needed<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Result<Node<'a, 'i>, UrdfError> {
     let element = node.tag_name().name().to_owned();
-    child(node, name)?.ok_or(UrdfError::Missing { element, what: name, line: line(node) })
+    let missing = || UrdfError::Missing { element, what: name, line: line(node) };
+    child(node, name)?.ok_or_else(missing)
 }
 
 fn attribute<'a>(node: Node<'a, '_>, name: &'static str) -> Result<&'a str, UrdfError> {
     let element = node.tag_name().name().to_owned();
-    node.attribute(name).ok_or(UrdfError::Missing { element, what: name, line: line(node) })
+    let missing = || UrdfError::Missing { element, what: name, line: line(node) };
+    node.attribute(name).ok_or_else(missing)
 }
 
 fn named(node: Node<'_, '_>) -> Result<String, UrdfError> {
@@ -243,11 +255,17 @@ fn three(node: Node<'_, '_>, name: &'static str) -> Result<Option<Vector3<f64>>,
     }
 }
 
+/// The quarter turn that a printed one stands for: 1.5708 and 3.1416.
+fn quarter_turn(angle_rad: f64) -> f64 {
+    let quarter = core::f64::consts::FRAC_PI_2 * (angle_rad / core::f64::consts::FRAC_PI_2).round();
+    if (angle_rad - quarter).abs() < PRINTED_RAD { quarter } else { angle_rad }
+}
+
 /// Roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.
 fn origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
     let Some(origin) = child(node, "origin")? else { return Ok(IsometryMatrix3::identity()) };
     let place = three(origin, "xyz")?.unwrap_or_default();
-    let angles = three(origin, "rpy")?.unwrap_or_default();
+    let angles = three(origin, "rpy")?.unwrap_or_default().map(quarter_turn);
     let rotation = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
     Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
 }
@@ -305,13 +323,19 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
         links.iter().position(|link| link.name == wanted).ok_or_else(unknown)
     };
     let (parent, child_link) = (link("parent")?, link("child")?);
-    let axis = child(node, "axis")?.map(|axis| three(axis, "xyz")).transpose()?.flatten();
-    let axis = axis.unwrap_or_else(Vector3::x);
-    let Some(axis) = axis.try_normalize(f64::MIN_POSITIVE) else {
-        let (text, expected) = ("0 0 0".to_owned(), "a direction");
+    // Exporters write an axis of nothing for joints that do not move.
+    let moving = Some(node).filter(|_| kind != Kind::Fixed);
+    let part = |name: &'static str| moving.map_or(Ok(None), |node| child(node, name));
+    let axis = part("axis")?.map(|axis| Ok((three(axis, "xyz")?, axis.attribute("xyz"))));
+    let (stated, text) = axis.transpose()?.unwrap_or_default();
+    let axis = stated.unwrap_or_else(Vector3::x);
+    let largest = axis.amax();
+    if largest == 0.0 {
+        let (text, expected) = (text.unwrap_or_default().to_owned(), "a direction");
         return Err(UrdfError::Number { text, attribute: "xyz", expected, line });
-    };
-    let limit = child(node, "limit")?
+    }
+    let axis = (axis / largest).normalize();
+    let limit = part("limit")?
         .map(|limit| {
             Ok(Limit {
                 lower: number(limit, "lower")?,
@@ -321,10 +345,10 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
             })
         })
         .transpose()?;
-    let friction = child(node, "dynamics")?
+    let friction = part("dynamics")?
         .map(|dynamics| Ok([number(dynamics, "damping")?, number(dynamics, "friction")?]))
         .transpose()?;
-    let mimics = child(node, "mimic")?.map(|mimic| attribute(mimic, "joint").map(str::to_owned));
+    let mimics = part("mimic")?.map(|mimic| attribute(mimic, "joint").map(str::to_owned));
     Ok(FileJoint {
         origin: origin(node)?,
         mimics: mimics.transpose()?,

@@ -17,8 +17,8 @@ use chain::{Axis, Chain};
 use file::File;
 use modified_dh::{Placed, place};
 
-/// Gravity in the base's frame of a URDF, whose z points up \[m/s²\].
-const GRAVITY_M_S2: [f64; 3] = [0.0, 0.0, -9.81];
+/// Gravity, against z of the root of a URDF \[m/s²\].
+const GRAVITY_M_S2: f64 = 9.81;
 
 const LINK: [&str; 10] = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m"];
 
@@ -31,6 +31,7 @@ pub struct UrdfArm {
     axes: Vec<Axis>,
     placed: Vec<Placed>,
     tip_position_m: Vector3<f64>,
+    up: Vector3<f64>,
     has_bodies: bool,
     notes: Vec<UrdfNote>,
 }
@@ -67,10 +68,11 @@ impl UrdfArm {
     /// [`UrdfError`].
     pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
         let file = File::read(text)?;
-        let Chain { base, tip, axes, tip_pose, has_bodies, mut notes } = file.chain(base, tip)?;
+        let Chain { base, tip, axes, tip_pose, up, has_bodies, mut notes } =
+            file.chain(base, tip)?;
         let placed = place(&axes, &mut notes);
         let tip_position_m = tip_pose.translation.vector;
-        Ok(Self { name: file.name, base, tip, axes, placed, tip_position_m, has_bodies, notes })
+        Ok(Self { name: file.name, base, tip, axes, placed, tip_position_m, up, has_bodies, notes })
     }
 
     /// Number of driven joints.
@@ -112,7 +114,7 @@ impl UrdfArm {
         writeln!(out, "# From the URDF of {name}, {base} to {tip}.")?;
         writeln!(out, "name = \"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))?;
         let frame = self.placed[0].frame();
-        let gravity = frame.seen(&Vector3::from(GRAVITY_M_S2)).map(clean);
+        let gravity = (frame.seen(&self.up) * -GRAVITY_M_S2).map(clean);
         writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
             let prismatic = axis.is_prismatic;

@@ -7,8 +7,9 @@ use super::chain::Axis;
 use super::file::Body;
 use super::note::UrdfNote;
 
-/// Axes with a smaller sine between them are taken for parallel: their common normal would be too far away to be told.
-const PARALLEL: f64 = 1e-8;
+/// Axes with a smaller sine between them are taken for parallel: their common normal would be hundreds of metres away, and the
+/// parameters with it. It is what a twist is known to.
+const PARALLEL: f64 = 1e-3;
 /// An angle from which on that is worth a note: what printed numbers leave is less.
 const NOTED: f64 = 1e-10;
 /// Lengths below this are those of axes that meet \[m\].
@@ -71,6 +72,7 @@ impl Placed {
 
 /// The frames of all joints. The base's own frame is the first joint's at q = 0.
 pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
+    let axes = &parallel(axes.to_vec(), notes);
     let mut placed: Vec<Placed> = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
         let z = axis.direction;
@@ -84,7 +86,7 @@ pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
         };
         let (origin, x) = match axes.get(i + 1) {
             None => (foot, before),
-            Some(next) => common_normal(axis, next, foot, before, notes),
+            Some(next) => common_normal(axis, next, foot, before),
         };
         let frame = Frame { origin, x, z };
         let first = Placed { alpha_deg: 0.0, d_m: 0.0, theta_deg: 0.0, r_m: 0.0, frame };
@@ -106,6 +108,22 @@ pub(super) fn place(axes: &[Axis], notes: &mut Vec<UrdfNote>) -> Vec<Placed> {
     placed
 }
 
+/// With each axis parallel to the one before where it nearly is.
+fn parallel(mut axes: Vec<Axis>, notes: &mut Vec<UrdfNote>) -> Vec<Axis> {
+    for k in 1..axes.len() {
+        let before = axes[k - 1].direction;
+        let sine = before.cross(&axes[k].direction).norm();
+        if sine < PARALLEL {
+            if sine > NOTED {
+                let joint = axes[k].name.clone();
+                notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
+            }
+            axes[k].direction = before * before.dot(&axes[k].direction).signum();
+        }
+    }
+    axes
+}
+
 /// The point of an axis where the common normal from another axis arrives, which leaves that at `origin` along `x`.
 fn nearest(axis: &Axis, origin: &Vector3<f64>, x: &Vector3<f64>, z: &Vector3<f64>) -> Vector3<f64> {
     // Seen along x both axes cross there; parallel ones are level with the origin.
@@ -125,17 +143,12 @@ fn common_normal(
     next: &Axis,
     foot: Vector3<f64>,
     before: Vector3<f64>,
-    notes: &mut Vec<UrdfNote>,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let z = axis.direction;
     let cross = z.cross(&next.direction);
     let sine = cross.norm();
     let to = next.point - foot;
     if sine < PARALLEL {
-        if sine > NOTED {
-            let joint = next.name.clone();
-            notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
-        }
         let across = to - z * to.dot(&z);
         let x = if across.norm() > MEET { across.normalize() } else { before };
         return (foot, (x - z * x.dot(&z)).normalize());

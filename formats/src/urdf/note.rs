@@ -63,7 +63,10 @@ impl fmt::Display for UrdfNote {
                 write!(f, "the joint `{joint}` is beside the chain and taken for fixed at 0")
             }
             Self::Continuous { joint } => {
-                write!(f, "the joint `{joint}` turns without end; −180 to 180 deg are looked at")
+                write!(
+                    f,
+                    "the joint `{joint}` turns without end; 100 turns either way are taken for its range"
+                )
             }
             Self::NearlyParallel { joint, angle_rad } => write!(
                 f,

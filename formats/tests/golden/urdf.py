@@ -90,8 +90,7 @@ def known(name):
     for k, (turn, x, z) in enumerate(KNOWN[name]):
         alpha = np.deg2rad(turn)
         xyz = [x, -z * np.sin(alpha), z * np.cos(alpha)]
-        # As xacro prints a quarter turn.
-        parts += [joint(f"j{k}", "revolute", parent, f"l{k}", xyz, [round(alpha, 9), 0, 0], [0, 0, 1]), link(f"l{k}")]
+        parts += [joint(f"j{k}", "revolute", parent, f"l{k}", xyz, [alpha, 0, 0], [0, 0, 1]), link(f"l{k}")]
         parent = f"l{k}"
     parts += [joint("tool", "fixed", parent, "tip", [0, 0, 0.1], [0, 0, 0], [1, 0, 0]), link("tip", False)]
     return f'<robot name="{name}">' + "".join(parts) + "</robot>"

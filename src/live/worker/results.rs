@@ -126,8 +126,7 @@ impl Results {
     }
 
     /// How far errors of the model may set a result apart from the baseline.
-    fn against(&mut self, record: &ResultRecord) -> Option<Against> {
-        self.look();
+    fn against(&self, record: &ResultRecord) -> Option<Against> {
         let baseline = self.tracker.as_ref()?.baseline();
         baseline.against(record.estimate.model_uncertainty.as_ref()?)
     }

@@ -63,37 +63,52 @@ impl ModelUncertainty {
 
     /// What errors of the model make of the differences between these parameters and those of an earlier result of the same
     /// arm: their standard deviations \[in the unit of each\]. Both results have the same errors, which cancel as far as the
-    /// motions are alike. None where either does not say, or they are of other parameters.
+    /// motions are alike. None where either does not say.
     ///
     /// A unit of each freedom moves the parameters by K and K₀, and the earlier result knows mean μ and covariance P of
-    /// the freedoms: `(K − K₀)(μμᵀ + P)(K − K₀)ᵀ`.
+    /// the freedoms: `(K − K₀)(μμᵀ + P)(K − K₀)ᵀ`. Where the motions are so different that their freedoms are not the
+    /// same, nothing cancels, and each result counts by itself.
     pub fn difference_deviations(&self, earlier: &Self) -> Option<Vec<f64>> {
-        let (own, freedoms) = (self.influence.0.len(), self.deviations.len());
-        let all = own + freedoms;
-        let is_whole = |of: &Self| {
-            of.deviations.len() == freedoms
-                && of.mean.len() == all
-                && of.influence.has_shape(own, |_| freedoms)
-                && of.covariance.has_shape(all, |row| row + 1)
-        };
-        if own == 0 || !is_whole(self) || !is_whole(earlier) {
+        let (now, then) = (self.moved()?, earlier.moved()?);
+        if now.nrows() != then.nrows() {
             return None;
+        }
+        let alike = now.ncols() == then.ncols() && self.observed.is_like(&earlier.observed);
+        if !alike {
+            let [now, then] =
+                [(self, now), (earlier, then)].map(|(of, moved)| of.variances(&moved));
+            return Some(now.iter().zip(then).map(|(now, then)| (now + then).sqrt()).collect());
         }
         // In units of the earlier one. What has no size does nothing.
         let unit = |k: usize| match self.deviations[k] {
             0.0 => 0.0,
             deviation => earlier.deviations[k] / deviation,
         };
-        let apart = DMatrix::from_fn(own, freedoms, |row, k| {
-            let [now, then] = [self, earlier].map(|of| f64::from(of.influence.0[row][k]));
-            now * unit(k) - then
+        let apart = DMatrix::from_fn(now.nrows(), now.ncols(), |row, k| {
+            now[(row, k)] * unit(k) - then[(row, k)]
         });
-        let mean = DVector::from_column_slice(&earlier.mean[own..]);
-        let covariance = earlier.covariance.symmetric(own..all);
-        let told = &apart * mean;
-        let open = &apart * covariance;
-        let square = |k: usize| told[k].powi(2) + open.row(k).dot(&apart.row(k));
-        Some((0..own).map(|k| square(k).max(0.0).sqrt()).collect())
+        Some(earlier.variances(&apart).into_iter().map(f64::sqrt).collect())
+    }
+
+    /// K, where all is there that goes with it.
+    fn moved(&self) -> Option<DMatrix<f64>> {
+        let (own, freedoms) = (self.influence.0.len(), self.deviations.len());
+        let all = own + freedoms;
+        let is_whole = own > 0
+            && self.mean.len() == all
+            && self.influence.has_shape(own, |_| freedoms)
+            && self.covariance.has_shape(all, |row| row + 1);
+        is_whole
+            .then(|| DMatrix::from_fn(own, freedoms, |row, k| f64::from(self.influence.0[row][k])))
+    }
+
+    /// `M (μμᵀ + P) Mᵀ` on the diagonal, for rows M that move by the freedoms.
+    fn variances(&self, moved: &DMatrix<f64>) -> Vec<f64> {
+        let own = self.mean.len() - moved.ncols();
+        let told = moved * DVector::from_column_slice(&self.mean[own..]);
+        let open = moved * self.covariance.symmetric(own..self.mean.len());
+        let variance = |k: usize| told[k].powi(2) + open.row(k).dot(&moved.row(k));
+        (0..moved.nrows()).map(|k| variance(k).max(0.0)).collect()
     }
 
     /// The error of these parameters along a motion; none where the freedoms of the context are others, or nothing finite comes of
@@ -195,5 +210,40 @@ impl<'de> Deserialize<'de> for Rows {
         let rows = Vec::<String>::deserialize(deserializer)?;
         let rows = rows.iter().map(|row| row.split_whitespace().map(number).collect());
         Ok(Self(rows.collect::<Result<_, _>>()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One parameter that a unit of one freedom, or of more, moves by k; of each it knows 2 ± 2.
+    fn result(k: f32, deviation: f64, freedoms: usize) -> ModelUncertainty {
+        let row = |row: usize| (0..=row).map(|j| if j == row { 4.0 } else { 0.0 }).collect();
+        ModelUncertainty {
+            observed: Observed::default(),
+            deviations: vec![deviation; freedoms],
+            mean: vec![2.0; 1 + freedoms],
+            covariance: Rows((0..=freedoms).map(row).collect()),
+            influence: Rows(vec![vec![k; freedoms]]),
+            noise_nm: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn errors_of_the_model_cancel_as_far_as_two_results_have_the_same() {
+        let close = |found: Option<Vec<f64>>, expected: f64| {
+            assert!((found.unwrap()[0] - expected).abs() < 1e-12, "{expected}");
+        };
+        let earlier = result(1.0, 1.0, 1);
+        close(result(1.0, 1.0, 1).difference_deviations(&earlier), 0.0);
+        // (3 − 1)² (2² + 4), and with a unit twice as large (3/2 − 1)² (2² + 4).
+        close(result(3.0, 1.0, 1).difference_deviations(&earlier), 32_f64.sqrt());
+        close(result(3.0, 2.0, 1).difference_deviations(&earlier), 2_f64.sqrt());
+        // Other freedoms: nothing cancels. 8 of the one, and (2 + 2)² + 4 + 4 of the other.
+        close(result(1.0, 1.0, 2).difference_deviations(&earlier), 32_f64.sqrt());
+        let silent = ModelUncertainty { influence: Rows::default(), ..earlier.clone() };
+        assert_eq!(silent.difference_deviations(&earlier), None);
+        assert_eq!(earlier.difference_deviations(&silent), None);
     }
 }

@@ -31,6 +31,9 @@ const LEFT_OUT_SHARE: f64 = 0.02;
 /// Of the largest share of a unit of any, what one needs to be looked at.
 const LEAST_SHARE: f64 = 1e-6;
 
+/// Highest speeds within this factor have friction of the same shapes.
+const LIKE_SPEEDS: f64 = 1.5;
+
 /// Step of the differences over geometry \[rad and m\]: their error is of this order, relative.
 pub(super) const STEP: f64 = 1e-6;
 
@@ -124,6 +127,23 @@ impl Observed {
         };
         let highest_speed = speed_shares(context.robot).map(highest).collect();
         Self { torque_nm, highest_speed, left_out_shares }
+    }
+
+    /// Whether the freedoms of another record are the same: the shapes of friction go with the highest speeds.
+    pub(in super::super) fn is_like(&self, other: &Self) -> bool {
+        let alike = |(one, other): (&f64, &f64)| one.max(*other) <= LIKE_SPEEDS * one.min(*other);
+        let acts = |of: &Self| -> Vec<bool> {
+            let least = of.least_share();
+            of.left_out_shares.iter().map(|share| *share > least).collect()
+        };
+        self.highest_speed.len() == other.highest_speed.len()
+            && self.highest_speed.iter().zip(&other.highest_speed).all(alike)
+            && acts(self) == acts(other)
+    }
+
+    /// One that does nothing along this motion may be anything: nobody could say how large.
+    fn least_share(&self) -> f64 {
+        LEAST_SHARE * self.left_out_shares.iter().copied().fold(0.0, f64::max)
     }
 
     /// Whether it is of such a robot, and of such parameters.
@@ -250,9 +270,8 @@ impl Sizes<'_> {
                 add(Freedom::Offset(number), tolerances.length_m, offset);
             }
         }
-        // One that does nothing along this motion may be anything: nobody could say how large.
         let left_out = &self.observed.left_out_shares;
-        let least = LEAST_SHARE * left_out.iter().copied().fold(0.0, f64::max);
+        let least = self.observed.least_share();
         for (index, share) in left_out.iter().enumerate().filter(|(_, share)| **share > least) {
             add(Freedom::LeftOutParameters, LEFT_OUT_SHARE / share, Acts::LeftOut(index));
         }
