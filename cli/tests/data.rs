@@ -346,6 +346,7 @@ fn a_bag_of_ros_2_identifies_as_the_same_recording_does() {
     }
     let said = succeed(&[&"check", &"--cell", &at("cell.toml")]);
     assert!(said.contains("no bus: ROS 2 bags, 250 samples/s"), "{said}");
+    assert!(!said.contains("window."), "{said}");
     let refused = |section: &str| {
         let folder = cell(section);
         let out = didim(&[&"check", &"--cell", &folder.path().join("cell.toml")]);
