@@ -39,10 +39,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Usage(what.to_owned()));
     }
     if let Some(to) = to {
-        let names: Vec<&str> = match &source.urdf {
-            Some(arm) => arm.joint_names().collect(),
-            None => Vec::new(),
-        };
+        let names: Vec<&str> = source.joint_names().collect();
         write_text(to, &picture(&source.robot, &names))?;
     }
     if *toml {

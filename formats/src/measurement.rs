@@ -2,6 +2,7 @@
 
 use didim_core::identification::Signals;
 use didim_core::{JointSample, MAX_JOINTS};
+use serde::Deserialize;
 
 /// The longest record that is held in memory, from whatever file: 12 minutes at 5 kHz. With six
 /// axes and a reference it takes half a gigabyte, and some of it twice while it is filtered.
@@ -15,7 +16,8 @@ pub const MAX_SAMPLES: usize = 3_600_000;
 pub const RATE_TOLERANCE: f64 = 3e-4;
 
 /// Which side of the transmission a measurement describes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Side {
     /// Motor angles and motor torques, as a drive reports them.
     Motor,

@@ -18,7 +18,7 @@ pub struct DataSection {
     pub torque_valid: TorqueValidity,
     /// Of other columns: on which side of the transmission they were measured.
     #[serde(default)]
-    pub side: Option<DataSide>,
+    pub side: Option<Side>,
     /// The time, where there is one.
     #[serde(default)]
     pub time: Option<TimeColumn>,
@@ -50,7 +50,7 @@ pub struct BagSection {
     pub effort: EffortSection,
     /// Whose time counts.
     #[serde(default)]
-    pub time: BagTimes,
+    pub time: BagTime,
 }
 
 /// `effort` of `[data.bag]`.
@@ -62,29 +62,6 @@ pub struct EffortSection {
     /// 1 where it drives the joint, −1 where it is what the joint exerts.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
-}
-
-/// Whose time counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BagTimes {
-    /// The stamps in the messages.
-    #[default]
-    Header,
-    /// When they were recorded.
-    Log,
-    /// None: each message is one row of `rate_hz`.
-    Rows,
-}
-
-/// The side of the transmission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DataSide {
-    /// Motor angles and torques.
-    Motor,
-    /// Joint angles, or lengths, and torques, or forces.
-    Joint,
 }
 
 /// The column of the time.
@@ -136,13 +113,20 @@ impl<T: Clone> OneOrEach<T> {
     }
 }
 
+/// Recordings of other programs, validated.
+#[derive(Clone, Debug)]
+pub(super) struct Data {
+    pub(super) rate_hz: f64,
+    pub(super) torque_timing: SignalTiming,
+    pub(super) columns: Option<Columns>,
+    pub(super) bag: Option<BagSpec>,
+}
+
 /// The key of an invalid value, and what is wrong with it.
 type Wrong = (&'static str, String);
 
 /// Rates of samples that can be told from a mistake.
 const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
-/// A command acts no longer than so many samples, as on a bus.
-const HOLD_PERIODS: f64 = 10.0;
 
 /// What a quantity is measured in.
 const POSITIONS: [(&str, JointKind, f64); 4] = [
@@ -159,32 +143,25 @@ const TORQUES: [(&str, JointKind, f64); 3] = [
 const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
-    /// When the torque is valid.
-    pub(super) fn torque_timing(&self) -> SignalTiming {
-        match self.torque_valid {
-            TorqueValidity::Instant => SignalTiming::INSTANTANEOUS,
-            TorqueValidity::Held { hold_us, delay_us } => {
-                SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 }
-            }
-        }
-    }
-
-    /// The columns for the robot's axes; nothing where the tables are didim's own.
-    pub(super) fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
+    /// What is sampled how, with which columns of tables and joints of bags; `named` are the joints of a URDF.
+    pub(super) fn read(&self, robot: &Robot, named: &[String]) -> Result<Data, Wrong> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (least, most) = (RATES_HZ.start(), RATES_HZ.end());
             let problem =
                 format!("is {}; give the samples per second, {least} to {most}", self.rate_hz);
             return Err(("data.rate_hz", problem));
         }
-        if let TorqueValidity::Held { hold_us, delay_us } = self.torque_valid {
-            let most = HOLD_PERIODS * 1e6 / self.rate_hz;
-            if !(0.0..=most).contains(&hold_us) || !(0.0..=most).contains(&delay_us) {
-                let problem =
-                    format!("has hold_us and delay_us between 0 and {most} (ten periods)");
-                return Err(("data.torque_valid", problem));
-            }
-        }
+        let torque_timing = self.torque_valid.timing(self.rate_hz);
+        Ok(Data {
+            rate_hz: self.rate_hz,
+            torque_timing: torque_timing.map_err(|problem| ("data.torque_valid", problem))?,
+            columns: self.columns(robot)?,
+            bag: self.bag(robot, named)?,
+        })
+    }
+
+    /// The columns for the robot's axes; nothing where the tables are didim's own.
+    fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
         let (position, torque) = match (&self.position, &self.torque) {
             (Some(position), Some(torque)) => (position, torque),
             (None, None)
@@ -213,22 +190,14 @@ impl DataSection {
                 .transpose()?,
         }))
     }
-}
 
-impl DataSection {
     fn side(&self) -> Result<Side, Wrong> {
-        match self.side {
-            Some(DataSide::Motor) => Ok(Side::Motor),
-            Some(DataSide::Joint) => Ok(Side::Joint),
-            None => {
-                let problem = "is missing; say whether the signals are of the \"motor\" or the \"joint\" side";
-                Err(("data.side", problem.into()))
-            }
-        }
+        let problem =
+            "is missing; say whether the signals are of the \"motor\" or the \"joint\" side";
+        self.side.ok_or_else(|| ("data.side", problem.into()))
     }
 
-    /// What is asked of bags; `named` are the joints of a URDF.
-    pub(super) fn bag(&self, robot: &Robot, named: &[String]) -> Result<Option<BagSpec>, Wrong> {
+    fn bag(&self, robot: &Robot, named: &[String]) -> Result<Option<BagSpec>, Wrong> {
         let Some(BagSection { joints, topic, effort, time }) = &self.bag else { return Ok(None) };
         let side = self.side()?;
         let joints = joints.as_deref().unwrap_or(named);
@@ -257,11 +226,7 @@ impl DataSection {
             rate_hz: self.rate_hz,
             side,
             torque_scales,
-            time: match time {
-                BagTimes::Header => BagTime::Header,
-                BagTimes::Log => BagTime::Log,
-                BagTimes::Rows => BagTime::Rows,
-            },
+            time: *time,
         }))
     }
 }

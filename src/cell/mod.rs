@@ -23,7 +23,7 @@ use didim_core::identification::{
 };
 use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
-use didim_formats::{BagSpec, Columns, UrdfArm};
+use didim_formats::{BagSpec, Columns};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
@@ -189,8 +189,7 @@ impl Cell {
         if let Some((key, problem)) = robot::misfit(&source, file.urdf.as_ref()) {
             return Err(wrong(key, problem));
         }
-        let named = source.urdf.as_ref().map(UrdfArm::joint_names);
-        let named: Vec<String> = named.into_iter().flatten().map(str::to_owned).collect();
+        let named: Vec<String> = source.joint_names().map(str::to_owned).collect();
         let robot_notes = source.notes().iter().map(ToString::to_string).collect();
         let RobotSource { robot: robot_as_described, toml: robot_text, .. } = source;
         let mut robot = robot_as_described.clone();
@@ -219,11 +218,9 @@ impl Cell {
                 (Some(bus), texts, (None, None), rate_hz, timing)
             }
             (None, Some(data)) => {
-                let columns = data.columns(&robot);
-                let columns = columns.map_err(|(key, problem)| wrong(key, problem))?;
-                let bag = data.bag(&robot, &named);
-                let bag = bag.map_err(|(key, problem)| wrong(key, problem))?;
-                (None, Vec::new(), (columns, bag), data.rate_hz, data.torque_timing())
+                let data =
+                    data.read(&robot, &named).map_err(|(key, problem)| wrong(key, problem))?;
+                (None, Vec::new(), (data.columns, data.bag), data.rate_hz, data.torque_timing)
             }
             (None, None) => {
                 let problem = "and [data] are both missing; describe the bus, or recordings of other programs";

@@ -20,8 +20,8 @@ pub struct RobotSource {
 }
 
 impl RobotSource {
-    /// The robot in the text of a file; `section` has what a URDF does not say. Without one the drives of a URDF
-    /// are assumed, for a look at the arm: [`UrdfDrives::assumed`].
+    /// The robot in the text of a file; `section` has what a URDF does not say. Where it does not say all of the
+    /// drives, they are assumed ([`UrdfDrives::assumed`]): enough to look at the arm, and a cell is then refused.
     ///
     /// # Errors
     /// [`CellError::Robot`], [`CellError::Urdf`].
@@ -49,6 +49,11 @@ impl RobotSource {
         let wrong = |source| CellError::Robot { file: as_robot_file.into(), source };
         let robot = Robot::from_toml(&toml).map_err(wrong)?;
         Ok(Self { robot, toml, urdf: Some(arm) })
+    }
+
+    /// The names of the joints, where they have any.
+    pub fn joint_names(&self) -> impl Iterator<Item = &str> {
+        self.urdf.iter().flat_map(UrdfArm::joint_names)
     }
 
     /// What has to be known of a URDF's arm.

@@ -12,6 +12,7 @@ mod factor;
 mod inertia;
 mod inverse;
 mod kinematics;
+mod link_frames;
 mod mass_matrix;
 mod model;
 mod motion;
@@ -27,6 +28,7 @@ mod workspace;
 
 pub use base::{BaseParameters, BaseParametersError, UnknownBaseParameter};
 pub use factor::NotPositiveDefinite;
+pub use link_frames::LinkFrame;
 pub use model::Model;
 pub use regressor_columns::RegressorColumns;
 pub(crate) use variation::{Variation, VariationWorkspace};

@@ -6,13 +6,10 @@ use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
 use super::field::Encoding;
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy};
-use super::spec::{LayoutSpec, ReferenceValidity, TorqueValidity};
+use super::spec::{LayoutSpec, ReferenceValidity};
 
 /// The shortest and the longest nominal period that are taken \[µs\].
 const PERIOD_US: (f64, f64) = (10.0, 1e6);
-
-/// The longest hold or delay of a torque, in periods: beyond it is a slip of units.
-const HOLD_PERIODS: f64 = 10.0;
 
 impl CompiledLayout {
     /// Compiles the text of a DBC file and a specification to a plan.
@@ -66,7 +63,6 @@ pub(super) fn finish(
 ) -> Result<CompiledLayout, LayoutError> {
     check_axes(spec)?;
     let period_ns = period_ns(spec)?;
-    check_hold(spec, period_ns)?;
     check_overlaps(&messages)?;
     let next_sync = spec.reference.as_ref().is_some_and(|r| r.valid == ReferenceValidity::NextSync);
     for message in &mut messages {
@@ -88,7 +84,8 @@ pub(super) fn finish(
         );
         return refuse("sync", reason);
     };
-    let timing = torque_timing(spec);
+    let timing = spec.torque.valid.timing(1e9 / period_ns);
+    let timing = timing.or_else(|problem| refuse("torque.valid", problem))?;
     let by = spec.cycles_by;
     Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, timing, next_sync, by))
 }
@@ -221,27 +218,6 @@ fn period_ns(spec: &LayoutSpec) -> Result<f64, LayoutError> {
         return refuse(if spec.rate_hz.is_some() { "rate_hz" } else { "period_us" }, reason);
     }
     Ok(period_us * 1e3)
-}
-
-fn check_hold(spec: &LayoutSpec, period_ns: f64) -> Result<(), LayoutError> {
-    if let TorqueValidity::Held { hold_us, delay_us } = spec.torque.valid {
-        let most = HOLD_PERIODS * period_ns * 1e-3;
-        if !(0.0..=most).contains(&hold_us) || !(0.0..=most).contains(&delay_us) {
-            let reason = format!("hold_us and delay_us lie between 0 and {most} (ten periods)");
-            return refuse("torque.valid", reason);
-        }
-    }
-    Ok(())
-}
-
-fn torque_timing(spec: &LayoutSpec) -> didim_core::identification::SignalTiming {
-    use didim_core::identification::SignalTiming;
-    match spec.torque.valid {
-        TorqueValidity::Instant => SignalTiming::INSTANTANEOUS,
-        TorqueValidity::Held { hold_us, delay_us } => {
-            SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 }
-        }
-    }
 }
 
 pub(super) fn refuse<T>(key: &'static str, reason: String) -> Result<T, LayoutError> {

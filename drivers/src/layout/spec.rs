@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use didim_core::identification::SignalTiming;
 use serde::{Deserialize, Serialize};
 
 /// The table `[bus.layout]` of a cell file: which signals of which DBC file are the arm's.
@@ -147,6 +148,26 @@ pub enum TorqueValidity {
         /// How much later than the sample's instant it starts to act \[µs\].
         delay_us: f64,
     },
+}
+
+/// The longest hold or delay of a torque, in samples: beyond it is a slip of units.
+const HOLD_SAMPLES: f64 = 10.0;
+
+impl TorqueValidity {
+    /// In seconds.
+    ///
+    /// # Errors
+    /// What is wrong with it for so many samples per second.
+    pub fn timing(&self, rate_hz: f64) -> Result<SignalTiming, String> {
+        let Self::Held { hold_us, delay_us } = *self else {
+            return Ok(SignalTiming::INSTANTANEOUS);
+        };
+        let most_us = HOLD_SAMPLES * 1e6 / rate_hz;
+        if [hold_us, delay_us].iter().all(|us| (0.0..=most_us).contains(us)) {
+            return Ok(SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 });
+        }
+        Err(format!("has hold_us and delay_us between 0 and {most_us} (ten periods)"))
+    }
 }
 
 /// The signal of the reference position.

@@ -1,9 +1,12 @@
 //! What is asked of a bag.
 
+use serde::Deserialize;
+
 use crate::measurement::Side;
 
 /// Whose time counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum BagTime {
     /// The stamps in the messages.
     #[default]

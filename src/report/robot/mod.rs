@@ -2,8 +2,8 @@
 
 mod picture;
 
-use didim_core::dynamics::BaseParameters;
-use didim_core::robot::{Joint, JointKind, LinkFrame, ParameterKind, Robot};
+use didim_core::dynamics::{BaseParameters, LinkFrame, Model};
+use didim_core::robot::{Joint, JointKind, ParameterKind, Robot};
 
 use crate::cell::RobotSource;
 use crate::text::{aligned, significant};
@@ -16,7 +16,7 @@ const LONGEST: usize = 100;
 /// Axes, tip, reach, masses, base parameters and what has to be known of the arm.
 pub fn description(source: &RobotSource, base: &BaseParameters) -> String {
     let robot = &source.robot;
-    let frames = robot.frames(&[]);
+    let frames = Model::new(robot).link_frames(&[]);
     let mut text = heading(source);
     text += &axes(source, &frames);
     text += &format!(
@@ -78,10 +78,7 @@ fn heading(source: &RobotSource) -> String {
 }
 
 fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
-    let names: Vec<&str> = match &source.urdf {
-        Some(arm) => arm.joint_names().collect(),
-        None => Vec::new(),
-    };
+    let names: Vec<&str> = source.joint_names().collect();
     let rows: Vec<Vec<String>> = source
         .robot
         .chain()

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use didim_core::dynamics::Model;
 use didim_core::robot::{JointKind, Robot};
 
 use crate::text::escape;
@@ -27,7 +28,7 @@ type Vector = [f64; 3];
 /// Links, and the axis of every joint with its number on the side of the positive sense. `names` are the joints', where
 /// they have any.
 pub fn picture(robot: &Robot, names: &[&str]) -> String {
-    let frames = robot.frames(&[]);
+    let frames = Model::new(robot).link_frames(&[]);
     let up = up(robot.gravity_m_s2());
     let right = perpendicular(up);
     let back = cross(up, right);

@@ -48,6 +48,9 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
+    /// What is stated is wrong where the data have it further off than so many standard deviations.
+    pub(crate) const CONTRADICTED: f64 = 3.0;
+
     /// Whether each is finite and greater than 0: of nothing one is perfectly certain.
     ///
     /// # Errors

@@ -7,7 +7,6 @@ mod chosen_cutoff;
 mod chosen_friction;
 mod elsewhere;
 mod estimate;
-mod estimated_torque;
 mod findings;
 mod freedoms;
 mod held_out;

@@ -3,11 +3,9 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::dynamics::Workspace;
 use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{Motion, MotionGroup, delayed};
-use crate::numeric::{Lanes, Scalar, WIDTH};
-use crate::signal::Group;
+use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, delayed};
+use crate::numeric::WIDTH;
 
 /// Shares of the residuals that are below each quantile.
 const QUANTILES: [f64; 3] = [0.99, 0.999, 0.9999];
@@ -35,9 +33,8 @@ impl ResidualQuantiles {
         parameters: &[DVector<f64>],
         which: &dyn Fn(usize) -> usize,
     ) -> Result<Vec<Self>, IdentificationError> {
-        let standard: Vec<Vec<Group>> = (parameters.iter())
-            .map(|own| context.selection.standard(own).into_iter().map(Lanes::constant).collect())
-            .collect();
+        let mut dynamics: Vec<InverseDynamics> =
+            (parameters.iter()).map(|own| InverseDynamics::of_the_estimate(context, own)).collect();
         let experiment = context.experiment;
         let delay = experiment.torque_timing().mean_delay_s() * experiment.sample_rate_hz();
         let torque = delayed(experiment, delay)?;
@@ -46,8 +43,7 @@ impl ResidualQuantiles {
             .collect();
         let joints = experiment.joints();
         let mut residuals = vec![Vec::with_capacity(samples.len()); joints];
-        let (mut group, mut workspace) = (MotionGroup::of_joints(joints), Workspace::new());
-        let mut predicted = vec![Lanes::zero(); joints];
+        let mut group = MotionGroup::of_joints(joints);
         let mut next = 0;
         while let Some(&first) = samples.get(next) {
             let own = which(first);
@@ -56,9 +52,7 @@ impl ResidualQuantiles {
             let count = together
                 .take_while(|(k, sample)| **sample == first + k && which(**sample) == own)
                 .count();
-            let [q, dq, ddq] = group.read(motion, first);
-            let model = &context.model;
-            model.inverse_dynamics(&mut workspace, &standard[own], q, dq, ddq, &mut predicted);
+            let predicted = dynamics[own].torque(&context.model, group.read(motion, first));
             let torques = torque.column_iter().zip(&predicted);
             for (residuals, (torque, predicted)) in residuals.iter_mut().zip(torques) {
                 let torques = torque.as_slice()[first..first + count].iter().zip(predicted.0);

@@ -7,14 +7,11 @@ use super::freedoms::{Freedom, FreedomEstimate};
 use super::reasons::{Note, Reason};
 use super::uses::{UseVerdict, Uses};
 use super::workspace::Indefinite;
-use crate::identification::given::{Context, VerdictLimits};
+use crate::identification::given::{Context, Tolerances, VerdictLimits};
 use crate::robot::{FrictionLaw, Parameter, ParameterKind};
 
 /// A parameter within this many standard deviations of zero could be zero.
 const INSIGNIFICANT: f64 = 2.0;
-
-/// What is stated is wrong where the data have it further off than so many standard deviations of both.
-const CONTRADICTED: f64 = 3.0;
 
 /// A smaller share of a joint's torque is less than what a rigid model leaves.
 const DUST: f64 = 0.01;
@@ -336,7 +333,7 @@ fn contradicted<'a>(
 ) -> impl Iterator<Item = Reason> {
     freedoms.filter_map(|found| {
         let quantity = found.quantity?;
-        let least = CONTRADICTED * quantity.stated.hypot(quantity.standard_deviation);
+        let least = Tolerances::CONTRADICTED * quantity.stated.hypot(quantity.standard_deviation);
         (found.relative_torque >= DUST && quantity.value.abs() > least)
             .then(|| Reason::Contradicted { freedom: found.clone() })
     })

@@ -4,10 +4,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::group::MotionGroup;
+use super::inverse_dynamics::InverseDynamics;
 use super::motion::Motion;
-use crate::dynamics::Workspace;
 use crate::identification::given::{Context, IdentificationError};
-use crate::numeric::{Lanes, Scalar};
 use crate::regression::Observations;
 use crate::signal::{Group, ParallelDecimation};
 
@@ -79,11 +78,10 @@ fn known_along<'a>(
         return None;
     }
     let nothing = DVector::zeros(selection.names().len());
-    let standard: Vec<Group> =
-        selection.standard(&nothing).into_iter().map(Lanes::constant).collect();
-    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(model.joints()));
+    let mut dynamics = InverseDynamics::of_the_estimate(context, &nothing);
+    let mut group = MotionGroup::of_joints(model.joints());
     Some(move |first: usize, torque: &mut [Group]| {
-        let [q, dq, ddq] = group.read(motion, first);
-        model.inverse_dynamics(&mut workspace, &standard, q, dq, ddq, torque);
+        let known = dynamics.torque(model, group.read(motion, first));
+        torque.copy_from_slice(&known[..torque.len()]);
     })
 }

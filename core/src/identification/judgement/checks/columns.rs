@@ -2,11 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::estimated_torque::InverseDynamics;
 use super::FittedModel;
 use crate::MAX_JOINTS;
 use crate::identification::given::IdentificationError;
-use crate::identification::observation::{FilteredPositions, MotionGroup};
+use crate::identification::observation::{FilteredPositions, InverseDynamics, MotionGroup};
 use crate::numeric::{Lanes, Scalar, WIDTH};
 use crate::signal::Group;
 

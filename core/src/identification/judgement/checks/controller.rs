@@ -9,7 +9,6 @@ use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::estimated_torque::InverseDynamics;
 use super::super::reasons::ControllerUnchecked;
 use super::{ControllerError, FittedModel};
 use crate::MAX_JOINTS;
@@ -18,7 +17,9 @@ use crate::control::{
     SimulatedController,
 };
 use crate::identification::given::{Context, IdentificationError, Tolerances};
-use crate::identification::observation::{MotionGroup, delayed, motion_along, reference_of};
+use crate::identification::observation::{
+    InverseDynamics, MotionGroup, delayed, motion_along, reference_of,
+};
 use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter};
 use crate::signal::{Group, central_difference, group_of};
 use crate::simulation::{SetupError, set_row};
@@ -29,9 +30,6 @@ const SAME_PERIOD: f64 = 1e-6;
 
 /// What noise explains more often than this is noise. It is asked of every joint of every result.
 const LEVEL: f64 = 1e-4;
-
-/// What is stated is wrong where it would have to be further off than so many standard deviations.
-const CONTRADICTED: f64 = 3.0;
 
 /// Gain and delay explain an error where they leave this share of the limit at most: other gains of a controller
 /// look much like another torque gain.
@@ -76,7 +74,8 @@ impl FittedModel<'_> {
         let error = context.rows_of(&described, "command")?;
         let torque = context.rows_of(&recorded, "torque")?;
         let lag = context.rows_of(&lag, "reference")?;
-        let parts = MotorParts::new(context, &recorded)?;
+        // Most controllers are right, and need none.
+        let mut parts = None;
         let [along, rates] = self.along(references)?;
         let (filter, rows) = (context.row_filter(), error.len() / n);
         let of = |signal: &DVector<f64>, joint: usize| signal.rows(joint * rows, rows).into_owned();
@@ -94,11 +93,7 @@ impl FittedModel<'_> {
                 motion.push(DVector::from_element(rows, 1.0));
             }
             let basis = orthonormal(motion);
-            let size_of = |mut error: DVector<f64>| {
-                if integrates {
-                    // What the integral was before the first sample is not known.
-                    self.without_means(&mut error);
-                }
+            let size_of = |error: DVector<f64>| {
                 let whole = error.norm();
                 match explained(error, &basis, &filter) {
                     Err(RegressionError::TooFewRows { .. }) => None,
@@ -108,25 +103,29 @@ impl FittedModel<'_> {
             };
             let few = ControllerError::Unknown(ControllerUnchecked::TooFewRows);
             let torque = of(&torque, joint).norm();
-            let error = of(&error, joint);
+            let mut error = of(&error, joint);
+            if integrates {
+                // What the integral was before the first sample is not known.
+                self.without_means(&mut error);
+            }
             let Some(mut size) = size_of(error.clone()) else { return Ok(few) };
             let limit = context.options.limits.controller_error * torque;
-            let tolerances = &context.options.tolerances;
-            let (mut error, mut parts) = (error, parts.of(context, joint));
-            if integrates {
-                self.without_means(&mut error);
-                for k in 0..parts.ncols() {
-                    let mut part = parts.column(k).into_owned();
-                    self.without_means(&mut part);
-                    parts.set_column(k, &part);
+            if size > limit {
+                let parts = match &mut parts {
+                    Some(parts) => parts,
+                    none => none.insert(MotorParts::new(context, &recorded)?),
+                };
+                let mut signals = parts.of(context, joint);
+                if integrates {
+                    signals.iter_mut().for_each(|signal| self.without_means(signal));
                 }
-            }
-            if size > limit
-                && let Some(left) = beyond_tolerances(&error, &parts, tolerances)
-            {
-                let Some(left) = size_of(left) else { return Ok(few) };
-                if left <= LEFT * limit {
-                    size = left;
+                let signals = DMatrix::from_columns(&signals);
+                if let Some(left) = beyond_tolerances(&error, &signals, &context.options.tolerances)
+                {
+                    let Some(left) = size_of(left) else { return Ok(few) };
+                    if left <= LEFT * limit {
+                        size = left;
+                    }
                 }
             }
             errors.push(if torque > 0.0 { size / torque } else { 0.0 });
@@ -198,14 +197,13 @@ impl MotorParts {
     }
 
     /// What the motors make of a joint's torque: of each that acts on it the torque, then the rate.
-    fn of(&self, context: &Context<'_>, joint: usize) -> DMatrix<f64> {
+    fn of(&self, context: &Context<'_>, joint: usize) -> Vec<DVector<f64>> {
         let transmission = context.robot.transmission();
         let ratios = (0..self.torque.ncols()).map(|motor| transmission.row(motor)[joint]);
         let acting = || ratios.clone().enumerate().filter(|(_, ratio)| *ratio != 0.0);
-        let columns: Vec<_> = (acting().map(|(motor, ratio)| self.torque.column(motor) * ratio))
+        (acting().map(|(motor, ratio)| self.torque.column(motor) * ratio))
             .chain(acting().map(|(motor, ratio)| self.rate.column(motor) * ratio))
-            .collect();
-        DMatrix::from_columns(&columns)
+            .collect()
     }
 }
 
@@ -218,8 +216,8 @@ fn beyond_tolerances(
 ) -> Option<DVector<f64>> {
     let found = parts.tr_mul(parts).cholesky()?.solve(&parts.tr_mul(error));
     // The gain of the motor and the one common to all.
-    let gain = CONTRADICTED * core::f64::consts::SQRT_2 * tolerances.torque_gain;
-    let delay_s = CONTRADICTED * tolerances.torque_delay_s;
+    let gain = Tolerances::CONTRADICTED * core::f64::consts::SQRT_2 * tolerances.torque_gain;
+    let delay_s = Tolerances::CONTRADICTED * tolerances.torque_delay_s;
     let (gains, delays) = found.as_slice().split_at(found.len() / 2);
     let within =
         gains.iter().all(|of| of.abs() <= gain) && delays.iter().all(|of| of.abs() <= delay_s);

@@ -2,12 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::estimated_torque::InverseDynamics;
 use super::list::{Acts, Column, Direction, Motive, Observed, STEP, Sizes};
 use super::{Freedom, FreedomEstimate, Quantity};
 use crate::MAX_JOINTS;
 use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{BesideObservation, Motion, MotionGroup, regressor_rows};
+use crate::identification::observation::{
+    BesideObservation, InverseDynamics, Motion, MotionGroup, regressor_rows,
+};
 use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 use crate::regression::{JointSolution, Observations};
 use crate::robot::JointKind;

@@ -1,4 +1,4 @@
-//! The torques that an estimate predicts.
+//! The torques of the model with an estimate.
 
 use nalgebra::DVector;
 
@@ -8,14 +8,14 @@ use crate::identification::given::Context;
 use crate::numeric::{Lanes, Scalar};
 use crate::signal::Group;
 
-/// The inverse dynamic model with the parameters of an estimate.
-pub(super) struct InverseDynamics {
+/// The inverse dynamic model with the parameters of an estimate, by lanes of samples.
+pub(crate) struct InverseDynamics {
     standard: Vec<Group>,
     workspace: Workspace<Group>,
 }
 
 impl InverseDynamics {
-    pub(super) fn of_the_estimate(context: &Context<'_>, parameters: &DVector<f64>) -> Self {
+    pub(crate) fn of_the_estimate(context: &Context<'_>, parameters: &DVector<f64>) -> Self {
         let standard = context.selection.standard(parameters);
         let standard = standard.into_iter().map(Lanes::constant).collect();
         Self { standard, workspace: Workspace::new() }
@@ -23,7 +23,7 @@ impl InverseDynamics {
 
     /// Torque of every joint \[N·m or N\] at q, q̇ and q̈, zeros beyond, by the model of the estimate or one of
     /// another geometry.
-    pub(super) fn torque(
+    pub(crate) fn torque(
         &mut self,
         model: &Model,
         [q, dq, ddq]: [&[Group]; 3],
