@@ -450,7 +450,7 @@ fn reasons_of_verdicts() {
     {
         let folder = Path::new("tests/data").join(arm);
         let cell = Cell::read(&folder.join("cell.toml")).unwrap();
-        let measurement = read_csv(&folder.join(file), None, None).unwrap();
+        let measurement = read_csv(&folder.join(file), None).unwrap();
         let found = identify_measurement(&cell, cell.method, &measurement, counted);
         let uses = found.unwrap().estimate.verdict.uses;
         let reasons = Use::ALL.into_iter().flat_map(|of| &uses.of(of).reasons);

@@ -1,6 +1,5 @@
 //! `didim compare`: every method on one experiment, side by side.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,7 +9,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::choices::Choices;
-use super::identify::Samples;
+use super::input::{Counted, Samples};
 use super::output::{check_place, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
@@ -20,7 +19,7 @@ use didim::offline::compare::{
 };
 use didim::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use didim::report::html::{ComparisonReport, InputFile, Origin, SampleRange, SimulatedInput};
-use didim_formats::Measurement;
+use didim_formats::Piece;
 use didim_lab::simulate;
 
 #[derive(Debug, Args)]
@@ -82,16 +81,18 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     for path in [&arguments.markdown, &arguments.figure, &arguments.report].into_iter().flatten() {
         check_place(path)?;
     }
-    let (measurement, counted, scenario) = experiment(arguments, &cell)?;
+    let (experiment, scenario) = experiment(arguments, &cell)?;
+    let Counted { piece, counted } = &experiment;
+    let measurement = &piece.measurement;
 
     let of = arguments.input.as_deref().unwrap_or(&arguments.cell);
-    let choices = Choices::make(&mut cell, &[(&measurement, counted.clone())], of)?;
+    let choices = Choices::make(&mut cell, &[(measurement, counted.clone())], of)?;
 
     let bars = Bars::new(&tasks(&trials, arguments.folds));
     let input = ComparisonInput {
         cell: &cell,
-        measurement: &measurement,
-        counted: &counted,
+        measurement,
+        counted,
         truth: scenario.as_ref().map(Scenario::truth),
     };
     let mut comparison = compare(input, &trials, arguments.folds, &|progress| bars.show(progress));
@@ -124,7 +125,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, counted, &measurement)?;
+        let origin = origin(arguments, experiment.range())?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -166,10 +167,7 @@ fn read_toml<T>(
 }
 
 /// What was recorded or simulated, which of it counts, and the scenario if it was simulated.
-fn experiment(
-    arguments: &Arguments,
-    cell: &Cell,
-) -> Result<(Measurement, Range<usize>, Option<Scenario>), CliError> {
+fn experiment(arguments: &Arguments, cell: &Cell) -> Result<(Counted, Option<Scenario>), CliError> {
     if let Some(name) = &arguments.scenario {
         let mut scenario = read_scenario(name, cell)?;
         if let Some(seed) = arguments.seed {
@@ -177,31 +175,22 @@ fn experiment(
         }
         let (measurement, counted) = simulate(&scenario, cell)
             .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
-        return Ok((measurement, counted, Some(scenario)));
+        let piece = Piece { begins_s: 0.0, measurement };
+        return Ok((Counted { piece, counted }, Some(scenario)));
     }
     let Some(input) = &arguments.input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
     };
-    let (measurement, counted) = arguments.samples.read(input, cell)?;
-    Ok((measurement, counted, None))
+    Ok((arguments.samples.read_longest(input, cell)?, None))
 }
 
-fn origin(
-    arguments: &Arguments,
-    counted: Range<usize>,
-    measurement: &Measurement,
-) -> Result<Origin, CliError> {
+fn origin(arguments: &Arguments, samples: SampleRange) -> Result<Origin, CliError> {
     let read =
         |path: &PathBuf| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
     // A scenario is a file or the name of a shipped one.
     let scenario = arguments.scenario.as_ref().map(PathBuf::from).filter(|path| path.is_file());
     let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
-    Ok(Origin {
-        input,
-        samples: SampleRange::Measurement(counted, measurement.signals.sample_rate_hz),
-        further: Vec::new(),
-        note: None,
-    })
+    Ok(Origin { input, samples, further: Vec::new(), note: None })
 }
 
 /// Every limit that does not hold is named.

@@ -11,7 +11,7 @@ use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 
 use super::CliError;
 use super::convert_frames::{write_candump, write_mcap};
-use super::identify::{check_rate, positive, read_input};
+use super::input::{check_rate, positive, read_input};
 use super::output::{print, write_whole};
 use didim::cell::{Cell, CellBus};
 use didim::live::recording::is_mcap;
@@ -54,7 +54,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         return print(&format!("{} written\n", output.display()));
     }
-    let measurement = read_input(input, &cell, arguments.sample_rate)?;
+    let record = read_input(input, &cell, arguments.sample_rate)?;
+    let notes = record.notes();
+    let Some(measurement) = record.into_whole() else {
+        let why = format!("{}; convert whole pieces, one by one", notes.join("; "));
+        return Err(CliError::in_file(input, why));
+    };
+    for note in notes {
+        tracing::warn!("{}: {note}", input.display());
+    }
     if to_csv {
         write_whole(output, |out| write_csv(&measurement, out, output).map_err(CliError::failed))?;
     } else {

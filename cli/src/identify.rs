@@ -12,16 +12,16 @@ use serde::Serialize;
 
 use super::CliError;
 use super::choices::Choices;
+use super::input::{Counted, Samples, pairs};
 use super::output::{print, write_figure, write_report};
 use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
-use didim::offline::{check_limits, read_log};
 use didim::report;
-use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::report::html::{InputFile, Origin, Report};
 use didim::text::aligned;
-use didim_formats::{CsvError, Measurement, RATE_TOLERANCE, read_bag, read_csv};
+use didim_formats::Measurement;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -54,38 +54,6 @@ pub(super) struct Arguments {
     regrouping: bool,
 }
 
-/// Which samples of a file count.
-#[derive(Debug, Args)]
-pub(super) struct Samples {
-    /// Samples per second of a CSV file without a time_s column
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    sample_rate: Option<f64>,
-    /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
-    #[arg(long, value_name = "S")]
-    from: Option<f64>,
-    /// End of the samples that count [s after the first]
-    #[arg(long, value_name = "S")]
-    to: Option<f64>,
-}
-
-impl Samples {
-    /// Reads a file of the cell's rate, and says which of its samples count.
-    pub(super) fn read(
-        &self,
-        path: &Path,
-        cell: &Cell,
-    ) -> Result<(Measurement, Range<usize>), CliError> {
-        let measurement = read_input(path, cell, self.sample_rate)?;
-        check_rate(&measurement, cell, path)?;
-        let counted = counted((self.from, self.to), cell, &measurement, path)?;
-        let beyond = check_limits(&measurement, &counted, &cell.robot);
-        for one in beyond.map_err(|error| CliError::in_file(path, error))? {
-            tracing::warn!("{}: {one}", path.display());
-        }
-        Ok((measurement, counted))
-    }
-}
-
 /// What `--json` prints: the estimate, and the run time, which is no part of a result file.
 #[derive(Serialize)]
 struct Output<'a> {
@@ -98,7 +66,7 @@ struct Output<'a> {
     elapsed_ms: f64,
 }
 
-/// One of several recordings: how well the parameters of all fit it, and how far its own are from those of
+/// One of several recordings or pieces of them: how well the parameters of all fit it, and how far its own are from those of
 /// the others.
 #[derive(Serialize)]
 struct RecordingLine {
@@ -109,11 +77,11 @@ struct RecordingLine {
     rms_deviation_from: Vec<Option<f64>>,
 }
 
-/// Every recording by itself, where there are several.
+/// Every recording, or whole piece of one, by itself, where there are several.
 fn recordings(
     cell: &Cell,
     method: Method,
-    arguments: &Arguments,
+    named: &[String],
     measurements: &[(&Measurement, Range<usize>)],
     together: &Estimate,
 ) -> Vec<RecordingLine> {
@@ -126,14 +94,14 @@ fn recordings(
             found.ok().map(|found| found.estimate)
         })
         .collect();
-    let named = arguments.input.iter().zip(&together.relative_error_per_recording).enumerate();
-    let line = |(index, (path, relative_error)): (usize, (&PathBuf, &f64))| {
+    let named = named.iter().zip(&together.relative_error_per_recording).enumerate();
+    let line = |(index, (input, relative_error)): (usize, (&String, &f64))| {
         let from = |(other, found): (usize, &Option<Estimate>)| {
             let [one, other] = [alone[index].as_ref(), found.as_ref().filter(|_| other != index)];
             one.zip(other).map(|(one, other)| rms_deviation(one, other))
         };
         RecordingLine {
-            input: path.display().to_string(),
+            input: input.clone(),
             relative_error: *relative_error,
             rms_deviation_from: alone.iter().enumerate().map(from).collect(),
         }
@@ -166,8 +134,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = (arguments.input.iter())
         .map(|path| arguments.samples.read(path, &cell))
         .collect::<Result<Vec<_>, _>>()?;
-    let measurements: Vec<(&Measurement, Range<usize>)> =
-        read.iter().map(|(measurement, counted)| (measurement, counted.clone())).collect();
+    let pieces: Vec<(&Path, &Counted)> = (arguments.input.iter().zip(&read))
+        .flat_map(|(path, pieces)| pieces.iter().map(move |piece| (path.as_path(), piece)))
+        .collect();
+    let measurements = pairs(pieces.iter().map(|(_, piece)| *piece));
     let first = &arguments.input[0];
     let start = Instant::now();
     let choices = Choices::make(&mut cell, &measurements, first)?;
@@ -193,7 +163,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         })?;
     let elapsed = start.elapsed();
     choices.note_in(&mut identification.estimate);
-    let recordings = recordings(&cell, method, arguments, &measurements, &identification.estimate);
+    let named: Vec<String> =
+        (pieces.iter()).map(|(path, piece)| path.display().to_string() + &piece.begin()).collect();
+    let recordings = recordings(&cell, method, &named, &measurements, &identification.estimate);
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
         let elapsed_ms = elapsed.as_secs_f64() * 1e3;
@@ -205,8 +177,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
         print(&text(&cell, &identification, arguments.regrouping))?;
-        for (measurement, counted) in &measurements {
-            print(&what_counted(counted, measurement))?;
+        for (_, piece) in &pieces {
+            print(&piece.what_counted())?;
         }
         print(&compared(&recordings))?;
     }
@@ -216,10 +188,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let Some(path) = &arguments.report {
         let mut origins = Vec::with_capacity(measurements.len());
-        for (path, (measurement, counted)) in arguments.input.iter().zip(&measurements) {
+        for (path, piece) in &pieces {
             let input = InputFile::read(path).map_err(|error| CliError::in_file(path, error))?;
-            let rate = measurement.signals.sample_rate_hz;
-            origins.push((input, SampleRange::Measurement(counted.clone(), rate)));
+            origins.push((input, piece.range()));
         }
         let (input, samples) = origins.remove(0);
         let origin = Origin { input: Some(input), samples, further: origins, note: None };
@@ -227,124 +198,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_report(path, &report)?;
     }
     Ok(())
-}
-
-/// A number above 0, as an argument.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    let fits = number.is_finite() && number > 0.0;
-    fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
-}
-
-/// A file whose name ends in `.csv` is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
-/// candump log or an MCAP recording; without a bus, a table too.
-pub(super) fn read_input(
-    path: &Path,
-    cell: &Cell,
-    sample_rate_hz: Option<f64>,
-) -> Result<Measurement, CliError> {
-    let is =
-        |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
-    if let Some(spec) = cell.bag.as_ref().filter(|_| path.is_dir() || is("mcap") || is("db3")) {
-        let (measurement, resampled) = read_bag(path, spec).map_err(CliError::failed)?;
-        if !resampled.is_nothing() {
-            tracing::warn!("{}: {resampled}", path.display());
-        }
-        return Ok(measurement);
-    }
-    // Without a bus there is nothing else that a file could be, but for the logs of one.
-    let has_bus = cell.bus().is_ok();
-    if is("csv") || !(has_bus || is("log") || is("mcap")) {
-        let columns = cell.columns.as_ref();
-        let table = match read_csv(path, sample_rate_hz, columns) {
-            // The cell says how far its rows are apart.
-            Err(CsvError::NoTime { .. }) if !has_bus => {
-                read_csv(path, Some(cell.sample_rate_hz()), columns)
-            }
-            table => table,
-        };
-        return table.map_err(CliError::failed);
-    }
-    if sample_rate_hz.is_some() {
-        return Err(CliError::Usage(
-            "--sample-rate is for CSV files only; a log has the sample rate of the cell's layout"
-                .into(),
-        ));
-    }
-    read_log(path, cell).map_err(CliError::failed)
-}
-
-/// The layout tells by how much of a sample the torque is late: that holds at the rate of the bus
-/// only.
-pub(super) fn check_rate(
-    measurement: &Measurement,
-    cell: &Cell,
-    file: &Path,
-) -> Result<(), CliError> {
-    let (found, rate) = (measurement.signals.sample_rate_hz, cell.sample_rate_hz());
-    if (found / rate - 1.0).abs() <= RATE_TOLERANCE {
-        return Ok(());
-    }
-    Err(CliError::in_file(
-        file,
-        format!(
-            "the measurement has {found} samples/s, the cell {rate}; choose a cell of the \
-             measurement's rate, or resample the measurement"
-        ),
-    ))
-}
-
-/// What counts: from `--from` to `--to`, or all but the margins of the cell's windows.
-fn counted(
-    (first_s, last_s): (Option<f64>, Option<f64>),
-    cell: &Cell,
-    measurement: &Measurement,
-    file: &Path,
-) -> Result<Range<usize>, CliError> {
-    let samples = measurement.samples();
-    let rate = measurement.signals.sample_rate_hz;
-    let sample = |name: &str, seconds: f64| {
-        #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
-        let last = (samples - 1) as f64 / rate;
-        if !(0.0..=last).contains(&seconds) {
-            let message = format!("{name} {seconds}: the measurement lasts from 0 to {last} s");
-            return Err(CliError::Usage(message));
-        }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "within the measurement"
-        )]
-        Ok((seconds * rate).round() as usize)
-    };
-    let margins = cell.window.plan(rate).map_err(CliError::configuration)?;
-    let from = first_s.map_or(Ok(margins.margin_before), |s| sample("--from", s))?;
-    let to = match last_s {
-        Some(seconds) => sample("--to", seconds)? + 1,
-        None => samples.saturating_sub(margins.margin_after),
-    };
-    if from >= to {
-        if let (Some(from), Some(to)) = (first_s, last_s) {
-            let message = format!("--from {from} --to {to}: there is no sample between them");
-            return Err(CliError::Usage(message));
-        }
-        let message = format!(
-            "no sample counts: of {samples} samples, {from} at the beginning and {} at the end are \
-             margin for the filters; record longer, or choose --from and --to",
-            samples.saturating_sub(to)
-        );
-        return Err(CliError::in_file(file, message));
-    }
-    Ok(from..to)
-}
-
-/// Which part of the measurement became rows; the rest is margin for the filters.
-fn what_counted(counted: &Range<usize>, measurement: &Measurement) -> String {
-    let rate = measurement.signals.sample_rate_hz;
-    #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
-    let (from, to) = (counted.start as f64 / rate, (counted.end - 1) as f64 / rate);
-    let margins = measurement.samples() - counted.len();
-    format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
 }
 
 fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> String {

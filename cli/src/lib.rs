@@ -14,6 +14,7 @@ mod demo;
 mod error;
 mod history;
 mod identify;
+mod input;
 mod manual;
 mod metrics;
 mod note;

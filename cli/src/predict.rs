@@ -8,7 +8,7 @@ use didim_core::robot::Joint;
 use serde::Serialize;
 
 use super::CliError;
-use super::identify::Samples;
+use super::input::{Samples, pairs};
 use super::output::{check_place, print, write_text};
 use didim::cell::Cell;
 use didim::offline::predict::StoredModel;
@@ -52,9 +52,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
     // Before the work that would be lost.
     arguments.report.as_deref().map_or(Ok(()), check_place)?;
-    let (measurement, counted) = arguments.samples.read(&arguments.input, &cell)?;
+    let pieces = arguments.samples.read(&arguments.input, &cell)?;
     let prediction = model
-        .predict(&cell, &measurement, counted)
+        .predict(&cell, &pairs(&pieces))
         .map_err(|error| CliError::in_file(&arguments.input, error))?;
     if !prediction.error.relative_error.is_finite() {
         let what = "no finite torque comes of its parameters; give the result as it was stored";

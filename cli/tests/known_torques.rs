@@ -115,7 +115,7 @@ fn the_counterbalance_of_a_kr300_is_no_part_of_its_first_moments() {
 
     let mut positions = Vec::new();
     for motion in ["a.csv", "b.csv"] {
-        let recorded = read_csv(&repository("tests/data/kr300").join(motion), None, None).unwrap();
+        let recorded = read_csv(&repository("tests/data/kr300").join(motion), None).unwrap();
         // Motor 2 turns 1872/7 times as far as its joint.
         let own = recorded.signals.position_rad[1][450..2050].iter();
         positions.extend(own.map(|motor| motor * 7.0 / 1872.0));

@@ -140,7 +140,7 @@ fn equation(
     counted: Range<usize>,
     joints: Range<usize>,
 ) -> (DMatrix<f64>, DVector<f64>) {
-    let recording = read_csv(recording, None, None).unwrap();
+    let recording = read_csv(recording, None).unwrap();
     let experiment = match recording.side {
         Side::Motor => Experiment::motor_side(&recording.signals, cell.robot.transmission()),
         Side::Joint => Experiment::joint_side(&recording.signals),

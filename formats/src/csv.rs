@@ -12,6 +12,8 @@ use didim_core::identification::Signals;
 
 use crate::columns::{Columns, Quantity};
 use crate::measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
+use crate::record::Record;
+use crate::uniform::{Rows, TimesError, resample};
 
 /// The largest part of a sample period by which a time stamp may leave the uniform grid.
 const GRID_TOLERANCE: f64 = 0.25;
@@ -96,8 +98,16 @@ pub enum CsvError {
         /// The file.
         file: PathBuf,
     },
+    /// The times of the rows are none of a record.
+    #[error("{}: {source}", file.display())]
+    Times {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with them.
+        source: TimesError,
+    },
     /// Time does not advance by one period per row: samples are missing or repeated there.
-    #[error("{}: line {line}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated, resample the measurement or cut it there", file.display())]
+    #[error("{}: line {line}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated", file.display())]
     NotUniform {
         /// The file.
         file: PathBuf,
@@ -112,7 +122,7 @@ pub enum CsvError {
     },
     /// The rate that was given and the file's own differ by more than [`RATE_TOLERANCE`], as far as its
     /// times tell: drop one of them.
-    #[error("{}: time_s says {found_hz:.6} Hz but --sample-rate says {given_hz} Hz; correct one or leave the option out", file.display())]
+    #[error("{}: the times say {found_hz:.6} Hz and {given_hz} Hz are stated; correct --sample-rate or data.rate_hz, or leave the option out", file.display())]
     RateMismatch {
         /// The file.
         file: PathBuf,
@@ -144,20 +154,98 @@ enum Column {
     Other,
 }
 
-/// Reads a CSV experiment: of didim's own columns, or of others.
+/// Reads a whole experiment with didim's own columns, its times on a uniform grid.
 ///
 /// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
 ///
 /// # Errors
 /// See [`CsvError`].
-pub fn read_csv(
+pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, CsvError> {
+    let table = read(path, sample_rate_hz, None)?;
+    let rate = rate(&table, sample_rate_hz, path)?;
+    Ok(table.measurement(rate))
+}
+
+/// Reads a table of didim's own columns, or of others. Times that jitter are resampled to `nominal_hz`, and cut where samples are
+/// missing.
+///
+/// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
+///
+/// # Errors
+/// See [`CsvError`].
+pub fn read_table(
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    nominal_hz: f64,
+    columns: Option<&Columns>,
+) -> Result<Record, CsvError> {
+    let mut table = read(path, sample_rate_hz, columns)?;
+    match rate(&table, sample_rate_hz, path) {
+        Ok(rate) => Ok(table.measurement(rate).into()),
+        Err(CsvError::NotUniform { .. }) => {
+            let times_s = table.time.take().unwrap_or_default();
+            let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
+            let rate = sample_rate_hz.unwrap_or(nominal_hz);
+            let uniform = resample(Rows { times_s, columns }, rate)
+                .map_err(|source| CsvError::Times { file: path.to_path_buf(), source })?;
+            Ok(Record::resampled(uniform, |columns| {
+                let mut columns = columns.into_iter();
+                let signals = [(); 3].map(|()| columns.by_ref().take(table.axes).collect());
+                Table { side: table.side, axes: table.axes, time: None, signals }.measurement(rate)
+            }))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn read(
     path: &Path,
     sample_rate_hz: Option<f64>,
     columns: Option<&Columns>,
-) -> Result<Measurement, CsvError> {
+) -> Result<Table, CsvError> {
     let file = std::fs::File::open(path)
         .map_err(|source| CsvError::Io { file: path.to_path_buf(), source })?;
-    parse_csv(std::io::BufReader::new(file), path, sample_rate_hz, columns)
+    parse(std::io::BufReader::new(file), path, sample_rate_hz, columns)
+}
+
+/// The header of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableNames {
+    /// Its columns.
+    pub columns: Vec<String>,
+    /// The side of the transmission and whether there is a time, where all columns are didim's own.
+    pub own: Option<(Side, bool)>,
+}
+
+/// Reads the header of a table.
+///
+/// # Errors
+/// See [`CsvError`].
+pub fn list_table(path: &Path) -> Result<TableNames, CsvError> {
+    let file = std::fs::File::open(path)
+        .map_err(|source| CsvError::Io { file: path.to_path_buf(), source })?;
+    let (_, columns, _) = open(std::io::BufReader::new(file), path, None)?;
+    let own = Header::parse(&columns, path).ok().map(|header| (header.side, header.has_time));
+    Ok(TableNames { columns, own })
+}
+
+/// A table as it stands in the file, in SI units.
+struct Table {
+    side: Side,
+    axes: usize,
+    /// \[s\]
+    time: Option<Vec<f64>>,
+    /// By quantity and axis; no reference where there is none.
+    signals: [Vec<Vec<f64>>; 3],
+}
+
+impl Table {
+    fn measurement(self, sample_rate_hz: f64) -> Measurement {
+        let [position_rad, torque_nm, reference] = self.signals;
+        let reference_rad = (!reference.is_empty()).then_some(reference);
+        let signals = Signals { sample_rate_hz, position_rad, torque_nm, reference_rad };
+        Measurement { side: self.side, rate_unchecked: false, signals }
+    }
 }
 
 /// What separates the fields of a header line: that with which most of the wanted columns are there, or with which there are most
@@ -185,30 +273,44 @@ fn separator(begin: &[u8], columns: Option<&Columns>) -> u8 {
     [b'\t', b';', b','].into_iter().max_by_key(|separator| fields(*separator)).unwrap_or(b',')
 }
 
-fn parse_csv(
-    mut input: impl BufRead,
+/// A reader behind the header, its names and what separates them.
+fn open<R: BufRead>(
+    mut input: R,
     path: &Path,
-    sample_rate_hz: Option<f64>,
     columns: Option<&Columns>,
-) -> Result<Measurement, CsvError> {
+) -> Result<(csv::Reader<R>, Vec<String>, u8), CsvError> {
     let file = || path.to_path_buf();
     let begin = input.fill_buf().map_err(|source| CsvError::Io { file: file(), source })?;
     let delimiter = separator(begin, columns);
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
-    let names: Vec<String> = reader
-        .headers()
-        .map_err(|source| CsvError::Table { file: file(), source })?
-        .iter()
-        .map(str::to_owned)
-        .collect();
+    let header = reader.headers().map_err(|source| CsvError::Table { file: file(), source })?;
+    let names = header.iter().map(str::to_owned).collect();
+    Ok((reader, names, delimiter))
+}
+
+fn parse(
+    input: impl BufRead,
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    columns: Option<&Columns>,
+) -> Result<Table, CsvError> {
+    let file = || path.to_path_buf();
+    let (mut reader, names, delimiter) = open(input, path, columns)?;
     let header = match columns {
         None => Header::parse(&names, path)?,
         Some(columns) => Header::of_columns(&names, columns, path)?,
     };
 
+    if !header.has_time && sample_rate_hz.is_none() {
+        return Err(CsvError::NoTime { file: file() });
+    }
+
     let mut time = Vec::new();
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
+    if !header.has_reference {
+        signals[Quantity::Reference as usize].clear();
+    }
     let mut record = csv::StringRecord::new();
     while reader
         .read_record(&mut record)
@@ -240,35 +342,25 @@ fn parse_csv(
             }
         }
     }
-    let [position, torque, reference] = signals;
-    if position.first().map_or(0, Vec::len) < 2 {
+    if signals[0].first().map_or(0, Vec::len) < 2 {
         return Err(CsvError::TooShort { file: file() });
     }
-    let rate = match (header.has_time, sample_rate_hz) {
-        (false, None) => return Err(CsvError::NoTime { file: file() }),
-        (false, Some(given)) => given,
-        (true, given) => {
-            let (found_hz, uncertainty) = uniform_rate(&time, path)?;
-            let tolerance = RATE_TOLERANCE + uncertainty;
-            match given {
-                Some(given_hz) if (found_hz / given_hz - 1.0).abs() > tolerance => {
-                    return Err(CsvError::RateMismatch { file: file(), found_hz, given_hz });
-                }
-                Some(given_hz) => given_hz,
-                None => found_hz,
-            }
+    let time = header.has_time.then_some(time);
+    Ok(Table { side: header.side, axes: header.axes, time, signals })
+}
+
+/// The rate of a table whose times, if any, are on a uniform grid.
+fn rate(table: &Table, given: Option<f64>, path: &Path) -> Result<f64, CsvError> {
+    let file = || path.to_path_buf();
+    let Some(time) = &table.time else { return given.ok_or(CsvError::NoTime { file: file() }) };
+    let (found_hz, uncertainty) = uniform_rate(time, path)?;
+    match given {
+        Some(given_hz) if (found_hz / given_hz - 1.0).abs() > RATE_TOLERANCE + uncertainty => {
+            Err(CsvError::RateMismatch { file: file(), found_hz, given_hz })
         }
-    };
-    Ok(Measurement {
-        side: header.side,
-        rate_unchecked: false,
-        signals: Signals {
-            sample_rate_hz: rate,
-            position_rad: position,
-            torque_nm: torque,
-            reference_rad: header.has_reference.then_some(reference),
-        },
-    })
+        Some(given_hz) => Ok(given_hz),
+        None => Ok(found_hz),
+    }
 }
 
 /// The frequency of a uniform time column \[Hz\], and by what share of it rounded times let it be off; an
@@ -459,12 +551,23 @@ mod tests {
     use super::*;
     use crate::columns::AxisColumns;
 
-    fn parse(text: &str, rate: Option<f64>) -> Result<Measurement, CsvError> {
-        parse_csv(text.as_bytes(), Path::new("x.csv"), rate, None)
+    fn whole(
+        text: &[u8],
+        given: Option<f64>,
+        columns: Option<&Columns>,
+    ) -> Result<Measurement, CsvError> {
+        let path = Path::new("x.csv");
+        let table = parse(text, path, given, columns)?;
+        let rate = rate(&table, given, path)?;
+        Ok(table.measurement(rate))
+    }
+
+    fn of_text(text: &str, rate: Option<f64>) -> Result<Measurement, CsvError> {
+        whole(text.as_bytes(), rate, None)
     }
 
     fn message(text: &str, rate: Option<f64>) -> String {
-        parse(text, rate).expect_err("must be refused").to_string()
+        of_text(text, rate).expect_err("must be refused").to_string()
     }
 
     const HEADER: &str = "time_s,joint_position_rad_1,joint_torque_nm_1\n";
@@ -483,13 +586,14 @@ mod tests {
         };
         let mut bytes = Vec::new();
         write_csv(&measurement, &mut bytes, Path::new("x.csv")).unwrap();
-        let read = parse_csv(bytes.as_slice(), Path::new("x.csv"), Some(5000.0), None).unwrap();
+        let read = whole(&bytes, Some(5000.0), None).unwrap();
         assert_eq!(read, measurement);
     }
 
     #[test]
     fn columns_may_stand_in_any_order() {
-        let read = parse("joint_torque_nm_1,joint_position_rad_1\n1,2\n3,4\n", Some(10.0)).unwrap();
+        let read =
+            of_text("joint_torque_nm_1,joint_position_rad_1\n1,2\n3,4\n", Some(10.0)).unwrap();
         assert_eq!(read.signals.torque_nm, [[1.0, 3.0]]);
         assert_eq!(read.signals.position_rad, [[2.0, 4.0]]);
         assert_eq!((read.side, read.signals.reference_rad), (Side::Joint, None));
@@ -506,7 +610,7 @@ mod tests {
     fn rounded_times_are_a_uniform_grid() {
         let rows: String =
             (0..1000).map(|k| format!("{:.4},0,0\n", f64::from(k) / 3000.0)).collect();
-        let read = parse(&format!("{HEADER}{rows}"), None).unwrap();
+        let read = of_text(&format!("{HEADER}{rows}"), None).unwrap();
         assert!(
             (read.signals.sample_rate_hz - 3000.0).abs() < 0.5,
             "{}",
@@ -523,7 +627,7 @@ mod tests {
         for (rate, decimals, same) in
             [(3000.0, 9, true), (3000.6, 9, true), (3001.5, 9, false), (3001.5, 4, true)]
         {
-            let read = parse(&table(rate, decimals), Some(3000.0));
+            let read = of_text(&table(rate, decimals), Some(3000.0));
             assert_eq!(read.is_ok(), same, "{rate} {decimals}: {read:?}");
         }
     }
@@ -567,8 +671,7 @@ mod tests {
             torque: of_others(&["tau_{axis}"], 1.0),
             reference: Some(of_others(&["goal", "aim"], 1.0)),
         };
-        let read =
-            |text: &str| parse_csv(text.as_bytes(), Path::new("x.csv"), None, Some(&columns));
+        let read = |text: &str| whole(text.as_bytes(), None, Some(&columns));
         let header = "t;actual_q_1;actual_q_0;mode;tau_1;tau_2;aim;goal\n";
         let table = format!("{header}0;1;2;auto;3;4;5;6\n10;1,5;2;auto;3;4;5;6\n");
         for table in

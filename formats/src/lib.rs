@@ -1,17 +1,21 @@
 //! Files that other tools write and read: tables of measured signals, and arms.
 //!
-//! Contract: of the project it uses `didim-core` alone. Whatever the format, of signals a [`Measurement`] comes out:
-//! signals on a uniform grid, with the side of the transmission they were measured on. Every error names
-//! the file and, where there is one, the line.
+//! Contract: of the project it uses `didim-core` alone. Whatever the format, of signals a [`Record`] comes out: pieces in
+//! which nothing is missing, each a [`Measurement`] on a uniform grid, with the side of the transmission that it
+//! describes. Every error names the file and, where there is one, the line.
 
 mod bag;
 mod columns;
 mod csv;
 mod measurement;
+mod record;
+mod uniform;
 mod urdf;
 
-pub use bag::{BagError, BagSpec, BagTime, Resampled, read_bag};
+pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
 pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
-pub use csv::{CsvError, read_csv, write_csv};
+pub use csv::{CsvError, TableNames, list_table, read_csv, read_table, write_csv};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
+pub use record::{Piece, Record};
+pub use uniform::{Resampled, TimesError};
 pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote};

@@ -1,48 +1,65 @@
-//! From stamps that jitter to a uniform grid.
+//! From rows with times that jitter to a uniform grid.
 
 use core::fmt;
-use std::path::Path;
+use core::ops::Range;
 
-use super::error::BagError;
-use super::spec::{BagSpec, BagTime};
-
-/// Messages that are further apart than so many periods have lost some between them.
+/// Rows that are further apart than so many periods have lost some between them.
 const GAP: f64 = 2.5;
-/// The rate may be off by so much where the stamps tell it: what is resampled has the times of the stamps.
+/// The rate may be off by so much where the times tell it: what is resampled has these times.
 const RATE: f64 = 0.2;
-/// Stamps this near are on the grid \[s\].
+/// Times this near are on the grid \[s\].
 const ON_GRID_S: f64 = 1e-6;
 /// A cubic takes four points.
 const LEAST: usize = 4;
 
-/// A state of all joints.
-pub(super) struct Row {
-    pub(super) time_ns: u64,
-    /// Positions, then efforts.
-    pub(super) values: Vec<f64>,
+/// Why rows are no record of a rate.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TimesError {
+    /// All times are the same. Take another source of the time, or the rows as they come.
+    #[error(
+        "all times are the same; take another time, or none (in [data.bag]: `time` = \"log\" or \"rows\")"
+    )]
+    None,
+    /// Time goes back.
+    #[error(
+        "time goes back at {time_s:.3} s after the first (row {row}): two publishers of the same joints, or a clock that was set; record one of them"
+    )]
+    Backwards {
+        /// When, after the first \[s\].
+        time_s: f64,
+        /// Which row, from 1.
+        row: usize,
+    },
+    /// Another rate than stated.
+    #[error(
+        "{found_hz:.2} samples a second, and {stated_hz} are stated; state the rate that was recorded (rate_hz)"
+    )]
+    Rate {
+        /// By the median distance \[Hz\].
+        found_hz: f64,
+        /// As stated \[Hz\].
+        stated_hz: f64,
+    },
+    /// Too few rows.
+    #[error("fewer than {LEAST} samples in one piece")]
+    TooShort,
 }
 
-/// What had to be done to messages for a uniform grid.
+/// What had to be done to rows for a uniform grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resampled {
-    /// How far the stamps were off the grid: root mean square \[s\].
+    /// How far the times were off the grid: root mean square \[s\].
     pub rms_s: f64,
     /// At most \[s\].
     pub largest_s: f64,
-    /// Messages that said again what the one before did.
+    /// Rows that said again what the one before did.
     pub repeated: usize,
-    /// Pieces between losses; the longest one counts.
-    pub pieces: usize,
-    /// When that begins, after the first message \[s\].
-    pub begins_s: f64,
-    /// How long it lasts \[s\].
-    pub lasts_s: f64,
 }
 
 impl Resampled {
-    /// Whether the messages were on the grid, all of them.
+    /// Whether the rows were on the grid, all of them.
     pub fn is_nothing(&self) -> bool {
-        self.largest_s < ON_GRID_S && self.repeated == 0 && self.pieces <= 1
+        self.largest_s < ON_GRID_S && self.repeated == 0
     }
 }
 
@@ -51,115 +68,155 @@ impl fmt::Display for Resampled {
         let (rms, largest) = (1e3 * self.rms_s, 1e3 * self.largest_s);
         write!(
             f,
-            "stamps are {rms:.3} ms off a uniform grid in the root mean square, {largest:.3} ms at most, and are resampled"
+            "the times are {rms:.3} ms off a uniform grid in the root mean square, {largest:.3} ms at most; the signals are resampled"
         )?;
         if self.repeated > 0 {
-            write!(f, "; {} messages repeat the one before and are left out", self.repeated)?;
-        }
-        if self.pieces > 1 {
-            let (pieces, begins, lasts) = (self.pieces, self.begins_s, self.lasts_s);
-            write!(
-                f,
-                "; messages are missing: of {pieces} pieces the longest counts, {lasts:.3} s from {begins:.3} s on"
-            )?;
+            write!(f, "; {} rows repeat the one before and are left out", self.repeated)?;
         }
         Ok(())
     }
 }
 
-/// The columns of the longest whole piece on a grid of the stated rate, by cubics through the four nearest messages.
-pub(super) fn resample(
-    path: &Path,
-    mut rows: Vec<Row>,
-    spec: &BagSpec,
-) -> Result<(Vec<Vec<f64>>, Resampled), BagError> {
-    let file = || path.to_path_buf();
-    let too_short = || BagError::TooShort { file: file(), least: LEAST };
-    let mut resampled = Resampled::default();
-    let width = 2 * spec.joints.len();
-    let period_s = 1.0 / spec.rate_hz;
-    if spec.time == BagTime::Rows {
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
-        let lasts_s = rows.len() as f64 * period_s;
-        resampled = Resampled { pieces: 1, lasts_s, ..resampled };
-        let columns = (0..width).map(|k| rows.iter().map(|row| row.values[k]).collect());
-        return if rows.len() < LEAST {
-            Err(too_short())
-        } else {
-            Ok((columns.collect(), resampled))
-        };
+/// Columns of one length, with the times of their rows.
+pub(crate) struct Rows {
+    /// After any instant \[s\].
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+/// A whole piece on the grid.
+pub(crate) struct Uniform {
+    /// After the first row of all \[s\].
+    pub(crate) begins_s: f64,
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+/// The whole pieces on grids of the stated rate, by cubics through the four nearest rows.
+///
+/// # Errors
+/// [`TimesError`].
+pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resampled), TimesError> {
+    let period_s = 1.0 / rate_hz;
+    let first_s = rows.times_s.first().copied().unwrap_or_default();
+    if rows.times_s.len() > 1 && rows.times_s.iter().all(|time| *time <= first_s) {
+        return Err(TimesError::None);
     }
-    let first_ns = rows.first().map_or(0, |row| row.time_ns);
-    #[expect(clippy::cast_precision_loss, reason = "times after the first")]
-    let seconds = |time_ns: u64| time_ns.saturating_sub(first_ns) as f64 * 1e-9;
-    if rows.len() > 1 && rows.iter().all(|row| row.time_ns == first_ns) {
-        return Err(BagError::NoTime { file: file() });
+    let backwards = |row: &usize| {
+        let step = rows.times_s[*row] - rows.times_s[*row - 1];
+        step < 0.0 || (step <= 0.0 && rows.changed(*row) > 0)
+    };
+    if let Some(row) = (1..rows.times_s.len()).find(backwards) {
+        return Err(TimesError::Backwards { time_s: rows.times_s[row] - first_s, row: row + 1 });
     }
-    let before = rows.len();
-    rows.dedup_by(|later, earlier| {
-        later.time_ns == earlier.time_ns && later.values == earlier.values
-    });
-    resampled.repeated = before - rows.len();
-    if let Some(pair) = rows.windows(2).find(|pair| pair[1].time_ns <= pair[0].time_ns) {
-        return Err(BagError::Backwards { file: file(), time_s: seconds(pair[1].time_ns) });
-    }
-    let times: Vec<f64> = rows.iter().map(|row| seconds(row.time_ns)).collect();
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (Rows { times_s, columns }, repeated) = without_repeats(rows, period_s);
+    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if steps.is_empty() {
-        return Err(too_short());
+        return Err(TimesError::TooShort);
     }
-    let whole = |step: &f64| *step <= GAP * period_s;
-    // The longest piece without a gap.
-    let (mut longest, mut begin) = (0..0, 0);
-    for end in 1..=times.len() {
-        if end == times.len() || !whole(&steps[end - 1]) {
-            resampled.pieces += 1;
-            if end - begin > longest.len() {
-                longest = begin..end;
-            }
+    let mut pieces: Vec<Range<usize>> = Vec::new();
+    let mut begin = 0;
+    for end in 1..=times_s.len() {
+        if steps.get(end - 1).is_none_or(|step| *step > GAP * period_s) {
+            pieces.push(begin..end);
             begin = end;
         }
     }
     steps.sort_unstable_by(f64::total_cmp);
     let found_hz = 1.0 / steps[steps.len() / 2];
-    if (found_hz / spec.rate_hz - 1.0).abs() > RATE {
-        return Err(BagError::Rate { file: file(), found_hz, stated_hz: spec.rate_hz });
+    if (found_hz / rate_hz - 1.0).abs() > RATE {
+        return Err(TimesError::Rate { found_hz, stated_hz: rate_hz });
     }
-    if longest.len() < LEAST {
-        return Err(too_short());
+    pieces.retain(|piece| piece.len() >= LEAST);
+    if pieces.is_empty() {
+        return Err(TimesError::TooShort);
     }
-    let (times, rows) = (&times[longest.clone()], &rows[longest]);
+    let mut off = Off::default();
+    let on_grid = |piece: Range<usize>| {
+        let times = &times_s[piece.clone()];
+        let columns: Vec<&[f64]> = columns.iter().map(|column| &column[piece.clone()]).collect();
+        let columns = interpolated(times, &columns, period_s, &mut off);
+        Uniform { begins_s: times[0] - first_s, columns }
+    };
+    let pieces = pieces.into_iter().map(on_grid).collect();
+    let (rms_s, largest_s) = (off.rms_s(), off.largest_s);
+    Ok((pieces, Resampled { rms_s, largest_s, repeated }))
+}
+
+impl Rows {
+    /// In how many columns a row is another than the one before.
+    #[expect(clippy::float_cmp, reason = "what was sent again is the same to the bit")]
+    fn changed(&self, row: usize) -> usize {
+        self.columns.iter().filter(|column| column[row] != column[row - 1]).count()
+    }
+}
+
+/// Without rows that came twice, and without states that were sent again: a row alone that is in all columns what the one
+/// before was, where most columns change from one row to the next. Their number beside them.
+fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
+    let (count, times_s) = (rows.times_s.len(), &rows.times_s);
+    let moves = |row: usize| 2 * rows.changed(row) > rows.columns.len();
+    let repeats = |row: usize| -> bool {
+        if row == 0 || rows.changed(row) > 0 {
+            return false;
+        }
+        let again = times_s[row] <= times_s[row - 1];
+        let alone = row > 1 && row + 1 < count && moves(row - 1) && moves(row + 1);
+        again || (alone && times_s[row + 1] - times_s[row - 1] <= GAP * period_s)
+    };
+    let kept: Vec<usize> = (0..count).filter(|row| !repeats(*row)).collect();
+    let repeated = count - kept.len();
+    if repeated == 0 {
+        return (rows, 0);
+    }
+    let of = |column: &Vec<f64>| -> Vec<f64> { kept.iter().map(|row| column[*row]).collect() };
+    (Rows { times_s: of(times_s), columns: rows.columns.iter().map(of).collect() }, repeated)
+}
+
+/// How far times are off the grid.
+#[derive(Default)]
+struct Off {
+    squares: f64,
+    count: f64,
+    largest_s: f64,
+}
+
+impl Off {
+    fn add(&mut self, off_s: f64) {
+        self.squares += off_s * off_s;
+        self.count += 1.0;
+        self.largest_s = self.largest_s.max(off_s);
+    }
+
+    fn rms_s(&self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
+}
+
+fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off) -> Vec<Vec<f64>> {
     let (start, end) = (times[0], times[times.len() - 1]);
-    (resampled.begins_s, resampled.lasts_s) = (start, end - start);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "at most MAX_SAMPLES"
     )]
     let count = ((end - start) / period_s + 1e-6).floor() as usize + 1;
-    let mut columns = vec![Vec::with_capacity(count); width];
-    let (mut at, mut squares) = (0, 0.0);
+    let mut on_grid = vec![Vec::with_capacity(count); columns.len()];
+    let mut at = 0;
     for k in 0..count {
         #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
         let time = start + k as f64 * period_s;
         while at + 2 < times.len() && times[at + 1] <= time {
             at += 1;
         }
-        let off = (times[at] - time).abs().min((times[at + 1] - time).abs());
-        squares += off * off;
-        resampled.largest_s = resampled.largest_s.max(off);
+        off.add((times[at] - time).abs().min((times[at + 1] - time).abs()));
         let from = at.saturating_sub(1).min(times.len() - LEAST);
         let weights = cubic(&times[from..from + LEAST], time);
-        for (column, k) in columns.iter_mut().zip(0..) {
-            let near = rows[from..from + LEAST].iter().zip(weights);
-            column
-                .push(near.map(|(row, weight): (&Row, f64)| weight * row.values[k as usize]).sum());
+        for (on_grid, column) in on_grid.iter_mut().zip(columns) {
+            let near = column[from..from + LEAST].iter().zip(weights);
+            on_grid.push(near.map(|(value, weight)| weight * value).sum());
         }
     }
-    #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
-    let mean = squares / count as f64;
-    resampled.rms_s = mean.sqrt();
-    Ok((columns, resampled))
+    on_grid
 }
 
 /// The weights of four points in the cubic through them (Lagrange).
@@ -168,4 +225,61 @@ fn cubic(times: &[f64], time: f64) -> [f64; LEAST] {
         let others = times.iter().enumerate().filter(|(other, _)| *other != k);
         others.map(|(_, other)| (time - other) / (times[k] - other)).product()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sine at 100 Hz whose times are off by up to a fifth of a period.
+    fn rows(of: impl Iterator<Item = u32>) -> Rows {
+        let times_s: Vec<f64> =
+            of.map(|k| 0.01 * (f64::from(k) + 0.2 * (f64::from(k) * 1.7).sin())).collect();
+        let columns = vec![times_s.iter().map(|t| (3.0 * t).sin()).collect(), times_s.clone()];
+        Rows { times_s, columns }
+    }
+
+    #[test]
+    fn what_is_missing_cuts_and_what_jitters_is_resampled() {
+        let (pieces, resampled) =
+            resample(rows((0..400).filter(|k| !(100..103).contains(k))), 100.0).unwrap();
+        let starts: Vec<f64> =
+            pieces.iter().map(|piece| (piece.begins_s * 100.0).round()).collect();
+        assert_eq!(starts, [0.0, 103.0]);
+        assert!((1e-3..2e-3).contains(&resampled.rms_s), "{resampled}");
+        for piece in &pieces {
+            assert!(piece.columns[0].len() > 98);
+            for (sine, time) in piece.columns[0].iter().zip(&piece.columns[1]) {
+                assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_state_that_is_sent_again_in_motion_is_left_out_and_rest_is_not() {
+        let mut moving = rows(0..50);
+        for column in &mut moving.columns {
+            column[20] = column[19];
+        }
+        let (pieces, resampled) = resample(moving, 100.0).unwrap();
+        assert_eq!(resampled.repeated, 1);
+        assert!((pieces[0].columns[0][20] - (3.0 * pieces[0].columns[1][20]).sin()).abs() < 1e-6);
+        let mut resting = rows(0..50);
+        resting.columns.iter_mut().for_each(|column| column.fill(1.0));
+        assert_eq!(resample(resting, 100.0).unwrap().1.repeated, 0);
+    }
+
+    #[test]
+    fn times_of_no_record_are_refused() {
+        let refused = |rows: Rows, rate_hz| resample(rows, rate_hz).err().unwrap();
+        let mut back = rows(0..50);
+        back.times_s.swap(30, 31);
+        assert!(matches!(refused(back, 100.0), TimesError::Backwards { row: 32, .. }));
+        let mut stopped = rows(0..50);
+        stopped.times_s.fill(7.0);
+        assert_eq!(refused(stopped, 100.0), TimesError::None);
+        assert!(matches!(refused(rows(0..50), 250.0), TimesError::Rate { .. }));
+        assert_eq!(refused(rows(0..3), 100.0), TimesError::TooShort);
+        assert_eq!(refused(rows(0..0), 100.0), TimesError::TooShort);
+    }
 }

@@ -11,7 +11,7 @@ use didim_drivers::source::SourceError;
 use super::rate::{RateError, measurement};
 use crate::cell::{Cell, CellBus, CellError};
 use crate::live::recording::open_log;
-use didim_formats::{MAX_SAMPLES, Measurement};
+use didim_formats::{MAX_SAMPLES, Piece, Record, Resampled};
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
@@ -42,23 +42,6 @@ pub enum LogError {
         /// What was counted.
         losses: Box<Losses>,
     },
-    /// Bus cycles without a complete sample inside the measurement: cut the log there.
-    #[error(
-        "{}: {missing} bus cycles are missing after sample {after} ({:.3} s after the first); cut the log there. Not used, by cause: {}",
-        file.display(), time_s, causes(losses)
-    )]
-    Gap {
-        /// The log.
-        file: PathBuf,
-        /// The last sample before the gap, counted from the first.
-        after: u64,
-        /// Cycles missing.
-        missing: u64,
-        /// Time of that sample after the first \[s\].
-        time_s: f64,
-        /// What was counted.
-        losses: Box<Losses>,
-    },
     /// The stamps tell another sample rate than the layout, or none.
     #[error("{}: {source}", file.display())]
     Rate {
@@ -75,21 +58,30 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole candump log or MCAP recording as one measurement without gaps, motor side.
+/// Reads a whole candump log or MCAP recording, motor side, cut where bus cycles are missing.
 ///
 /// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
 /// measurement begins with the second one.
 ///
 /// # Errors
 /// See [`LogError`].
-pub fn read_log(path: &Path, cell: &Cell) -> Result<Measurement, LogError> {
+pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
     let mut samples = read_samples(path, bus)?;
     if bus.layout.has_reference() {
         drop_before_reference(path, &mut samples);
     }
-    measurement(&samples, &bus.layout)
-        .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })
+    let first = samples.first().map_or(0, |sample| sample.sequence);
+    let piece = |samples: &[JointSample]| {
+        let measurement = measurement(samples, &bus.layout)
+            .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
+        let cycles = samples.first().map_or(0, |sample| sample.sequence - first);
+        #[expect(clippy::cast_precision_loss, reason = "cycles are far fewer than 2^52")]
+        let begins_s = cycles as f64 * bus.layout.period_ns() * 1e-9;
+        Ok(Piece { begins_s, measurement })
+    };
+    let pieces = samples.chunk_by(|one, next| next.sequence == one.sequence + 1).map(piece);
+    Ok(Record { pieces: pieces.collect::<Result<_, LogError>>()?, resampled: Resampled::default() })
 }
 
 /// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none.
@@ -133,22 +125,16 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError
     }
     let losses = Box::new(*of_log.losses());
     drop(of_log);
-    let Some(first) = samples.first().map(|s| s.sequence) else {
+    if samples.is_empty() {
         let expected = bus.layout.messages().iter().map(|message| message.format.id).collect();
         return Err(LogError::NoSample { file: file(), expected, found, losses });
-    };
-    let gap = samples.windows(2).find(|pair| pair[1].sequence != pair[0].sequence + 1);
-    if let Some([before, after]) = gap {
-        let position = before.sequence.saturating_sub(first);
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
-        let time_s = position as f64 * bus.layout.period_ns() * 1e-9;
-        return Err(LogError::Gap {
-            file: file(),
-            after: position,
-            missing: after.sequence.saturating_sub(before.sequence).saturating_sub(1),
-            time_s,
-            losses,
-        });
+    }
+    if samples.windows(2).any(|pair| pair[1].sequence != pair[0].sequence + 1) {
+        tracing::warn!(
+            "{}: bus cycles are missing; not used, by cause: {}",
+            path.display(),
+            causes(&losses)
+        );
     }
     Ok(samples)
 }

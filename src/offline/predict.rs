@@ -177,10 +177,9 @@ impl StoredModel {
     pub fn predict(
         &self,
         cell: &Cell,
-        measurement: &Measurement,
-        counted: Range<usize>,
+        measurements: &[(&Measurement, Range<usize>)],
     ) -> Result<Prediction, IdentifyError> {
-        let experiment = joined(cell, &[(measurement, counted)])?;
+        let experiment = joined(cell, measurements)?;
         let [parameters, kept] = [&self.parameters, &self.kept]
             .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>());
         let uncertainty = self.uncertainty.as_ref();

@@ -31,7 +31,7 @@ const ORDER: [(&str, &str); 9] = [
     (
         "cli/src",
         "lib baseline capture check compare convert demo history manual metrics note predict reload replay robot run study \
-         top window convert_frames identify choices sim outcome state status output error",
+         top window convert_frames identify choices input sim outcome state status output error",
     ),
 ];
 

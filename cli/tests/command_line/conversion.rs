@@ -11,7 +11,7 @@ fn cell(path: &str) -> Cell {
 }
 
 fn csv(path: &str) -> Measurement {
-    read_csv(path.as_ref(), None, None).unwrap()
+    read_csv(path.as_ref(), None).unwrap()
 }
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
@@ -96,8 +96,8 @@ fn the_reference_of_the_next_sync_survives() {
     first.done();
     didim(&["convert", "--cell", &cell_file, &table, &log]).done();
     let cell = cell(&cell_file);
-    let [before, after] =
-        [&data().cia402_log, &log].map(|file| read_log(file.as_ref(), &cell).unwrap().signals);
+    let [before, after] = [&data().cia402_log, &log]
+        .map(|file| read_log(file.as_ref(), &cell).unwrap().into_whole().unwrap().signals);
     assert_eq!((before.position_rad[0].len(), after.position_rad[0].len()), (3969, 3968));
     // The same drive units, one cycle later.
     for (before, after) in [
@@ -146,7 +146,7 @@ fn joint_side_tables_become_motor_side_logs() {
     let file = std::fs::File::create(&table).unwrap();
     didim_formats::write_csv(&recording, file, table.as_ref()).unwrap();
     didim(&["convert", "--cell", &packed_cell(), &table, &log]).done();
-    assert_eq!(read_log(log.as_ref(), &cell).unwrap(), motor);
+    assert_eq!(read_log(log.as_ref(), &cell).unwrap(), motor.into());
 }
 
 /// The same drives described by a DBC file and by their device file: a log gives the same samples, and

@@ -46,8 +46,20 @@ fn a_malformed_line() {
 
 #[test]
 fn a_log_with_a_gap() {
-    let gap = |lines: &mut Vec<String>| drop(lines.drain(10_000..10_005));
-    refused(gap, &["5 bus cycles are missing after sample 9999", "2.000 s", "cut the log there"]);
+    let text = std::fs::read_to_string(&data().packed_log).unwrap();
+    let mut lines: Vec<&str> = text.split_inclusive('\n').collect();
+    drop(lines.drain(10_000..10_005));
+    let folder = Folder::new();
+    let (log, csv) = (folder.file("cut.log", &lines.concat()), folder.path("out.csv"));
+    let cell = packed_cell();
+    let cut = [
+        "bus cycles are missing; not used, by cause: ",
+        "counter gap 5",
+        "2 whole pieces: 0.000 to 2.000 s",
+    ];
+    didim(&["identify", "--cell", &cell, "--input", &log]).says(0, &cut);
+    didim(&["convert", "--cell", &cell, &log, &csv]).refused(1, &["convert whole pieces"]);
+    assert_eq!(folder.names(), ["cut.log"]);
 }
 
 #[test]

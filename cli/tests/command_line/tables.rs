@@ -8,6 +8,10 @@ fn table() -> Vec<Vec<String>> {
     text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
+fn text_of_all() -> String {
+    std::fs::read_to_string(&data().packed_csv).unwrap()
+}
+
 fn text(table: &[Vec<String>]) -> String {
     table.iter().map(|row| row.join(",") + "\n").collect()
 }
@@ -79,12 +83,51 @@ fn columns_that_are_missing_or_not_known() {
 
 #[test]
 fn time_that_does_not_advance_evenly() {
-    refused(
-        |table| drop(table.drain(3_000..3_004)),
-        &["line 3001", "leaves the uniform grid of 5000.0", "missing or repeated", "cut it"],
-    );
-    refused(|table| table.swap(3_000, 3_001), &["line 3001", "leaves the uniform grid"]);
+    refused(|table| table.swap(3_000, 3_001), &["time goes back", "row 3001"]);
     refused_with(&["--sample-rate", "4000"], |_| (), &["5000.0", "4000", "leave the option out"]);
+}
+
+/// Rows are missing: the whole pieces are identified together, as they are from files of their own.
+#[test]
+fn a_table_with_a_gap_is_cut_there() {
+    let whole = text_of_all();
+    let rows: Vec<&str> = whole.split_inclusive('\n').collect();
+    let (header, end) = (rows[0], rows.len());
+    let folder = Folder::new();
+    let file = |name: &str, parts: &[std::ops::Range<usize>]| {
+        let rows = parts.iter().flat_map(|part| &rows[part.clone()]).copied();
+        folder.file(name, &std::iter::once(header).chain(rows).collect::<String>())
+    };
+    let middle = end / 2;
+    let cut = file("cut.csv", &[1..middle, middle + 7..end]);
+    let (first, second) = (file("first.csv", &[1..middle]), file("second.csv", &[middle + 7..end]));
+    let identify = |inputs: &[&str]| {
+        let mut arguments = vec!["identify", "--json", "--cell"];
+        let cell = packed_cell();
+        arguments.push(&cell);
+        inputs.iter().for_each(|input| arguments.extend(["--input", input]));
+        didim(&arguments)
+    };
+    let found = identify(&[&cut]);
+    assert!(found.stderr.contains("samples are missing"), "{}", found.stderr);
+    assert!(found.stderr.contains("2 whole pieces: 0.000 to "), "{}", found.stderr);
+    let parameters = |json: String| -> serde_json::Value {
+        let all: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(all["recordings"].as_array().unwrap().len(), 2);
+        all["parameters"].clone()
+    };
+    let both = parameters(identify(&[&first, &second]).done());
+    let of_cut = parameters(found.done());
+    assert!(both.as_array().unwrap().len() > 10);
+    // The rows around the gap are the same to the bit, its times are rounded.
+    for (a, b) in both.as_array().unwrap().iter().zip(of_cut.as_array().unwrap()) {
+        let of = |one: &serde_json::Value, key: &str| one[key].as_f64().unwrap();
+        let apart = (of(a, "value") - of(b, "value")).abs() / of(a, "standard_deviation");
+        assert!(apart < 1e-3, "{a} {b}");
+    }
+    let csv = folder.path("out.csv");
+    let says = ["cut.csv", "samples are missing", "convert whole pieces"];
+    didim(&["convert", "--cell", &packed_cell(), &cut, &csv]).refused(1, &says);
 }
 
 #[test]

@@ -68,6 +68,11 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// `std_msgs/msg/String`.
+pub(super) fn text(message: &[u8]) -> Result<String, Malformed> {
+    Reader::new(message)?.text()
+}
+
 impl JointState {
     pub(super) fn read(message: &[u8]) -> Result<Self, Malformed> {
         let mut reader = Reader::new(message)?;

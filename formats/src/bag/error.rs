@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::uniform::TimesError;
+
 /// Why a bag is no measurement. Every variant names the file; times are those of the messages \[s\].
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
@@ -81,42 +83,18 @@ pub enum BagError {
         /// When.
         time_s: f64,
     },
-    /// All stamps are the same.
-    #[error("{}: the messages have no stamps of their own; set `time` in [data.bag] to \"log\" or \"rows\"", file.display())]
-    NoTime {
+    /// The times of the messages are none of a record.
+    #[error("{}: {source}", file.display())]
+    Times {
         /// The file.
         file: PathBuf,
-    },
-    /// Time goes back.
-    #[error("{}: time goes back at {time_s:.3} s: two publishers of the same joints, or a clock that was set; record one of them", file.display())]
-    Backwards {
-        /// The file.
-        file: PathBuf,
-        /// When.
-        time_s: f64,
-    },
-    /// Another rate than stated.
-    #[error("{}: {found_hz:.2} messages a second, and `data.rate_hz` is {stated_hz}; state the one that was recorded", file.display())]
-    Rate {
-        /// The file.
-        file: PathBuf,
-        /// By the median distance \[Hz\].
-        found_hz: f64,
-        /// As stated \[Hz\].
-        stated_hz: f64,
+        /// What is wrong with them.
+        source: TimesError,
     },
     /// More samples than are held in memory.
     #[error("{}: more samples than are held in memory; cut the bag", file.display())]
     TooLong {
         /// The file.
         file: PathBuf,
-    },
-    /// Too few samples.
-    #[error("{}: fewer than {least} messages in one piece", file.display())]
-    TooShort {
-        /// The file.
-        file: PathBuf,
-        /// At least so many.
-        least: usize,
     },
 }

@@ -1,8 +1,8 @@
 //! ROS 2 bags: MCAP files with joint states.
 
 mod cdr;
+mod contents;
 mod error;
-mod grid;
 mod mcap;
 mod spec;
 
@@ -11,14 +11,15 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+pub use contents::{BagContents, BagTopic, list_bag};
 use didim_core::identification::Signals;
 pub use error::BagError;
-pub use grid::Resampled;
 pub use spec::{BagSpec, BagTime};
 
 use crate::measurement::{MAX_SAMPLES, Measurement};
+use crate::record::Record;
+use crate::uniform::{Rows, TimesError, resample};
 use cdr::JointState;
-use grid::Row;
 use mcap::{Fault, Part};
 
 const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
@@ -30,34 +31,49 @@ const LISTED: usize = 12;
 struct Topic {
     joints: Vec<String>,
     messages: usize,
-    rows: Vec<Row>,
+    times_ns: Vec<u64>,
+    /// Positions, then efforts.
+    columns: Vec<Vec<f64>>,
 }
 
-/// Reads the joint states of a bag as one measurement at its rate, and says what had to be done for that.
+/// Reads the joint states of a bag at its rate, cut where messages are missing.
 ///
 /// # Errors
 /// [`BagError`].
-pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<(Measurement, Resampled), BagError> {
+pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     let mut topics = BTreeMap::new();
     for file in files(path)? {
         read_file(&file, spec, &mut topics)?;
     }
-    let (_, topic) = choose(path, topics, spec)?;
-    let (columns, resampled) = grid::resample(path, topic.rows, spec)?;
-    let joints = spec.joints.len();
-    let mut position: Vec<Vec<f64>> = columns;
-    let mut torque = position.split_off(joints);
-    for (torque, scale) in torque.iter_mut().zip(&spec.torque_scales) {
-        torque.iter_mut().for_each(|value| *value *= scale);
-    }
-    let signals = Signals {
-        sample_rate_hz: spec.rate_hz,
-        position_rad: position,
-        torque_nm: torque,
-        reference_rad: None,
+    let (_, Topic { times_ns, columns, .. }) = choose(path, topics, spec)?;
+    let measurement = |columns: Vec<Vec<f64>>| {
+        let mut position = columns;
+        let mut torque = position.split_off(spec.joints.len());
+        for (torque, scale) in torque.iter_mut().zip(&spec.torque_scales) {
+            torque.iter_mut().for_each(|value| *value *= scale);
+        }
+        let signals = Signals {
+            sample_rate_hz: spec.rate_hz,
+            position_rad: position,
+            torque_nm: torque,
+            reference_rad: None,
+        };
+        Measurement { side: spec.side, rate_unchecked: spec.time == BagTime::Rows, signals }
     };
-    let rate_unchecked = spec.time == BagTime::Rows;
-    Ok((Measurement { side: spec.side, rate_unchecked, signals }, resampled))
+    let wrong = |source| BagError::Times { file: path.to_path_buf(), source };
+    if spec.time == BagTime::Rows {
+        let enough = times_ns.len() > 1;
+        return enough.then(|| measurement(columns).into()).ok_or(wrong(TimesError::TooShort));
+    }
+    let first_ns = times_ns.first().copied().unwrap_or_default();
+    // Before the first is back, and said so.
+    #[expect(clippy::cast_precision_loss, reason = "differences to the first")]
+    let after = |time_ns: &u64| {
+        let apart = time_ns.abs_diff(first_ns) as f64 * 1e-9;
+        if *time_ns < first_ns { -apart } else { apart }
+    };
+    let rows = Rows { times_s: times_ns.iter().map(after).collect(), columns };
+    Ok(Record::resampled(resample(rows, spec.rate_hz).map_err(wrong)?, measurement))
 }
 
 /// The files of a bag: one, or those in its folder by their numbers (`drive_0.mcap`, `drive_1.mcap`).
@@ -103,35 +119,57 @@ fn read_file(
     spec: &BagSpec,
     topics: &mut BTreeMap<String, Topic>,
 ) -> Result<(), BagError> {
+    walk(path, &mut |Message { kind, topic: name, log_ns, data }| {
+        if kind != JOINT_STATE {
+            return Ok(());
+        }
+        let topic = topics.entry(name.to_owned()).or_default();
+        topic.messages += 1;
+        let state = JointState::read(data);
+        let state = state.map_err(|_| malformed(path, name, topic.messages))?;
+        topic.take(path, state, log_ns, spec)?;
+        Ok(())
+    })
+}
+
+fn malformed(path: &Path, topic: &str, number: usize) -> BagError {
+    BagError::Malformed { file: path.to_path_buf(), topic: topic.to_owned(), number }
+}
+
+/// A message of a bag, with its type and topic.
+struct Message<'a> {
+    kind: &'a str,
+    topic: &'a str,
+    log_ns: u64,
+    data: &'a [u8],
+}
+
+/// Hands every message of a file to `take`.
+fn walk(
+    path: &Path,
+    take: &mut impl FnMut(Message<'_>) -> Result<(), Stop>,
+) -> Result<(), BagError> {
     let file = File::open(path);
     let file = file.map_err(|source| BagError::Io { file: path.to_path_buf(), source })?;
-    // Schemas by their number, topics by that of their channel.
+    // Schemas by their number; types and topics by that of their channel.
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
-    let mut take = |part: Part<'_>| -> Result<(), Stop> {
+    let mut part = |part: Part<'_>| -> Result<(), Stop> {
         match part {
             Part::Schema { id, name } => {
-                schemas.insert(id, name == JOINT_STATE);
+                schemas.insert(id, name.to_owned());
             }
             Part::Channel { id, schema, topic } => {
-                if schemas.get(&schema) == Some(&true) {
-                    channels.insert(id, topic.to_owned());
-                }
+                let kind = schemas.get(&schema).cloned().unwrap_or_default();
+                channels.insert(id, (kind, topic.to_owned()));
             }
             Part::Message { channel, log_ns, data } => {
-                let Some(name) = channels.get(&channel) else { return Ok(()) };
-                let topic = topics.entry(name.clone()).or_default();
-                topic.messages += 1;
-                let state = JointState::read(data).map_err(|_| BagError::Malformed {
-                    file: path.to_path_buf(),
-                    topic: name.clone(),
-                    number: topic.messages,
-                })?;
-                topic.take(path, state, log_ns, spec)?;
+                let Some((kind, topic)) = channels.get(&channel) else { return Ok(()) };
+                take(Message { kind, topic, log_ns, data })?;
             }
         }
         Ok(())
     };
-    mcap::read(BufReader::new(file), &mut take).map_err(|stop| match stop {
+    mcap::read(BufReader::new(file), &mut part).map_err(|stop| match stop {
         Stop::Bag(error) => *error,
         Stop::File(Fault::Io(source)) => BagError::Io { file: path.to_path_buf(), source },
         Stop::File(fault) => {
@@ -180,24 +218,25 @@ impl Topic {
         let time_ns = match spec.time {
             BagTime::Header => state.stamp_ns,
             BagTime::Log => log_ns,
-            BagTime::Rows => self.rows.len() as u64,
+            BagTime::Rows => self.times_ns.len() as u64,
         };
-        let mut values = Vec::with_capacity(2 * places.len());
+        if self.times_ns.len() == MAX_SAMPLES {
+            return Err(BagError::TooLong { file: path.to_path_buf() });
+        }
+        self.columns.resize_with(2 * places.len(), Vec::new);
+        let mut columns = self.columns.iter_mut();
         for (what, of) in [("position", &state.position), ("effort", &state.effort)] {
-            for (place, joint) in places.iter().zip(&spec.joints) {
+            for ((place, joint), column) in places.iter().zip(&spec.joints).zip(&mut columns) {
                 let Some(value) = of.get(*place).copied().filter(|value| value.is_finite()) else {
                     #[expect(clippy::cast_precision_loss, reason = "for people")]
                     let time_s = time_ns as f64 * 1e-9;
                     let (file, joint) = (path.to_path_buf(), joint.clone());
                     return Err(BagError::Missing { file, joint, what, time_s });
                 };
-                values.push(value);
+                column.push(value);
             }
         }
-        if self.rows.len() == MAX_SAMPLES {
-            return Err(BagError::TooLong { file: path.to_path_buf() });
-        }
-        self.rows.push(Row { time_ns, values });
+        self.times_ns.push(time_ns);
         Ok(())
     }
 }
@@ -212,8 +251,10 @@ fn choose(
         .map(|(name, topic)| format!("{name} ({})", topic.joints.join(" ")))
         .collect();
     let wanted = |name: &String| spec.topic.as_ref().is_none_or(|wanted| wanted == name);
-    let mut fitting: Vec<(String, Topic)> =
-        topics.into_iter().filter(|(name, topic)| wanted(name) && !topic.rows.is_empty()).collect();
+    let mut fitting: Vec<(String, Topic)> = topics
+        .into_iter()
+        .filter(|(name, topic)| wanted(name) && !topic.times_ns.is_empty())
+        .collect();
     let file = path.to_path_buf();
     match fitting.len() {
         0 => {

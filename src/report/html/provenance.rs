@@ -29,8 +29,15 @@ pub struct Origin {
 /// Which samples a result comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SampleRange {
-    /// Those of a measurement that count, and its sample rate \[Hz\].
-    Measurement(Range<usize>, f64),
+    /// Those of a whole piece of a measurement.
+    Measurement {
+        /// Which count.
+        counted: Range<usize>,
+        /// Their rate \[Hz\].
+        rate_hz: f64,
+        /// When the piece begins, after the first sample of the measurement \[s\].
+        begins_s: f64,
+    },
     /// A window of the stream.
     Window(WindowProvenance),
 }
@@ -113,13 +120,16 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
 
 fn samples(samples: &SampleRange) -> Markup {
     match samples {
-        SampleRange::Measurement(counted, rate_hz) => html! {
+        SampleRange::Measurement { counted, rate_hz, begins_s } => html! {
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
+            @if *begins_s > 0.0 {
+                div { dt { "Samples are missing before" } dd { (format!("{begins_s:.3} s")) } }
+            }
             div { dt { "Samples that count" } dd {
                 (counted.start) " to " (counted.end.saturating_sub(1)) ", "
                 (seconds(counted.start, *rate_hz)) " to "
                 (seconds(counted.end.saturating_sub(1), *rate_hz))
-                " after the first"
+                " after the first" @if *begins_s > 0.0 { " of this piece" }
             } }
         },
         SampleRange::Window(window) => html! {

@@ -119,7 +119,7 @@ pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
     Origin {
         input: Some(input),
-        samples: SampleRange::Measurement(100..900, 1000.0),
+        samples: SampleRange::Measurement { counted: 100..900, rate_hz: 1000.0, begins_s: 0.0 },
         further: Vec::new(),
         note: None,
     }

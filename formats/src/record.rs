@@ -1,0 +1,89 @@
+//! A record: its whole pieces between losses, and what had to be done to it.
+
+use core::fmt;
+
+use crate::measurement::Measurement;
+use crate::uniform::{Resampled, Uniform};
+
+/// Pieces that are listed for people.
+const LISTED: usize = 6;
+
+/// A stretch of a record in which nothing is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// When it begins, after the first sample of the record \[s\].
+    pub begins_s: f64,
+    /// Its samples.
+    pub measurement: Measurement,
+}
+
+impl Piece {
+    /// The time of a sample, after the first of the record \[s\].
+    pub fn time_s(&self, sample: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        let sample = sample as f64;
+        self.begins_s + sample / self.measurement.signals.sample_rate_hz
+    }
+
+    /// The time of its last sample, after the first of the record \[s\].
+    pub fn ends_s(&self) -> f64 {
+        self.time_s(self.measurement.samples().saturating_sub(1))
+    }
+}
+
+/// What was recorded, cut where samples are missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// The pieces in their order; at least one.
+    pub pieces: Vec<Piece>,
+    /// What was done for a uniform grid.
+    pub resampled: Resampled,
+}
+
+impl Record {
+    pub(crate) fn resampled(
+        (pieces, resampled): (Vec<Uniform>, Resampled),
+        measurement: impl Fn(Vec<Vec<f64>>) -> Measurement,
+    ) -> Self {
+        let piece =
+            |Uniform { begins_s, columns }| Piece { begins_s, measurement: measurement(columns) };
+        Self { pieces: pieces.into_iter().map(piece).collect(), resampled }
+    }
+
+    /// All of it, where nothing is missing.
+    pub fn into_whole(mut self) -> Option<Measurement> {
+        let last = self.pieces.pop();
+        last.filter(|_| self.pieces.is_empty()).map(|piece| piece.measurement)
+    }
+
+    /// What has to be known of it, if anything.
+    pub fn notes(&self) -> Vec<String> {
+        let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());
+        let cut = (self.pieces.len() > 1).then(|| Cut(&self.pieces).to_string());
+        resampled.into_iter().chain(cut).collect()
+    }
+}
+
+impl From<Measurement> for Record {
+    /// One whole piece.
+    fn from(measurement: Measurement) -> Self {
+        let pieces = vec![Piece { begins_s: 0.0, measurement }];
+        Self { pieces, resampled: Resampled::default() }
+    }
+}
+
+struct Cut<'a>(&'a [Piece]);
+
+impl fmt::Display for Cut<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let listed = self.0.iter().take(LISTED);
+        let listed = listed.map(|of| format!("{:.3} to {:.3} s", of.begins_s, of.ends_s()));
+        let listed = listed.collect::<Vec<_>>().join(", ");
+        let more = if self.0.len() > LISTED { ", …" } else { "" };
+        write!(
+            f,
+            "samples are missing, and the record is cut there; {} whole pieces: {listed}{more}",
+            self.0.len()
+        )
+    }
+}
