@@ -4,6 +4,7 @@
 //!
 //! | room | what it is | uses |
 //! |---|---|---|
+//! | [`proposal`] | a cell file from an arm and a table or a bag of it | `cell`, `text` |
 //! | [`check`] | what would not work: a cell by itself, and this machine | all below |
 //! | [`service`] | the running service: its parts put together, supervision, status, metrics | all below |
 //! | [`report`] | results for people: terminal, HTML, figures | all below |
@@ -22,6 +23,7 @@ pub mod check;
 pub mod files;
 pub mod live;
 pub mod offline;
+pub mod proposal;
 pub mod report;
 pub mod service;
 pub mod signals;

@@ -14,6 +14,7 @@ mod arrows;
 mod manager;
 mod operations;
 mod paths;
+mod robots;
 mod service;
 mod status;
 mod stream;

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::output::print;
-use didim::cell::{Cell, CellError};
+use didim::cell::{Cell, CellError, OpenKey};
 use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
 use didim::text::significant;
 
@@ -40,11 +40,16 @@ struct Answer<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = match Cell::read_decided(&arguments.cell) {
+    let cell = match Cell::read(&arguments.cell) {
+        // What runs for years has to be of one model.
+        Ok(cell) if cell.bus().is_ok() => Cell::read_decided(&arguments.cell),
+        read => read,
+    };
+    let cell = match cell {
         Ok(cell) => cell,
         Err(error) => {
             if arguments.json {
-                print_json(None, &[refused(&error)])?;
+                print_json(None, &refused(&error))?;
             }
             return Err(CliError::configuration(error));
         }
@@ -76,9 +81,16 @@ fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> 
     print(&format!("{json}\n"))
 }
 
-/// What could not be read, as a finding.
-fn refused(error: &CellError) -> Finding {
+/// What could not be read, as findings.
+fn refused(error: &CellError) -> Vec<Finding> {
     let key = match error {
+        CellError::Open { open, .. } => {
+            let finding = |key: &OpenKey| {
+                let what = key.what.clone().unwrap_or_else(|| "no value".to_owned());
+                Finding::error(&key.key, what, format!("put a value into line {}", key.line))
+            };
+            return open.iter().map(finding).collect();
+        }
         CellError::Value { key, .. } | CellError::Named { key, .. } => key,
         CellError::Robot { .. } | CellError::Urdf { .. } | CellError::BaseParameters { .. } => {
             "robot"
@@ -89,7 +101,7 @@ fn refused(error: &CellError) -> Finding {
         CellError::NoBus { .. } => "bus",
         CellError::Read { .. } | CellError::Cell { .. } => "",
     };
-    Finding::error(key, error.to_string(), "correct the file and check again")
+    vec![Finding::error(key, error.to_string(), "correct the file and check again")]
 }
 
 fn text(cell: &Cell, own: &[Finding], here: &[Finding], elsewhere: bool) -> String {

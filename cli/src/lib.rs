@@ -17,6 +17,7 @@ mod identify;
 mod input;
 mod manual;
 mod metrics;
+mod new;
 mod note;
 mod outcome;
 mod output;
@@ -67,6 +68,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
     Study(study::Arguments),
+    /// Write a cell file from a URDF and a table or a bag: what is found, assumed and missing
+    New(new::Arguments),
     /// Show the arm that a robot file or a URDF describes: axes, reach, base parameters, a picture
     Robot(robot::Arguments),
     /// Convert between a CSV experiment, a candump log and an MCAP recording
@@ -134,6 +137,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::execute(&arguments),
         Command::Sim(arguments) => sim::execute(&arguments),
         Command::Replay(arguments) => replay::execute(&arguments),
+        Command::New(arguments) => new::execute(&arguments),
         Command::Robot(arguments) => robot::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
         Command::Predict(arguments) => predict::execute(&arguments),

@@ -125,7 +125,19 @@ fn what_is_wrong_with_the_columns_is_said_by_key() {
         (DATA.replace("A{axis} pos", "pos"), "`pos` is one column for 6 axes"),
         (DATA.replace("\"m0\", ", ""), "`columns` has 5 names for 6 axes"),
         (DATA.replace("\"deg\"", "\"mNm\""), "the unit \"mNm\" for axis 1; use \"rad\" or \"deg\""),
-        (DATA.replace("\"mNm\"", "\"A\""), "the unit \"A\" for axis 1; use \"Nm\" or \"mNm\""),
+        (DATA.replace("\"mNm\"", "\"A\""), "has the unit \"A\"; give `per_ampere`"),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = \"Nm\", per_ampere = 2.0"),
+            "has `per_ampere`, which belongs to",
+        ),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = \"A\", per_ampere = [2.0]"),
+            "`per_ampere` has another number",
+        ),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = \"C\""),
+            "the unit \"C\" for axis 1; use \"Nm\" or \"mNm\" or \"A\"",
+        ),
         (
             DATA.replace("\"ms\"", "\"min\""),
             "the unit \"min\"; use \"s\", \"ms\", \"us\" or \"ns\"",
@@ -344,6 +356,10 @@ fn a_bag_of_ros_2_identifies_as_the_same_recording_does() {
             [&found, &expected].map(|of| of["parameters"][k]["value"].as_f64().unwrap());
         assert!((one - other).abs() < 1e-7 * other.abs().max(1e-2), "{k}: {one} {other}");
     }
+    // Currents, of which each ampere is a thousandth of a newton metre.
+    let currents = cell(&BAG.replace("unit = \"mNm\"", "unit = \"A\", per_ampere = 0.001"));
+    let of_currents = identify(&currents.path().join("cell.toml"), [&at("a.mcap"), &at("b")]);
+    assert_eq!(of_currents["parameters"], found["parameters"]);
     let said = succeed(&[&"check", &"--cell", &at("cell.toml")]);
     assert!(said.contains("no bus: ROS 2 bags, 250 samples/s"), "{said}");
     assert!(!said.contains("window."), "{said}");
@@ -356,7 +372,7 @@ fn a_bag_of_ros_2_identifies_as_the_same_recording_does() {
     for (section, expected) in [
         (BAG.replace("\"A6\"", "\"A5\""), "names `A5` twice"),
         (BAG.replace(", \"A6\"", ""), "has 5 names for 6 axes"),
-        (BAG.replace("\"mNm\"", "\"A\""), "the unit \"A\" for axis 1"),
+        (BAG.replace("\"mNm\"", "\"A\""), "give `per_ampere`"),
         (BAG.replace("effort = ", "efforts = "), "efforts"),
     ] {
         let said = refused(&section);

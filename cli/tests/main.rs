@@ -15,6 +15,7 @@ mod command_line;
 mod data;
 mod known_torques;
 mod metrics;
+mod new;
 mod pipeline;
 mod privileges;
 mod real_arms;

@@ -180,9 +180,10 @@ pub fn read_table(
     columns: Option<&Columns>,
 ) -> Result<Record, CsvError> {
     let mut table = read(path, sample_rate_hz, columns)?;
+    let Table { side, axes, resolution_s, .. } = table;
     match rate(&table, sample_rate_hz, path) {
-        Ok(rate) => Ok(table.measurement(rate).into()),
-        Err(CsvError::NotUniform { .. }) => {
+        Ok(rate) if !table.jitters() => Ok(table.measurement(rate).into()),
+        Ok(_) | Err(CsvError::NotUniform { .. }) => {
             let times_s = table.time.take().unwrap_or_default();
             let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
             let rate = sample_rate_hz.unwrap_or(nominal_hz);
@@ -190,8 +191,8 @@ pub fn read_table(
                 .map_err(|source| CsvError::Times { file: path.to_path_buf(), source })?;
             Ok(Record::resampled(uniform, |columns| {
                 let mut columns = columns.into_iter();
-                let signals = [(); 3].map(|()| columns.by_ref().take(table.axes).collect());
-                Table { side: table.side, axes: table.axes, time: None, signals }.measurement(rate)
+                let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
+                Table { side, axes, time: None, resolution_s, signals }.measurement(rate)
             }))
         }
         Err(error) => Err(error),
@@ -229,17 +230,46 @@ pub fn list_table(path: &Path) -> Result<TableNames, CsvError> {
     Ok(TableNames { columns, own })
 }
 
-/// A table as it stands in the file, in SI units.
-struct Table {
-    side: Side,
-    axes: usize,
-    /// \[s\]
-    time: Option<Vec<f64>>,
-    /// By quantity and axis; no reference where there is none.
-    signals: [Vec<Vec<f64>>; 3],
+/// Reads a table without asking for a rate: its rows as they come.
+///
+/// # Errors
+/// See [`CsvError`].
+pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, CsvError> {
+    // Any rate: it is not looked at.
+    read(path, Some(1.0), columns)
 }
 
+/// A table as it stands in the file, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    side: Side,
+    axes: usize,
+    /// The time of each row, where there is one \[s\].
+    pub time: Option<Vec<f64>>,
+    /// What the last digit of the finest of them is worth \[s\].
+    resolution_s: f64,
+    /// Positions, torques and references by axis; no references where there are none.
+    pub signals: [Vec<Vec<f64>>; 3],
+}
+
+/// Times that are off the grid by less of a period are on it for whoever derives positions.
+const STILL: f64 = 0.01;
+
 impl Table {
+    /// Whether its times are off a uniform grid by more than the digits that they are written with.
+    #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
+    fn jitters(&self) -> bool {
+        let Some([first, .., last]) = self.time.as_deref() else { return false };
+        let times = self.time.as_deref().unwrap_or_default();
+        let period = (last - first) / (times.len() - 1) as f64;
+        let off = times
+            .iter()
+            .enumerate()
+            .map(|(row, time)| (time - (first + row as f64 * period)).abs());
+        self.resolution_s > 0.0
+            && off.fold(0.0, f64::max) > (2.0 * self.resolution_s).max(STILL * period)
+    }
+
     fn measurement(self, sample_rate_hz: f64) -> Measurement {
         let [position_rad, torque_nm, reference] = self.signals;
         let reference_rad = (!reference.is_empty()).then_some(reference);
@@ -306,7 +336,7 @@ fn parse(
         return Err(CsvError::NoTime { file: file() });
     }
 
-    let mut time = Vec::new();
+    let (mut time, mut resolution_s) = (Vec::new(), f64::INFINITY);
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
     if !header.has_reference {
         signals[Quantity::Reference as usize].clear();
@@ -333,7 +363,11 @@ fn parse(
                     text: text.to_owned(),
                 })?;
             match *column {
-                Column::Time => time.push(value * columns.map_or(1.0, Columns::time_scale)),
+                Column::Time => {
+                    let scale = columns.map_or(1.0, Columns::time_scale);
+                    time.push(value * scale);
+                    resolution_s = resolution_s.min(scale * resolution(text));
+                }
                 Column::Signal(quantity, axis) => {
                     let scale = columns.map_or(1.0, |columns| columns.scale(quantity, axis));
                     signals[quantity as usize][axis].push(value * scale);
@@ -346,7 +380,16 @@ fn parse(
         return Err(CsvError::TooShort { file: file() });
     }
     let time = header.has_time.then_some(time);
-    Ok(Table { side: header.side, axes: header.axes, time, signals })
+    Ok(Table { side: header.side, axes: header.axes, time, resolution_s, signals })
+}
+
+/// What the last digit of a number is worth; 0 where it has an exponent, which says nothing of it.
+fn resolution(number: &str) -> f64 {
+    if number.contains(['e', 'E']) {
+        return 0.0;
+    }
+    let decimals = number.split_once(['.', ',']).map_or(0, |(_, decimals)| decimals.len());
+    i32::try_from(decimals).map_or(0.0, |decimals| 10f64.powi(-decimals))
 }
 
 /// The rate of a table whose times, if any, are on a uniform grid.

@@ -14,7 +14,9 @@ mod urdf;
 
 pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
 pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
-pub use csv::{CsvError, TableNames, list_table, read_csv, read_table, write_csv};
+pub use csv::{
+    CsvError, Table, TableNames, list_table, read_csv, read_rows, read_table, write_csv,
+};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use uniform::{Resampled, TimesError};

@@ -57,8 +57,11 @@ pub struct BagSection {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a unit such as { unit = \"Nm\" }")]
 pub struct EffortSection {
-    /// Nm, mNm; of a prismatic joint N: one for all or for each axis.
+    /// Nm, mNm; of a prismatic joint N; A, of a current: one for all or for each axis.
     pub unit: OneOrEach<String>,
+    /// Of currents: torque or force of one ampere \[N·m/A or N/A\].
+    #[serde(default)]
+    pub per_ampere: Option<OneOrEach<f64>>,
     /// 1 where it drives the joint, −1 where it is what the joint exerts.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
@@ -87,8 +90,11 @@ pub struct DataColumns {
     /// Or a name for each axis.
     #[serde(default)]
     pub columns: Option<Vec<String>>,
-    /// Their unit, or one for each axis: rad, deg, m, mm; Nm, mNm, N.
+    /// Their unit, or one for each axis: rad, deg, m, mm; Nm, mNm, N; A, of a current.
     pub unit: OneOrEach<String>,
+    /// Of currents: torque or force of one ampere \[N·m/A or N/A\].
+    #[serde(default)]
+    pub per_ampere: Option<OneOrEach<f64>>,
     /// 1 where they are positive as the robot's, −1 where they are not: one for all or for each axis.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
@@ -129,17 +135,30 @@ type Wrong = (&'static str, String);
 const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
 
 /// What a quantity is measured in.
-const POSITIONS: [(&str, JointKind, f64); 4] = [
-    ("rad", JointKind::Revolute, 1.0),
-    ("deg", JointKind::Revolute, core::f64::consts::PI / 180.0),
-    ("m", JointKind::Prismatic, 1.0),
-    ("mm", JointKind::Prismatic, 1e-3),
-];
-const TORQUES: [(&str, JointKind, f64); 3] = [
-    ("Nm", JointKind::Revolute, 1.0),
-    ("mNm", JointKind::Revolute, 1e-3),
-    ("N", JointKind::Prismatic, 1.0),
-];
+struct Units {
+    units: &'static [(&'static str, JointKind, f64)],
+    /// Whether it may be a current.
+    amperes: bool,
+}
+
+const AMPERE: &str = "A";
+const POSITIONS: Units = Units {
+    units: &[
+        ("rad", JointKind::Revolute, 1.0),
+        ("deg", JointKind::Revolute, core::f64::consts::PI / 180.0),
+        ("m", JointKind::Prismatic, 1.0),
+        ("mm", JointKind::Prismatic, 1e-3),
+    ],
+    amperes: false,
+};
+const TORQUES: Units = Units {
+    units: &[
+        ("Nm", JointKind::Revolute, 1.0),
+        ("mNm", JointKind::Revolute, 1e-3),
+        ("N", JointKind::Prismatic, 1.0),
+    ],
+    amperes: true,
+};
 const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
@@ -176,7 +195,7 @@ impl DataSection {
         };
         let side = self.side()?;
         let kinds = kinds(robot);
-        let of = |key, columns: &DataColumns, units: &[(&str, JointKind, f64)]| {
+        let of = |key, columns: &DataColumns, units: &Units| {
             axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
         };
         Ok(Some(Columns {
@@ -217,8 +236,10 @@ impl DataSection {
                 format!("names `{twice}` twice; name each joint once"),
             ));
         }
-        let EffortSection { unit, sign } = effort;
-        let torque_scales = scales(unit, sign.as_ref(), &TORQUES, side, &kinds(robot))
+        let EffortSection { unit, sign, per_ampere } = effort;
+        let stated = Stated { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
+        let torque_scales = stated
+            .scales(&TORQUES, side, &kinds(robot))
             .map_err(|problem| ("data.bag.effort", problem))?;
         Ok(Some(BagSpec {
             joints: joints.to_vec(),
@@ -245,7 +266,7 @@ fn time(TimeColumn { column, unit }: &TimeColumn) -> Result<(String, f64), Wrong
 
 fn axis_columns(
     columns: &DataColumns,
-    units: &[(&str, JointKind, f64)],
+    units: &Units,
     side: Side,
     kinds: &[JointKind],
 ) -> Result<AxisColumns, String> {
@@ -268,47 +289,63 @@ fn axis_columns(
         }
         _ => return Err("give `column` or `columns`, and not both".to_owned()),
     };
-    let scales = scales(&columns.unit, columns.sign.as_ref(), units, side, kinds)?;
-    Ok(AxisColumns { names, scales })
+    let DataColumns { unit, sign, per_ampere, .. } = columns;
+    let stated = Stated { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
+    Ok(AxisColumns { names, scales: stated.scales(units, side, kinds)? })
 }
 
-/// SI to a 1 of each axis' unit, its sign included.
-fn scales(
-    unit: &OneOrEach<String>,
-    sign: Option<&OneOrEach<f64>>,
-    units: &[(&str, JointKind, f64)],
-    side: Side,
-    kinds: &[JointKind],
-) -> Result<Vec<f64>, String> {
-    let axes = kinds.len();
-    let each = |what: &str| {
-        format!("`{what}` has another number of entries than the arm has axes, {axes}")
-    };
-    let stated = unit.of_each(axes).ok_or_else(|| each("unit"))?;
-    let signs = match sign {
-        None => vec![1.0; axes],
-        Some(signs) => signs.of_each(axes).ok_or_else(|| each("sign"))?,
-    };
-    if let Some(sign) = signs.iter().find(|sign| (sign.abs() - 1.0).abs() > f64::EPSILON) {
-        return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
-    }
-    let scales =
-        stated.iter().zip(&signs).zip(kinds).enumerate().map(|(axis, ((unit, sign), kind))| {
+/// How a quantity is stated.
+struct Stated<'a> {
+    unit: &'a OneOrEach<String>,
+    sign: Option<&'a OneOrEach<f64>>,
+    per_ampere: Option<&'a OneOrEach<f64>>,
+}
+
+impl Stated<'_> {
+    /// SI to a 1 of each axis' unit, its sign included.
+    fn scales(&self, known: &Units, side: Side, kinds: &[JointKind]) -> Result<Vec<f64>, String> {
+        let axes = kinds.len();
+        let each = |what: &str| {
+            format!("`{what}` has another number of entries than the arm has axes, {axes}")
+        };
+        let unit = self.unit.of_each(axes).ok_or_else(|| each("unit"))?;
+        let signs = self.sign.map_or(Some(vec![1.0; axes]), |signs| signs.of_each(axes));
+        let signs = signs.ok_or_else(|| each("sign"))?;
+        if let Some(sign) = signs.iter().find(|sign| (sign.abs() - 1.0).abs() > f64::EPSILON) {
+            return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
+        }
+        if self.per_ampere.is_some() && !unit.iter().any(|unit| unit == AMPERE) {
+            return Err("has `per_ampere`, which belongs to the unit \"A\"".to_owned());
+        }
+        let per_ampere = match self.per_ampere {
+            Some(each_ampere) => Some(each_ampere.of_each(axes).ok_or_else(|| each("per_ampere"))?),
+            None => None,
+        };
+        let scale = |axis: usize| -> Result<f64, String> {
             // A motor turns, whatever its joint does.
-            let kind = if side == Side::Motor { JointKind::Revolute } else { *kind };
-            let fitting = units.iter().filter(|(_, of, _)| *of == kind);
-            match fitting.clone().find(|(name, ..)| name == unit) {
-                Some((.., scale)) => Ok(scale * sign),
-                None => {
-                    let known: Vec<String> =
-                        fitting.map(|(name, ..)| format!("\"{name}\"")).collect();
-                    Err(format!(
-                        "has the unit \"{unit}\" for axis {}; use {}",
-                        axis + 1,
-                        known.join(" or ")
-                    ))
-                }
+            let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };
+            if unit[axis] == AMPERE && known.amperes {
+                let of_one = per_ampere.as_ref().map(|of| of[axis]);
+                let fits = of_one.filter(|of| of.is_finite() && *of > 0.0);
+                return fits.ok_or_else(|| {
+                    "has the unit \"A\"; give `per_ampere` with it, the torque or force of one ampere, above 0"
+                        .to_owned()
+                });
             }
-        });
-    scales.collect()
+            let fitting = known.units.iter().filter(|(_, of, _)| *of == kind);
+            let found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
+            found.map(|(.., scale)| *scale).ok_or_else(|| {
+                let amperes = known.amperes.then_some(AMPERE);
+                let names = fitting.map(|(name, ..)| *name).chain(amperes);
+                let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+                format!(
+                    "has the unit \"{}\" for axis {}; use {}",
+                    unit[axis],
+                    axis + 1,
+                    names.join(" or ")
+                )
+            })
+        };
+        (0..axes).map(|axis| Ok(scale(axis)? * signs[axis])).collect()
+    }
 }

@@ -8,6 +8,7 @@ use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
 use didim_formats::UrdfError;
 
+use super::open::OpenKey;
 use super::suggestion::Instead;
 use crate::files::TextError;
 
@@ -41,6 +42,14 @@ pub enum CellError {
         file: PathBuf,
         /// What the parser said, with line and key.
         source: Box<toml::de::Error>,
+    },
+    /// Values are open: put them in place of the question marks.
+    #[error("{}: {} values are open:{}", file.display(), open.len(), open.iter().map(|key| format!("\n  {key}")).collect::<String>())]
+    Open {
+        /// The cell file.
+        file: PathBuf,
+        /// All of them.
+        open: Vec<OpenKey>,
     },
     /// An invalid value.
     #[error("{}: `{key}`: {problem}", file.display())]

@@ -10,6 +10,7 @@ mod error;
 mod file;
 mod layout;
 mod library;
+mod open;
 mod restart;
 mod robot;
 mod suggestion;
@@ -33,6 +34,7 @@ pub use file::{
     BusSection, CellFile, IdentificationSection, Processes, ServiceSection, UrdfSection,
 };
 pub use library::{Library, SHIPPED};
+pub use open::{OPEN, OpenKey};
 pub use robot::RobotSource;
 
 use self::file::Cutoff;
@@ -169,6 +171,10 @@ impl Cell {
     /// See [`CellError`].
     pub fn from_library(library: Library, path: &Path) -> Result<Self, CellError> {
         let text = library.read(path)?;
+        let open = open::open_keys(&text);
+        if !open.is_empty() {
+            return Err(CellError::Open { file: path.to_path_buf(), open });
+        }
         let file: CellFile = toml::from_str(&text).map_err(|source| CellError::Cell {
             file: path.to_path_buf(),
             source: Box::new(source),

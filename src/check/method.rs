@@ -41,6 +41,9 @@ fn reference(cell: &Cell, findings: &mut Vec<Finding>) {
 }
 
 fn filters(cell: &Cell, findings: &mut Vec<Finding>) {
+    if cell.chooses_cutoff {
+        return;
+    }
     let rate = cell.sample_rate_hz();
     let cutoff = cell.options.position_filter.cutoff_hz;
     let key = "identification.position_filter";

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::cdr::{JointState, text};
 use super::error::BagError;
-use super::{JOINT_STATE, Message, files, malformed, walk};
+use super::messages::{JOINT_STATE, Message, files, malformed, walk};
 use crate::measurement::MAX_SAMPLES;
 
 const TEXT: &str = "std_msgs/msg/String";

@@ -446,8 +446,8 @@ impl Display for Note {
                 f.write_str(": check there, an encoder, a connector or a contact may be at fault")
             }
             Self::RateUnchecked => f.write_str(
-                "with cycles_by = \"frames\" the sample rate is taken as stated: neither it nor a \
-                 SYNC lost on the wire can be checked",
+                "the sample rate is taken as stated, for the frames or rows count and no time: neither it nor a lost \
+                 sample can be checked",
             ),
             Self::DownweightedThroughout { joints, of } => {
                 let share = |(joint, rows): &(usize, usize)| {

@@ -1,0 +1,251 @@
+//! `didim new`: a cell file from an arm and a table of it, whose names and units hide more or less. What the files do not tell
+//! is asked, and nothing is found or assumed wrongly.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::program::{Finished, didim, json, repository, succeed};
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::robot::Robot;
+use tempfile::TempDir;
+
+/// An arm of two links in a vertical plane, with friction.
+const URDF: &str = r#"<robot name="two">
+<link name="base"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+<origin xyz="0 0 0.5"/><limit lower="-2" upper="2" velocity="4" effort="200"/><dynamics damping="3" friction="4"/></joint>
+<link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="8"/>
+<inertia ixx="0.02" iyy="0.2" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><axis xyz="0 1 0"/>
+<origin xyz="0.4 0 0"/><limit lower="-2.5" upper="2.5" velocity="6" effort="80"/><dynamics damping="1" friction="2"/></joint>
+<link name="lower"><inertial><origin xyz="0.15 0 0"/><mass value="4"/>
+<inertia ixx="0.01" iyy="0.06" izz="0.06" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"#;
+
+/// 20 s at 200 Hz: time \[s\], positions \[rad\], torques \[N·m\].
+fn motion(robot: &Path) -> Vec<[f64; 5]> {
+    let robot = Robot::from_toml(&succeed(&[&"robot", &robot, &"--toml"])).unwrap();
+    let model = Model::new(&robot);
+    let mut workspace = Workspace::new();
+    let parameters = robot.nominal().unwrap().standard();
+    let of = |k: u32| {
+        let t = f64::from(k) / 200.0;
+        // Amplitude [rad], angular frequency [rad/s]: sums of two, not in step.
+        let sum = |parts: [[f64; 2]; 2]| {
+            let of = |order: i32, wave: fn(f64) -> f64| -> f64 {
+                parts.iter().map(|[a, w]| a * w.powi(order) * wave(w * t)).sum()
+            };
+            [of(0, f64::sin), of(1, f64::cos), -of(2, f64::sin)]
+        };
+        let [shoulder, elbow] = [sum([[0.9, 1.3], [0.4, 3.1]]), sum([[1.1, 1.9], [0.5, 2.7]])];
+        let [q, dq, ddq] = [0, 1, 2].map(|order: usize| [shoulder[order], elbow[order]]);
+        let mut tau = [0.0; 2];
+        model.inverse_dynamics(&mut workspace, parameters, &q, &dq, &ddq, &mut tau);
+        [t, q[0], q[1], tau[0], tau[1]]
+    };
+    (0..4000).map(of).collect()
+}
+
+/// A folder with the arm and a table with these names and factors.
+fn folder(names: [&str; 5], factors: [f64; 5]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = folder.path().join("arm.urdf");
+    fs::write(&robot, URDF).unwrap();
+    let mut table = format!("mode,{}\n", names.join(","));
+    for row in motion(&robot) {
+        let values =
+            row.iter().zip(factors).map(|(value, factor)| format!("{:.7}", value * factor));
+        writeln!(table, "auto,{}", values.collect::<Vec<_>>().join(",")).unwrap();
+    }
+    fs::write(folder.path().join("log.csv"), table).unwrap();
+    folder
+}
+
+fn new(folder: &Path, further: &[&str]) -> Finished {
+    let [cell, robot, log] = ["cell.toml", "arm.urdf", "log.csv"].map(|file| folder.join(file));
+    let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =
+        vec![&"new", &cell, &"--robot", &robot, &"--log", &log];
+    further.iter().for_each(|argument| arguments.push(argument));
+    didim(&arguments)
+}
+
+const RAD: [f64; 5] = [1.0; 5];
+const DEG: [f64; 5] = [1e3, 57.295_779_513_082_32, 57.295_779_513_082_32, 1.0, 1.0];
+
+#[test]
+fn what_a_table_tells_is_found_and_the_rest_is_asked() {
+    let with = |torque: f64| [1.0, 1.0, 1.0, torque, torque];
+    // Names, factors, what has to be found or assumed, what has to be asked.
+    type Case = ([&'static str; 5], [f64; 5], &'static [&'static str], &'static [&'static str]);
+    let cases: [Case; 6] = [
+        (
+            ["t_ms", "J1 pos [deg]", "J2 pos [deg]", "J1 torque [Nm]", "J2 torque [Nm]"],
+            DEG,
+            &[
+                "time.unit = \"ms\"",
+                "position.column = \"J{axis} pos [deg]\"",
+                "position.unit = \"deg\"",
+                "side = \"joint\"",
+                "torque.unit = \"Nm\"",
+                "torque.sign = 1",
+            ],
+            &["urdf.drive_inertia"],
+        ),
+        // No unit anywhere, efforts that the joints exert.
+        (
+            ["timestamp", "actual_q_0", "actual_q_1", "effort_0", "effort_1"],
+            with(-1.0),
+            &[
+                "time.unit = \"s\"",
+                "position.column = \"actual_q_{index}\"",
+                "position.unit = \"rad\"",
+                "torque.unit = \"Nm\"",
+                "torque.sign = -1",
+            ],
+            &["urdf.drive_inertia"],
+        ),
+        (
+            ["time", "shoulder_position", "elbow_position", "shoulder_torque", "elbow_torque"],
+            with(1e3),
+            &[
+                "position.columns = [\"shoulder_position\", \"elbow_position\"]",
+                "torque.unit = \"mNm\"",
+            ],
+            &["urdf.drive_inertia"],
+        ),
+        // Of motors: the arm's limits say nothing of units, and torques have no size.
+        (
+            ["time", "q1", "q2", "tau1", "tau2"],
+            [1.0, 100.0, 80.0, 0.01, 0.0125],
+            &[
+                "time.unit = \"s\"",
+                "position.column = \"q{axis}\"",
+                "torque.column = \"tau{axis}\"",
+            ],
+            &[
+                "urdf.drive_inertia",
+                "urdf.gear_ratios",
+                "data.side",
+                "data.position.unit",
+                "data.torque.unit",
+                "data.torque.sign",
+            ],
+        ),
+        // Currents.
+        (
+            ["time", "joint_pos_1", "joint_pos_2", "joint_current_1", "joint_current_2"],
+            with(0.07),
+            &["side = \"joint\"", "torque.unit = \"A\""],
+            &["urdf.drive_inertia", "data.torque.per_ampere"],
+        ),
+        // Nothing that could be a torque.
+        (
+            ["time", "q1", "q2", "x1", "x2"],
+            RAD,
+            &["position.column = \"q{axis}\""],
+            &[
+                "urdf.drive_inertia",
+                "urdf.gear_ratios",
+                "data.side",
+                "data.position.unit",
+                "data.torque.column",
+                "data.torque.unit",
+                "data.torque.sign",
+            ],
+        ),
+    ];
+    for (names, factors, found, asked) in cases {
+        let folder = folder(names, factors);
+        let Finished { code, stdout, stderr } = new(folder.path(), &[]);
+        assert_eq!(code, Some(0), "{stderr}");
+        let cell = folder.path().join("cell.toml");
+        let text = fs::read_to_string(&cell).unwrap();
+        for line in found.iter().chain(&["robot = \"arm.urdf\"", "rate_hz = 200.0"]) {
+            assert!(text.lines().any(|own| own == *line), "{line}:\n{text}");
+        }
+        let mut missing: Vec<&str> = stdout
+            .lines()
+            .filter_map(|line| line.strip_prefix("missing  ")?.split_once(':'))
+            .map(|(key, _)| key)
+            // Where friction tells the sign of a current, it may be assumed.
+            .filter(|key| !(names[3].contains("current") && *key == "data.torque.sign"))
+            .collect();
+        missing.sort_unstable();
+        let mut asked = asked.to_vec();
+        asked.sort_unstable();
+        assert_eq!(missing, asked, "{stdout}");
+        // The check lists all of them, with their lines.
+        let check = didim(&[&"check", &"--cell", &cell, &"--elsewhere"]);
+        assert_eq!(check.code, Some(78), "{}", check.stderr);
+        assert!(
+            asked.iter().all(|key| check.stderr.contains(&format!(": {key}: "))),
+            "{}",
+            check.stderr
+        );
+    }
+}
+
+#[test]
+fn from_urdf_and_log_to_the_report_in_three_commands() {
+    let names = ["t_ms", "shoulder pos", "elbow pos", "shoulder torque", "elbow torque"];
+    let folder = folder(names, DEG);
+    let at = |name: &str| folder.path().join(name);
+    let (cell, log, report) = (at("cell.toml"), at("log.csv"), at("report.html"));
+    let made = new(folder.path(), &["--set", "urdf.drive_inertia=false"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    assert!(made.stdout.contains("next: didim identify --cell "), "{}", made.stdout);
+    let checked = json(&succeed(&[&"check", &"--json", &"--cell", &cell, &"--elsewhere"]));
+    assert_eq!((&checked["sound"], &checked["findings"]), (&true.into(), &serde_json::json!([])));
+    let found = json(&succeed(&[
+        &"identify",
+        &"--json",
+        &"--cell",
+        &cell,
+        &"--input",
+        &log,
+        &"--report",
+        &report,
+    ]));
+    assert!(fs::read_to_string(&report).unwrap().contains("<html"));
+    let value = |name: &str| {
+        let all = found["parameters"].as_array().unwrap();
+        all.iter().find(|one| one["name"] == name).unwrap()["value"].as_f64().unwrap()
+    };
+    // As in the URDF.
+    for (name, stated) in [("fv1", 3.0), ("fc1", 4.0), ("fv2", 1.0), ("fc2", 2.0)] {
+        assert!((value(name) / stated - 1.0).abs() < 0.02, "{name}: {}", value(name));
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_said() {
+    let names = ["time", "q1", "q2", "tau1", "tau2"];
+    let folder = folder(names, RAD);
+    let says = |further: &[&str], code, what: &str| {
+        let Finished { code: found, stdout, stderr } = new(folder.path(), further);
+        assert_eq!((found, stdout.as_str()), (Some(code), ""), "{stderr}");
+        assert!(stderr.contains(what), "{stderr}");
+    };
+    says(
+        &["--set", "urdf.mass=1"],
+        78,
+        "`urdf.mass` is no key of this cell; those that can be set: data.position",
+    );
+    says(&["--set", "urdf"], 2, "has to be KEY=VALUE");
+    says(&["--tip", "hand"], 78, "hand");
+    says(&["--bag", "x.mcap"], 2, "cannot be used with");
+    assert!(!folder.path().join("cell.toml").exists());
+    assert_eq!(new(folder.path(), &[]).code, Some(0));
+    says(&[], 2, "is there already; name another file, or remove it");
+    // A bag that does not say what arm it is.
+    let bag = repository("formats/tests/golden/bag_none.mcap");
+    let cell = folder.path().join("other.toml");
+    let refused = didim(&[&"new", &cell, &"--bag", &bag]);
+    assert_eq!(refused.code, Some(78));
+    assert!(
+        refused.stderr.contains("bag_none.mcap has no robot_description"),
+        "{}",
+        refused.stderr
+    );
+}

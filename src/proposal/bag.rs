@@ -1,0 +1,137 @@
+//! `[data.bag]` of a ROS 2 bag: which joint states, in which unit.
+
+use std::path::PathBuf;
+
+use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
+
+use super::draft::Draft;
+use super::evidence::{Evidence, ProposalError};
+use super::plausible::Look;
+use super::table::{RATES_HZ, rounded};
+use super::value::{Guess, quoted};
+
+const SECTION: &str = "data.bag";
+
+pub(super) fn propose(
+    draft: &mut Draft<'_>,
+    evidence: &Evidence,
+    (file, contents): &(PathBuf, BagContents),
+) -> Result<(), ProposalError> {
+    let robot = &evidence.robot.robot;
+    let mut joints: Vec<String> = evidence.robot.joint_names().map(str::to_owned).collect();
+    let has_all = |topic: &BagTopic, joints: &[String]| {
+        joints.iter().all(|joint| topic.joints.contains(joint))
+    };
+    let mut own =
+        !joints.is_empty() && contents.topics.values().any(|topic| has_all(topic, &joints));
+    if let Some(toml::Value::Array(named)) = draft.answer("data.bag.joints") {
+        joints = named.iter().filter_map(|name| name.as_str().map(str::to_owned)).collect();
+        own = false;
+    }
+    if !own {
+        let found: Vec<&str> =
+            contents.topics.values().flat_map(|topic| &topic.joints).map(String::as_str).collect();
+        let what = format!("names in the messages, in the arm's order, of {}", found.join(" "));
+        draft.put(SECTION, "joints", Guess::open(&what));
+    }
+    let fitting: Vec<(&String, &BagTopic)> =
+        contents.topics.iter().filter(|(_, topic)| has_all(topic, &joints)).collect();
+    let answered =
+        draft.answer("data.bag.topic").and_then(|topic| topic.as_str().map(str::to_owned));
+    let topic = match (fitting.as_slice(), &answered) {
+        ([one], None) => Some(*one),
+        (several, answered) => {
+            let names: Vec<&str> = several.iter().map(|(name, _)| name.as_str()).collect();
+            draft.put(SECTION, "topic", Guess::open(&format!("one of {}", names.join(" "))));
+            several.iter().find(|(name, _)| Some(*name) == answered.as_ref()).copied()
+        }
+    };
+    let (time, rate_hz) = match topic {
+        Some((_, BagTopic { header_hz: Some(rate_hz), .. })) if RATES_HZ.contains(rate_hz) => {
+            (Guess::found(quoted("header"), "the stamps in the messages advance"), Some(*rate_hz))
+        }
+        Some((_, BagTopic { log_hz: Some(rate_hz), .. })) if RATES_HZ.contains(rate_hz) => (
+            Guess::assumed(
+                quoted("log"),
+                "when they were recorded: the stamps in the messages do not advance",
+            ),
+            Some(*rate_hz),
+        ),
+        Some(_) => (
+            Guess::assumed(
+                quoted("rows"),
+                "neither stamps nor times of the recording advance as a robot's do",
+            ),
+            None,
+        ),
+        None => (Guess::open("\"header\", \"log\" or \"rows\": whose time counts"), None),
+    };
+    let rate = match rate_hz {
+        Some(rate_hz) => {
+            Guess::found(format!("{:?}", rounded(rate_hz)), "the median of the messages' distances")
+        }
+        None => Guess::open("messages a second"),
+    };
+    draft.put("data", "rate_hz", rate);
+    draft.put(SECTION, "time", time);
+    let valid = "an effort is of the instant of its message";
+    draft.put("data", "torque_valid", Guess::assumed(quoted("instant"), valid));
+
+    let look = match topic {
+        Some((name, topic)) if topic.without_effort.iter().all(|joint| !joints.contains(joint)) => {
+            let spec = BagSpec {
+                joints,
+                topic: Some(name.clone()),
+                rate_hz: 1.0,
+                side: Side::Joint,
+                torque_scales: vec![1.0; robot.joints()],
+                time: BagTime::Rows,
+            };
+            let whole = read_bag(file, &spec)?.into_whole();
+            whole.map(|all| Look {
+                robot,
+                position: all.signals.position_rad,
+                torque: all.signals.torque_nm,
+            })
+        }
+        _ => None,
+    };
+    let what =
+        "\"joint\" where angles and efforts are the joints', \"motor\" where they are the motors'";
+    let side = match &look {
+        Some(look) if look.may_be_of_joints() => {
+            Guess::found(quoted("joint"), "joint states, within the joints' limits")
+        }
+        Some(_) => Guess::open(&format!("{what}; some positions are beyond the joints' limits")),
+        None => Guess::open(what),
+    };
+    draft.put("data", "side", side);
+    let look = look.filter(|_| draft.is("data.side", "joint"));
+    let [unit, sign] = match &look {
+        Some(look) => look.torque(None),
+        None if topic.is_some_and(|(_, topic)| !topic.without_effort.is_empty()) => [
+            Guess::open(
+                "messages without an effort of some joint: nothing can be identified from them; record the drives' efforts",
+            ),
+            Guess::open("1 or -1"),
+        ],
+        None => [
+            Guess::open(
+                "the unit of the efforts: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents",
+            ),
+            Guess::open(
+                "1 where efforts drive the joints as the robot's axes point, -1 where they do not",
+            ),
+        ],
+    };
+    draft.put(SECTION, "effort.unit", unit);
+    if draft.is("data.bag.effort.unit", "A") {
+        draft.put(
+            SECTION,
+            "effort.per_ampere",
+            Guess::open("torque of one ampere, of the joints' side, for all or a list [N·m/A]"),
+        );
+    }
+    draft.put(SECTION, "effort.sign", sign);
+    Ok(())
+}

@@ -1,0 +1,154 @@
+//! The entries of a cell file that is being written, and its text.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use super::evidence::ProposalError;
+use super::value::{Guess, Standing, parsed, quoted};
+use crate::cell::OPEN;
+
+/// Values by key, as TOML; a bare word is a text.
+pub type Answers = BTreeMap<String, String>;
+
+/// A key with its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    section: &'static str,
+    name: String,
+    /// As TOML.
+    pub value: String,
+    /// Where it comes from.
+    pub standing: Standing,
+    /// Why, or what is asked.
+    pub why: String,
+}
+
+impl Entry {
+    /// The key with its section.
+    pub fn key(&self) -> String {
+        let Self { section, name, .. } = self;
+        if section.is_empty() { name.clone() } else { format!("{section}.{name}") }
+    }
+}
+
+/// A cell file, and how each of its values came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// In the order of the file.
+    pub entries: Vec<Entry>,
+}
+
+pub(super) struct Draft<'a> {
+    answers: &'a Answers,
+    asked: BTreeSet<String>,
+    /// What the files say by themselves, so that it is no key.
+    known: Vec<(&'static str, String)>,
+    entries: Vec<Entry>,
+}
+
+impl<'a> Draft<'a> {
+    pub(super) fn new(answers: &'a Answers) -> Self {
+        Self { answers, asked: BTreeSet::new(), known: Vec::new(), entries: Vec::new() }
+    }
+
+    /// Takes the answer, or else the guess.
+    pub(super) fn put(&mut self, section: &'static str, name: &str, guess: Guess) {
+        let Guess { value, standing, why } = guess;
+        let mut entry = Entry { section, name: name.to_owned(), value, standing, why };
+        self.asked.insert(entry.key());
+        if let Some(answer) = self.answers.get(&entry.key()) {
+            let (value, standing) = (as_toml(answer), Standing::Stated);
+            entry = Entry { value, standing, why: String::new(), ..entry };
+        }
+        self.entries.push(entry);
+    }
+
+    /// Takes what needs no entry.
+    pub(super) fn know(&mut self, key: &'static str, value: String) {
+        self.known.push((key, value));
+    }
+
+    /// Whether a key has this text.
+    pub(super) fn is(&self, key: &str, text: &str) -> bool {
+        self.text(key).as_deref() == Some(text)
+    }
+
+    /// The text of a key that is not open.
+    pub(super) fn text(&self, key: &str) -> Option<String> {
+        match self.value(key)? {
+            toml::Value::String(text) if text != OPEN => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The number of a key that is not open.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        match self.value(key)? {
+            toml::Value::Float(number) => Some(number),
+            toml::Value::Integer(number) => i32::try_from(number).ok().map(f64::from),
+            _ => None,
+        }
+    }
+
+    /// The value of a key.
+    pub(super) fn value(&self, key: &str) -> Option<toml::Value> {
+        let entry = self.entries.iter().find(|entry| entry.key() == key);
+        let known = self.known.iter().find(|(own, _)| *own == key).map(|(_, value)| value);
+        parsed(entry.map(|entry| &entry.value).or(known)?)
+    }
+
+    /// The answer to what is not asked yet.
+    pub(super) fn answer(&self, key: &str) -> Option<toml::Value> {
+        parsed(&as_toml(self.answers.get(key)?))
+    }
+
+    pub(super) fn finish(self) -> Result<Proposal, ProposalError> {
+        let to_nothing = self.answers.keys().find(|key| !self.asked.contains(*key));
+        if let Some(key) = to_nothing {
+            let known = self.asked.into_iter().collect::<Vec<_>>().join(" ");
+            return Err(ProposalError::NotAsked { key: key.clone(), known });
+        }
+        let mut entries = self.entries;
+        // The file's order: what the cell is, its data, how they are identified.
+        let place = |section: &str| {
+            ["", "urdf", "data", "data.bag", "identification"]
+                .iter()
+                .position(|own| *own == section)
+        };
+        entries.sort_by_key(|entry| place(entry.section));
+        Ok(Proposal { entries })
+    }
+}
+
+/// As TOML, a bare word as a text.
+fn as_toml(answer: &str) -> String {
+    if parsed(answer).is_some() { answer.to_owned() } else { quoted(answer) }
+}
+
+impl Proposal {
+    /// What is open.
+    pub fn missing(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().filter(|entry| entry.standing == Standing::Missing)
+    }
+
+    /// The cell file.
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "# Above each value stands where it comes from: stated by you, found in the files, assumed because it is\n\
+             # usual (have a look), or missing. Put what is missing in place of {}; `didim check` lists what is left.\n\n",
+            quoted(OPEN)
+        );
+        let mut section = "";
+        for entry in &self.entries {
+            if entry.section != section {
+                section = entry.section;
+                // Writing to a String cannot fail.
+                let _ = writeln!(text, "\n[{section}]");
+            }
+            let why = if entry.why.is_empty() { String::new() } else { format!(": {}", entry.why) };
+            let _ = writeln!(text, "# {}{why}", entry.standing.as_str());
+            let _ = writeln!(text, "{} = {}", entry.name, entry.value);
+        }
+        text
+    }
+}

@@ -1,0 +1,124 @@
+//! The files that a proposal is made from.
+
+use std::path::{Path, PathBuf};
+
+use didim_formats::{BagContents, BagError, CsvError, TableNames, list_bag, list_table};
+
+use crate::cell::{CellError, Library, RobotSource, UrdfSection};
+
+/// Names of files.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    /// A robot file or a URDF.
+    pub robot: Option<PathBuf>,
+    /// The link of a URDF on which the arm stands.
+    pub base: Option<String>,
+    /// The link of a URDF at which it ends.
+    pub tip: Option<String>,
+    /// A table (CSV).
+    pub table: Option<PathBuf>,
+    /// A ROS 2 bag, a file or a folder.
+    pub bag: Option<PathBuf>,
+}
+
+/// Why there is no proposal.
+#[derive(Debug, thiserror::Error)]
+pub enum ProposalError {
+    /// The robot is none.
+    #[error(transparent)]
+    Robot(Box<CellError>),
+    /// The table cannot be read.
+    #[error(transparent)]
+    Table(#[from] CsvError),
+    /// The bag cannot be read.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// Nobody says what arm it is.
+    #[error("which arm is it? Name its URDF or robot file with --robot{}", .bag.as_ref().map(|bag| format!("; {} has no robot_description", bag.display())).unwrap_or_default())]
+    NoRobot {
+        /// The bag that has no description of it.
+        bag: Option<PathBuf>,
+    },
+    /// An answer to no question.
+    #[error("`{key}` is no key of this cell; those that can be set: {known}")]
+    NotAsked {
+        /// Its key.
+        key: String,
+        /// Those there are.
+        known: String,
+    },
+}
+
+/// What the files have.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    pub(super) robot: RobotSource,
+    robot_file: Option<PathBuf>,
+    pub(super) base: Option<String>,
+    pub(super) tip: Option<String>,
+    pub(super) table: Option<(PathBuf, TableNames)>,
+    pub(super) bag: Option<(PathBuf, BagContents)>,
+    /// The URDF that a bag published, where no other robot was named.
+    pub description: Option<String>,
+}
+
+impl Evidence {
+    /// Reads the arm, the header of a table, a bag through.
+    ///
+    /// # Errors
+    /// [`ProposalError`].
+    pub fn read(sources: Sources) -> Result<Self, ProposalError> {
+        let Sources { robot: robot_file, base, tip, table, bag } = sources;
+        let bag = match bag {
+            Some(file) => Some((list_bag(&file)?, file)),
+            None => None,
+        };
+        let bag = bag.map(|(contents, file)| (file, contents));
+        let (file, text, description) = match (&robot_file, &bag) {
+            (Some(file), _) => {
+                let text = Library::Files.read(file);
+                (file.clone(), text.map_err(|error| ProposalError::Robot(Box::new(error)))?, None)
+            }
+            (None, Some((file, BagContents { robot_description: Some(urdf), .. }))) => {
+                (file.with_extension("urdf"), urdf.clone(), Some(urdf.clone()))
+            }
+            (None, bag) => {
+                return Err(ProposalError::NoRobot {
+                    bag: bag.as_ref().map(|(file, _)| file.clone()),
+                });
+            }
+        };
+        let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
+        let robot = RobotSource::read(&file, text, Some(&ends))
+            .map_err(|error| ProposalError::Robot(Box::new(error)))?;
+        let table = match table {
+            Some(file) => Some((list_table(&file)?, file)),
+            None => None,
+        };
+        let table = table.map(|(names, file)| (file, names));
+        Ok(Self { robot, robot_file, base, tip, table, bag, description })
+    }
+
+    /// The robot as the cell file names it, and whether it is written beside that.
+    pub(super) fn robot_path(&self, out: &Path) -> (PathBuf, bool) {
+        match &self.robot_file {
+            Some(file) => (relative(file, out), false),
+            None => (relative(&Self::description_path(out), out), true),
+        }
+    }
+
+    /// Where a bag's description is put.
+    pub fn description_path(out: &Path) -> PathBuf {
+        out.with_extension("urdf")
+    }
+}
+
+/// A path as the cell file names it: relative to its folder where it lies below, else absolute.
+fn relative(path: &Path, out: &Path) -> PathBuf {
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    match (path.canonicalize(), folder.canonicalize()) {
+        (Ok(path), Ok(folder)) => path.strip_prefix(&folder).map(Path::to_path_buf).unwrap_or(path),
+        _ => path.to_path_buf(),
+    }
+}

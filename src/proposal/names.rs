@@ -1,0 +1,183 @@
+//! What columns hold, by their names.
+
+use didim_formats::{AXIS, INDEX};
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meaning {
+    Position,
+    Torque,
+    Current,
+    Reference,
+    Time,
+}
+
+const TIME: &[&str] = &["time", "t", "timestamp", "stamp", "zeit"];
+const POSITION: &[&str] = &["position", "pos", "q", "angle", "theta", "encoder", "enc"];
+const TORQUE: &[&str] = &["torque", "tau", "effort", "trq", "moment"];
+const CURRENT: &[&str] = &["current", "curr", "cur", "amp", "ampere"];
+const ASKED_FOR: &[&str] = &[
+    "reference",
+    "ref",
+    "target",
+    "desired",
+    "des",
+    "cmd",
+    "command",
+    "commanded",
+    "goal",
+    "setpoint",
+    "demand",
+];
+/// What makes a column another quantity.
+const OTHER: &[&str] = &[
+    "velocity",
+    "vel",
+    "speed",
+    "qd",
+    "dq",
+    "acceleration",
+    "acc",
+    "qdd",
+    "ddq",
+    "temperature",
+    "temp",
+    "external",
+    "ext",
+    "error",
+    "err",
+    "gravity",
+    "feedforward",
+    "ff",
+    "friction",
+    "limit",
+    "status",
+    "mode",
+    "voltage",
+    "secondary",
+    "tcp",
+    "cartesian",
+    "offset",
+];
+
+/// The words of a name in lower case, without its numbers.
+pub(super) fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before = ' ';
+    for c in name.chars() {
+        let begins = c.is_uppercase() && before.is_lowercase();
+        if !c.is_alphabetic() || begins {
+            words.push(String::new());
+        }
+        if let (true, Some(word)) = (c.is_alphabetic(), words.last_mut()) {
+            word.extend(c.to_lowercase());
+        }
+        before = c;
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+fn has(words: &[String], any: &[&str]) -> bool {
+    words.iter().any(|word| any.contains(&word.as_str()))
+}
+
+pub(super) fn meaning(name: &str) -> Option<Meaning> {
+    let words = words(name);
+    if has(&words, OTHER) {
+        return None;
+    }
+    let asked_for = has(&words, ASKED_FOR);
+    if has(&words, TORQUE) {
+        (!asked_for).then_some(Meaning::Torque)
+    } else if has(&words, CURRENT) {
+        (!asked_for).then_some(Meaning::Current)
+    } else if has(&words, POSITION) {
+        Some(if asked_for { Meaning::Reference } else { Meaning::Position })
+    } else {
+        has(&words, TIME).then_some(Meaning::Time)
+    }
+}
+
+/// Columns of one quantity, one for each axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Group {
+    /// Their name, with the place of the number.
+    Numbered(String),
+    /// By the joints' names.
+    Named(Vec<String>),
+}
+
+impl Group {
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Numbered(pattern) => pattern,
+            Self::Named(names) => names.first().map_or("", String::as_str),
+        }
+    }
+
+    pub(super) fn names(&self) -> Vec<String> {
+        match self {
+            Self::Numbered(pattern) => vec![pattern.clone()],
+            Self::Named(names) => names.clone(),
+        }
+    }
+}
+
+/// All columns that are there once for each axis.
+pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    let is = |name: String| columns.contains(&name);
+    for column in columns {
+        for number in numbers(column) {
+            let (begin, end) = (&column[..number.start], &column[number.end..]);
+            let first = match &column[number] {
+                "0" => 0,
+                "1" if !is(format!("{begin}0{end}")) => 1,
+                _ => continue,
+            };
+            let all = (first..first + axes).all(|axis| is(format!("{begin}{axis}{end}")));
+            let more = is(format!("{begin}{}{end}", first + axes));
+            if all && !more {
+                groups.push(Group::Numbered(format!("{begin}{}{end}", [INDEX, AXIS][first])));
+            }
+        }
+    }
+    let Some(first) = joints.first() else { return groups };
+    for column in columns {
+        let Some((begin, end)) = column.split_once(first.as_str()) else { continue };
+        let names: Vec<String> =
+            joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
+        let group = Group::Named(names.clone());
+        // Joints that are numbered are found by their numbers.
+        let numbered = groups.iter().any(|other| match other {
+            Group::Numbered(pattern) => [(AXIS, 1), (INDEX, 0)]
+                .iter()
+                .any(|(mark, first)| pattern.replace(mark, &first.to_string()) == names[0]),
+            Group::Named(_) => false,
+        });
+        if !numbered && names.iter().all(|name| is(name.clone())) {
+            groups.push(group);
+        }
+    }
+    groups
+}
+
+/// Where the numbers of a name are.
+fn numbers(name: &str) -> Vec<core::ops::Range<usize>> {
+    let mut found: Vec<core::ops::Range<usize>> = Vec::new();
+    for (at, c) in name.char_indices().filter(|(_, c)| c.is_ascii_digit()) {
+        match found.last_mut() {
+            Some(last) if last.end == at => last.end = at + c.len_utf8(),
+            _ => found.push(at..at + c.len_utf8()),
+        }
+    }
+    found
+}
+
+/// The unit at the end of a name.
+pub(super) fn unit<'a>(name: &str, known: &[(&str, &'a str)]) -> Option<&'a str> {
+    let words = words(name);
+    let last = words.last()?;
+    known.iter().find(|(word, _)| word == last).map(|(_, unit)| *unit)
+}

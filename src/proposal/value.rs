@@ -1,0 +1,69 @@
+//! A value that is proposed: as TOML, with where it comes from.
+
+use crate::cell::OPEN;
+
+/// Where a value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Standing {
+    /// It was answered.
+    Stated,
+    /// The files tell it.
+    Found,
+    /// It is usual, or likely by the files.
+    Assumed,
+    /// Nobody knows it from the files.
+    Missing,
+}
+
+impl Standing {
+    /// The word for it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Stated => "stated",
+            Self::Found => "found",
+            Self::Assumed => "assumed",
+            Self::Missing => "missing",
+        }
+    }
+}
+
+/// A value with its reason.
+pub(super) struct Guess {
+    /// As TOML.
+    pub(super) value: String,
+    pub(super) standing: Standing,
+    pub(super) why: String,
+}
+
+impl Guess {
+    pub(super) fn found(value: String, why: &str) -> Self {
+        Self { value, standing: Standing::Found, why: why.to_owned() }
+    }
+
+    pub(super) fn assumed(value: String, why: &str) -> Self {
+        Self { value, standing: Standing::Assumed, why: why.to_owned() }
+    }
+
+    /// What nobody knows from the files; `what` says what is asked for.
+    pub(super) fn open(what: &str) -> Self {
+        let why = what.to_owned();
+        Self { value: quoted(OPEN), standing: Standing::Missing, why }
+    }
+}
+
+/// A value of TOML.
+pub(super) fn parsed(value: &str) -> Option<toml::Value> {
+    let table: toml::Table = toml::from_str(&format!("value = {value}")).ok()?;
+    table.get("value").filter(|_| table.len() == 1).cloned()
+}
+
+/// A text of TOML.
+pub(super) fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// A list of what is TOML already.
+pub(super) fn list(values: &[impl AsRef<str>]) -> String {
+    let values: Vec<&str> = values.iter().map(AsRef::as_ref).collect();
+    format!("[{}]", values.join(", "))
+}
