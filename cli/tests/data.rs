@@ -4,9 +4,11 @@
 use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use crate::program::{didim, json, repository, succeed};
+use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -80,6 +82,15 @@ fn identify(cell: &Path, inputs: [&Path; 2]) -> Value {
     json(&succeed(&arguments))
 }
 
+/// The same table by gzip, beside it.
+fn compressed(table: &Path) -> PathBuf {
+    let path = table.with_extension("csv.gz");
+    let mut writer = GzEncoder::new(fs::File::create(&path).unwrap(), Compression::fast());
+    writer.write_all(&fs::read(table).unwrap()).unwrap();
+    writer.finish().unwrap();
+    path
+}
+
 #[test]
 fn a_table_of_another_program_identifies_as_the_same_recording_does() {
     let arm = repository("tests/data/kr300");
@@ -92,9 +103,10 @@ fn a_table_of_another_program_identifies_as_the_same_recording_does() {
         fs::write(&path, of_another_program(file)).unwrap();
         path
     });
+    let compressed = compressed(&foreign_b);
     let found = [
         identify(&own_columns.path().join("cell.toml"), [&a, &b]),
-        identify(&others.path().join("cell.toml"), [&foreign_a, &foreign_b]),
+        identify(&others.path().join("cell.toml"), [&foreign_a, &compressed]),
     ];
     let value = |of: &Value, k: usize| of["parameters"][k]["value"].as_f64().unwrap();
     for found in &found {
@@ -105,6 +117,13 @@ fn a_table_of_another_program_identifies_as_the_same_recording_does() {
         }
         assert_eq!(found["verdict"]["applicable"], expected["verdict"]["applicable"]);
     }
+    // Half a compressed file is none.
+    let cut = others.path().join("cut.csv.gz");
+    let whole = fs::read(&compressed).unwrap();
+    fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    let out = didim(&[&"identify", &"--cell", &others.path().join("cell.toml"), &"--input", &cut]);
+    assert_eq!(out.code, Some(1), "{}", out.stderr);
+    assert!(out.stderr.contains("cut.csv.gz: "), "{}", out.stderr);
     let said = succeed(&[&"check", &"--cell", &others.path().join("cell.toml")]);
     assert!(said.contains("no bus: tables with the columns of [data], 250 samples/s"), "{said}");
 }

@@ -5,10 +5,11 @@
 //! `joint_`. Those of others are read by the names and units of their [`Columns`]. Fields are separated by commas,
 //! semicolons or tabs; where not by commas, a number may have a decimal comma.
 
-use std::io::{BufRead, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use didim_core::identification::Signals;
+use flate2::bufread::MultiGzDecoder;
 
 use crate::columns::{Columns, Quantity};
 use crate::measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
@@ -204,9 +205,20 @@ fn read(
     sample_rate_hz: Option<f64>,
     columns: Option<&Columns>,
 ) -> Result<Table, CsvError> {
-    let file = std::fs::File::open(path)
-        .map_err(|source| CsvError::Io { file: path.to_path_buf(), source })?;
-    parse(std::io::BufReader::new(file), path, sample_rate_hz, columns)
+    parse(text(path)?, path, sample_rate_hz, columns)
+}
+
+/// The first bytes of what gzip compressed (RFC 1952).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// The text of a file, decompressed where gzip compressed it.
+fn text(path: &Path) -> Result<Box<dyn BufRead>, CsvError> {
+    let wrong = |source| CsvError::Io { file: path.to_path_buf(), source };
+    let mut file = BufReader::new(std::fs::File::open(path).map_err(wrong)?);
+    if file.fill_buf().map_err(wrong)?.starts_with(&GZIP) {
+        return Ok(Box::new(BufReader::new(MultiGzDecoder::new(file))));
+    }
+    Ok(Box::new(file))
 }
 
 /// The header of a table.
@@ -223,9 +235,7 @@ pub struct TableNames {
 /// # Errors
 /// See [`CsvError`].
 pub fn list_table(path: &Path) -> Result<TableNames, CsvError> {
-    let file = std::fs::File::open(path)
-        .map_err(|source| CsvError::Io { file: path.to_path_buf(), source })?;
-    let (_, columns, _) = open(std::io::BufReader::new(file), path, None)?;
+    let (_, columns, _) = open(text(path)?, path, None)?;
     let own = Header::parse(&columns, path).ok().map(|header| (header.side, header.has_time));
     Ok(TableNames { columns, own })
 }
