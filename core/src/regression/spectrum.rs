@@ -5,6 +5,8 @@
 //! the model does not describe. Here the errors of each joint are a stationary process. Its power
 //! spectrum is that of white noise behind the filter, times a smooth shape that the residuals tell.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::fourier::{Fourier, SIGNALS};
@@ -17,6 +19,9 @@ use crate::numeric::vectorised;
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
 /// something to judge by.
 const MOST_EXPLAINED: f64 = 0.9;
+
+/// So many frequencies are multiplied at a time, which bounds the memory.
+const BLOCK: usize = 8192;
 
 /// The filter that the rows have passed, for records of so many rows. Frequencies are ratios of the
 /// Nyquist frequency of the rows, 0 to 1.
@@ -230,20 +235,40 @@ impl<'a> ResidualSpectrum<'a> {
                 root.collect()
             })
             .collect();
-        let mut parts = columns.values.clone();
+        let frequencies = self.filter.fourier.frequencies();
+        let blocks = (0..frequencies).step_by(BLOCK);
+        let of_block = |from: usize| {
+            let block = from..frequencies.min(from + BLOCK);
+            self.product_of(columns, &roots, block)
+        };
+        blocks.map(of_block).reduce(|sum, of_block| sum + of_block).unwrap_or_default()
+    }
+
+    /// That of a block of frequencies, by the roots of what each joint's power weighs there.
+    fn product_of(
+        &self,
+        columns: &Transforms,
+        roots: &[Vec<f64>],
+        block: Range<usize>,
+    ) -> DMatrix<f64> {
+        let (joints, size) = (self.joints.len(), 2 * block.len());
+        let frequencies = self.filter.fourier.frequencies();
+        let mut parts = DMatrix::zeros(size * joints, columns.values.ncols());
         // Every joint with what all have in common with it.
         let mut common = DMatrix::zeros(parts.nrows(), parts.ncols());
-        let joints = self.joints.len();
-        let size = parts.nrows() / joints;
         vectorised(
             #[inline(always)]
             || {
-                let signals = parts.as_mut_slice().chunks_exact_mut(size).enumerate();
-                for (signal, parts) in signals {
-                    let roots = &roots[signal % joints];
-                    let (re, im) = parts.split_at_mut(roots.len());
-                    for ((re, im), root) in re.iter_mut().zip(im).zip(roots) {
-                        (*re, *im) = (*re * root, *im * root);
+                let signals = columns.values.as_slice().chunks_exact(2 * frequencies);
+                let parts_of = parts.as_mut_slice().chunks_exact_mut(size);
+                for (signal, (from, parts)) in signals.zip(parts_of).enumerate() {
+                    let roots = &roots[signal % joints][block.clone()];
+                    let (re, im) = from.split_at(frequencies);
+                    let (to_re, to_im) = parts.split_at_mut(roots.len());
+                    for (from, to) in [(re, to_re), (im, to_im)] {
+                        for ((from, to), root) in from[block.clone()].iter().zip(to).zip(roots) {
+                            *to = *from * root;
+                        }
                     }
                 }
                 let columns = parts.as_slice().chunks_exact(size * joints);
