@@ -4,7 +4,7 @@
 //!
 //! | room | what it is | uses |
 //! |---|---|---|
-//! | [`proposal`] | a cell file from an arm and a table or a bag of it | `cell`, `text` |
+//! | [`proposal`] | a cell file from an arm and a table, a bag or a DBC file of it | `cell`, `live`, `text` |
 //! | [`check`] | what would not work: a cell by itself, and this machine | all below |
 //! | [`service`] | the running service: its parts put together, supervision, status, metrics | all below |
 //! | [`report`] | results for people: terminal, HTML, figures | all below |

@@ -23,12 +23,15 @@ pub(super) struct Arguments {
     /// The link of a URDF at which it ends
     #[arg(long, value_name = "LINK")]
     tip: Option<String>,
-    /// A table of the arm in motion (CSV)
-    #[arg(long, value_name = "FILE", required_unless_present = "bag")]
+    /// A table of the arm in motion (CSV); with --dbc a log or a recording of the bus
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["bag", "dbc"])]
     log: Option<PathBuf>,
     /// A ROS 2 bag of the arm in motion: an MCAP file, or the folder of a split bag
     #[arg(long, value_name = "FILE", conflicts_with = "log")]
     bag: Option<PathBuf>,
+    /// The DBC file of the drives' bus
+    #[arg(long, value_name = "FILE", conflicts_with = "bag")]
+    dbc: Option<PathBuf>,
     /// Answer a question: a key of the cell file and its value, as data.side=joint; given again, further ones
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = answer)]
     answers: Vec<(String, String)>,
@@ -41,11 +44,12 @@ fn answer(text: &str) -> Result<(String, String), String> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let Arguments { out, robot, base, tip, log, bag, answers } = arguments;
+    let Arguments { out, robot, base, tip, log, bag, dbc, answers } = arguments;
     let description = Evidence::description_path(out);
     let input = log.as_ref().or(bag.as_ref());
     let (robot, base, tip) = (robot.clone(), base.clone(), tip.clone());
-    let sources = Sources { robot, base, tip, table: log.clone(), bag: bag.clone() };
+    let (table, log) = if dbc.is_some() { (None, log.clone()) } else { (log.clone(), None) };
+    let sources = Sources { robot, base, tip, table, bag: bag.clone(), dbc: dbc.clone(), log };
     let evidence = Evidence::read(sources).map_err(CliError::configuration)?;
     let taken = evidence.description.as_ref().map(|_| &description);
     if let Some(there) = [Some(out), taken].into_iter().flatten().find(|path| path.exists()) {

@@ -218,6 +218,55 @@ fn from_urdf_and_log_to_the_report_in_three_commands() {
     }
 }
 
+/// What a DBC file tells of the shipped buses, held against their cells: nothing is found or assumed otherwise.
+#[test]
+fn a_dbc_file_tells_signals_and_what_marks_a_sample() {
+    let open = toml::Value::String("?".to_owned());
+    let cases = [
+        ("packed_fd_six_axes", "tx40-packed-fd", &["position", "torque", "counter"][..]),
+        (
+            "cia402_six_axes",
+            "tx40-cia402",
+            &["position", "torque", "reference", "sync", "status_word"],
+        ),
+    ];
+    for (dbc, shipped, found) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let config = |path: String| repository("config").join(path);
+        let (cell, log, shipped) =
+            (at("cell.toml"), at("drive.log"), config(format!("cells/{shipped}.toml")));
+        let bus = format!("log:{}", log.display());
+        succeed(&[&"sim", &"--cell", &shipped, &"--bus", &bus]);
+        let (robot, dbc) = (config("robots/tx40.toml".into()), config(format!("dbc/{dbc}.dbc")));
+        succeed(&[&"new", &cell, &"--robot", &robot, &"--dbc", &dbc, &"--log", &log]);
+        let read = |file: &Path| -> toml::Table {
+            toml::from_str(&fs::read_to_string(file).unwrap()).unwrap()
+        };
+        let layout = |of: &toml::Table| of["bus"]["layout"].as_table().unwrap().clone();
+        let (made, stated) = (layout(&read(&cell)), layout(&read(&shipped)));
+        assert!(
+            found.iter().chain(&["rate_hz", "axes"]).all(|key| made.contains_key(*key)),
+            "{made}"
+        );
+        for (key, value) in made.iter().filter(|(key, _)| *key != "dbc") {
+            for (part, value) in value
+                .as_table()
+                .unwrap_or(&toml::Table::from_iter([(String::new(), value.clone())]))
+            {
+                let stated = if part.is_empty() { &stated[key] } else { &stated[key][part] };
+                assert!(*value == open || value == stated, "{key} {part}: {value} is {stated}");
+            }
+        }
+        // Gains are of the drives: all are asked, of each.
+        let check = didim(&[&"check", &"--cell", &cell, &"--elsewhere"]);
+        for axis in 1..=6 {
+            let key = format!(": bus.drives.{axis}.torque.scale: ");
+            assert!(check.stderr.contains(&key), "{}", check.stderr);
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_done_is_said() {
     let names = ["time", "q1", "q2", "tau1", "tau2"];

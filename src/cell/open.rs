@@ -1,6 +1,7 @@
 //! Values that a cell file leaves open: what `didim new` could not find.
 
 use core::fmt;
+use std::collections::BTreeMap;
 
 /// Stands where a value has to be put.
 pub const OPEN: &str = "?";
@@ -27,14 +28,21 @@ impl fmt::Display for OpenKey {
 pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
     let mut found = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
+    // How often a section has come that may come several times.
+    let mut times: BTreeMap<&str, usize> = BTreeMap::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.trim();
         if let Some(said) = line.strip_prefix('#') {
             comment = Some(said.trim());
             continue;
         }
-        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
-            section = name.0.trim_matches('[').to_owned();
+        if let Some((name, _)) = line.strip_prefix("[[").and_then(|rest| rest.split_once(']')) {
+            let times = times.entry(name).or_default();
+            *times += 1;
+            section = format!("{name}.{times}");
+        } else if let Some((name, _)) = line.strip_prefix('[').and_then(|rest| rest.split_once(']'))
+        {
+            name.clone_into(&mut section);
         } else if let Some((key, value)) = line.split_once('=')
             && without_comment(value).contains(&format!("\"{OPEN}\""))
         {
@@ -69,7 +77,7 @@ mod tests {
         let listed: Vec<String> = open_keys(text).iter().map(ToString::to_string).collect();
         assert_eq!(
             listed,
-            ["line 4: data.rate_hz: how many", "line 5: data.torque", "line 9: bus.drives.signs"]
+            ["line 4: data.rate_hz: how many", "line 5: data.torque", "line 9: bus.drives.1.signs"]
         );
     }
 }

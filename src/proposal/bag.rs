@@ -6,8 +6,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::plausible::Look;
-use super::table::{RATES_HZ, rounded};
+use super::plausible::{Look, RATES_HZ, rounded, torque_valid};
 use super::value::{Guess, quoted};
 
 const SECTION: &str = "data.bag";
@@ -74,8 +73,7 @@ pub(super) fn propose(
     };
     draft.put("data", "rate_hz", rate);
     draft.put(SECTION, "time", time);
-    let valid = "an effort is of the instant of its message";
-    draft.put("data", "torque_valid", Guess::assumed(quoted("instant"), valid));
+    draft.put("data", "torque_valid", torque_valid(false));
 
     let look = match topic {
         Some((name, topic)) if topic.without_effort.iter().all(|joint| !joints.contains(joint)) => {

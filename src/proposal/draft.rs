@@ -13,7 +13,7 @@ pub type Answers = BTreeMap<String, String>;
 /// A key with its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    section: &'static str,
+    section: String,
     name: String,
     /// As TOML.
     pub value: String,
@@ -38,6 +38,12 @@ pub struct Proposal {
     pub entries: Vec<Entry>,
 }
 
+/// Of the file, in their order, those of the drives by their axis.
+const SECTIONS: [&str; 9] =
+    ["", "urdf", "data", "data.bag", "bus", "bus.layout", "bus.drives", "window", "identification"];
+/// Those of the drives, one for each axis.
+const DRIVES: &str = "bus.drives.";
+
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
     asked: BTreeSet<String>,
@@ -52,9 +58,10 @@ impl<'a> Draft<'a> {
     }
 
     /// Takes the answer, or else the guess.
-    pub(super) fn put(&mut self, section: &'static str, name: &str, guess: Guess) {
+    pub(super) fn put(&mut self, section: &str, name: &str, guess: Guess) {
         let Guess { value, standing, why } = guess;
-        let mut entry = Entry { section, name: name.to_owned(), value, standing, why };
+        let (section, name) = (section.to_owned(), name.to_owned());
+        let mut entry = Entry { section, name, value, standing, why };
         self.asked.insert(entry.key());
         if let Some(answer) = self.answers.get(&entry.key()) {
             let (value, standing) = (as_toml(answer), Standing::Stated);
@@ -109,13 +116,15 @@ impl<'a> Draft<'a> {
             return Err(ProposalError::NotAsked { key: key.clone(), known });
         }
         let mut entries = self.entries;
-        // The file's order: what the cell is, its data, how they are identified.
+        // The file's order: what the cell is, its data or bus, how they are identified.
         let place = |section: &str| {
-            ["", "urdf", "data", "data.bag", "identification"]
-                .iter()
-                .position(|own| *own == section)
+            let (section, axis) = match section.strip_prefix(DRIVES) {
+                Some(axis) => (DRIVES.trim_end_matches('.'), axis.parse().unwrap_or(0)),
+                None => (section, 0),
+            };
+            (SECTIONS.iter().position(|own| *own == section), axis)
         };
-        entries.sort_by_key(|entry| place(entry.section));
+        entries.sort_by_key(|entry| -> (Option<usize>, usize) { place(&entry.section) });
         Ok(Proposal { entries })
     }
 }
@@ -141,9 +150,12 @@ impl Proposal {
         let mut section = "";
         for entry in &self.entries {
             if entry.section != section {
-                section = entry.section;
+                section = &entry.section;
                 // Writing to a String cannot fail.
-                let _ = writeln!(text, "\n[{section}]");
+                let _ = match section.strip_prefix(DRIVES) {
+                    Some(axis) => writeln!(text, "\n[[{}]] # {axis}", DRIVES.trim_end_matches('.')),
+                    None => writeln!(text, "\n[{section}]"),
+                };
             }
             let why = if entry.why.is_empty() { String::new() } else { format!(": {}", entry.why) };
             let _ = writeln!(text, "# {}{why}", entry.standing.as_str());

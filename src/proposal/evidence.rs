@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use didim_drivers::layout::LayoutError;
+use didim_drivers::source::SourceError;
 use didim_formats::{BagContents, BagError, CsvError, TableNames, list_bag, list_table};
 
 use crate::cell::{CellError, Library, RobotSource, UrdfSection};
@@ -19,20 +21,38 @@ pub struct Sources {
     pub table: Option<PathBuf>,
     /// A ROS 2 bag, a file or a folder.
     pub bag: Option<PathBuf>,
+    /// A DBC file.
+    pub dbc: Option<PathBuf>,
+    /// A log or a recording of its bus.
+    pub log: Option<PathBuf>,
 }
 
 /// Why there is no proposal.
 #[derive(Debug, thiserror::Error)]
 pub enum ProposalError {
-    /// The robot is none.
+    /// The robot, or another file, cannot be read or is none.
     #[error(transparent)]
-    Robot(Box<CellError>),
+    File(Box<CellError>),
     /// The table cannot be read.
     #[error(transparent)]
     Table(#[from] CsvError),
     /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] BagError),
+    /// The DBC file is none.
+    #[error("{}: {source}", file.display())]
+    Dbc {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: Box<LayoutError>,
+    },
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log {
+        /// What is wrong with it.
+        source: Box<SourceError>,
+    },
     /// Nobody says what arm it is.
     #[error("which arm is it? Name its URDF or robot file with --robot{}", .bag.as_ref().map(|bag| format!("; {} has no robot_description", bag.display())).unwrap_or_default())]
     NoRobot {
@@ -58,6 +78,8 @@ pub struct Evidence {
     pub(super) tip: Option<String>,
     pub(super) table: Option<(PathBuf, TableNames)>,
     pub(super) bag: Option<(PathBuf, BagContents)>,
+    pub(super) dbc: Option<(PathBuf, String)>,
+    pub(super) log: Option<PathBuf>,
     /// The URDF that a bag published, where no other robot was named.
     pub description: Option<String>,
 }
@@ -68,7 +90,7 @@ impl Evidence {
     /// # Errors
     /// [`ProposalError`].
     pub fn read(sources: Sources) -> Result<Self, ProposalError> {
-        let Sources { robot: robot_file, base, tip, table, bag } = sources;
+        let Sources { robot: robot_file, base, tip, table, bag, dbc, log } = sources;
         let bag = match bag {
             Some(file) => Some((list_bag(&file)?, file)),
             None => None,
@@ -77,7 +99,7 @@ impl Evidence {
         let (file, text, description) = match (&robot_file, &bag) {
             (Some(file), _) => {
                 let text = Library::Files.read(file);
-                (file.clone(), text.map_err(|error| ProposalError::Robot(Box::new(error)))?, None)
+                (file.clone(), text.map_err(|error| ProposalError::File(Box::new(error)))?, None)
             }
             (None, Some((file, BagContents { robot_description: Some(urdf), .. }))) => {
                 (file.with_extension("urdf"), urdf.clone(), Some(urdf.clone()))
@@ -90,13 +112,21 @@ impl Evidence {
         };
         let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
         let robot = RobotSource::read(&file, text, Some(&ends))
-            .map_err(|error| ProposalError::Robot(Box::new(error)))?;
+            .map_err(|error| ProposalError::File(Box::new(error)))?;
         let table = match table {
             Some(file) => Some((list_table(&file)?, file)),
             None => None,
         };
         let table = table.map(|(names, file)| (file, names));
-        Ok(Self { robot, robot_file, base, tip, table, bag, description })
+        let dbc = match dbc {
+            Some(file) => {
+                let text = Library::Files.read(&file);
+                Some((text.map_err(|error| ProposalError::File(Box::new(error)))?, file))
+            }
+            None => None,
+        };
+        let dbc = dbc.map(|(text, file)| (file, text));
+        Ok(Self { robot, robot_file, base, tip, table, bag, dbc, log, description })
     }
 
     /// The robot as the cell file names it, and whether it is written beside that.
@@ -114,7 +144,7 @@ impl Evidence {
 }
 
 /// A path as the cell file names it: relative to its folder where it lies below, else absolute.
-fn relative(path: &Path, out: &Path) -> PathBuf {
+pub(super) fn relative(path: &Path, out: &Path) -> PathBuf {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     match (path.canonicalize(), folder.canonicalize()) {

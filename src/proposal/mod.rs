@@ -1,9 +1,10 @@
-//! A cell file from what an engineer has: an arm, and a table or a bag of it.
+//! A cell file from what an engineer has: an arm, and a table, a bag or a DBC file of it.
 //!
 //! What the files tell is found, what is usual is assumed and said so, and what nobody can know from them is left open:
 //! nothing physical is guessed.
 
 mod bag;
+mod bus;
 mod draft;
 mod evidence;
 mod names;
@@ -45,6 +46,9 @@ pub fn propose(
         (None, Some(file)) => bag::propose(&mut draft, evidence, file)?,
         (None, None) => {}
     }
+    if let Some(file) = &evidence.dbc {
+        bus::propose(&mut draft, evidence, file, out)?;
+    }
     drives(&mut draft, evidence);
     identification(&mut draft);
     draft.finish()
@@ -78,7 +82,7 @@ fn drives(draft: &mut Draft<'_>, evidence: &Evidence) {
 }
 
 fn identification(draft: &mut Draft<'_>) {
-    let rate_hz = draft.number("data.rate_hz");
+    let rate_hz = draft.number("data.rate_hz").or(draft.number("bus.layout.rate_hz"));
     let section = "identification";
     draft.put(section, "method", Guess::assumed(quoted("idim-ls"), "needs no controller"));
     let why = "the recording chooses the cut-off; state the one that is printed before comparing over time";

@@ -8,6 +8,8 @@ pub(super) enum Meaning {
     Position,
     Torque,
     Current,
+    /// A torque or a current that is asked for.
+    Command,
     Reference,
     Time,
 }
@@ -82,14 +84,17 @@ fn has(words: &[String], any: &[&str]) -> bool {
     words.iter().any(|word| any.contains(&word.as_str()))
 }
 
+/// A signal of a bus has the name of its message before it, which says whether it is asked for and not what it is.
 pub(super) fn meaning(name: &str) -> Option<Meaning> {
-    let words = words(name);
+    let whole = words(name);
+    let own = name.rsplit_once('.').map(|(_, own)| words(own));
+    let words = own.filter(|own| !own.is_empty()).unwrap_or_else(|| whole.clone());
     if has(&words, OTHER) {
         return None;
     }
-    let asked_for = has(&words, ASKED_FOR);
+    let asked_for = has(&whole, ASKED_FOR);
     if has(&words, TORQUE) {
-        (!asked_for).then_some(Meaning::Torque)
+        Some(if asked_for { Meaning::Command } else { Meaning::Torque })
     } else if has(&words, CURRENT) {
         (!asked_for).then_some(Meaning::Current)
     } else if has(&words, POSITION) {

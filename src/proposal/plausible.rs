@@ -22,6 +22,26 @@ const FACTORS: [f64; 2] = [2.0, 3.0];
 /// The share of the power that a drive loses in an arm with friction.
 const LOST: f64 = 0.1;
 
+/// Rows of a second of any robot's log: three powers of ten, so that one unit of time fits.
+pub(super) const RATES_HZ: core::ops::Range<f64> = 20.0..20_000.0;
+
+/// A rate that is a round number within half a percent is meant to be one.
+pub(super) fn rounded(rate_hz: f64) -> f64 {
+    let whole = rate_hz.round();
+    if (rate_hz / whole - 1.0).abs() < 5e-3 { whole } else { (rate_hz * 1e3).round() * 1e-3 }
+}
+
+/// When a torque acts.
+pub(super) fn torque_valid(is_command: bool) -> Guess {
+    if is_command {
+        return Guess::open(
+            "how long a commanded torque acts: { held = { hold_us = …, delay_us = … } }, as a rule the cycle of the controller",
+        );
+    }
+    let why = "each torque is of the instant of its sample; { held = { hold_us = …, delay_us = … } } where it is a command";
+    Guess::assumed(quoted("instant"), why)
+}
+
 /// Signals of the joints' side in units that nobody stated, against the arm.
 pub(super) struct Look<'a> {
     pub(super) robot: &'a Robot,

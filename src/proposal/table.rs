@@ -7,7 +7,7 @@ use didim_formats::{AxisColumns, Columns, Side, TableNames, read_rows};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::names::{Group, Meaning, groups, meaning, unit};
-use super::plausible::Look;
+use super::plausible::{Look, RATES_HZ, rounded, torque_valid};
 use super::value::{Guess, list, quoted};
 use crate::cell::OPEN;
 
@@ -20,8 +20,6 @@ const TURNS: &[(&str, &str)] =
 const TORQUES: &[(&str, &str)] = &[("nm", "Nm"), ("mnm", "mNm")];
 /// Names that say what was measured, where there are several of a kind.
 const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback"];
-/// Rows of a second of any robot's log: three powers of ten, so that one unit of time fits.
-pub(super) const RATES_HZ: core::ops::Range<f64> = 20.0..20_000.0;
 const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 pub(super) fn propose(
@@ -51,13 +49,12 @@ impl Table<'_> {
             None => Guess::open("samples a second; the table has no times"),
         };
         draft.put(SECTION, "rate_hz", rate_hz);
-        let valid = "each torque is of the instant of its row; { held = { hold_us = …, delay_us = … } } where it is a command";
-        draft.put(SECTION, "torque_valid", Guess::assumed(quoted("instant"), valid));
         match self.names.own {
             None => self.of_others(draft, time.as_ref()),
             Some((side, _)) => {
                 let side = if side == Side::Joint { "joint" } else { "motor" };
                 draft.know("data.side", quoted(side));
+                draft.put(SECTION, "torque_valid", torque_valid(false));
                 Ok(())
             }
         }
@@ -120,8 +117,8 @@ impl Table<'_> {
         }
         let groups = groups(&self.names.columns, self.robot.joints(), &self.joints);
         let position = chosen(&groups, Meaning::Position);
-        let torque =
-            chosen(&groups, Meaning::Torque).or_else(|_| chosen(&groups, Meaning::Current));
+        let (torque, is_command) = torques(&groups);
+        draft.put(SECTION, "torque_valid", torque_valid(is_command));
         let (position, torque) =
             (self.answered(draft, "position", position), self.answered(draft, "torque", torque));
         let look = match (&position, &torque) {
@@ -244,27 +241,19 @@ impl Table<'_> {
     }
 }
 
-/// A rate that is a round number within half a percent is meant to be one.
-pub(super) fn rounded(rate_hz: f64) -> f64 {
-    let whole = rate_hz.round();
-    if (rate_hz / whole - 1.0).abs() < 5e-3 { whole } else { (rate_hz * 1e3).round() * 1e-3 }
-}
-
 /// The one group of a meaning; that of what was measured where there are several. Else those that there are.
-fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
+pub(super) fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
     let fitting: Vec<&Group> =
         groups.iter().filter(|group| meaning(group.name()) == Some(wanted)).collect();
-    let measured = |group: &&&Group| {
-        super::names::words(group.name()).iter().any(|word| MEASURED.contains(&word.as_str()))
-    };
-    let mut of_measured = fitting.iter().filter(measured);
+    let mut of_measured = fitting.iter().filter(|group| is_measured(group.name()));
     match (fitting.as_slice(), of_measured.next(), of_measured.next()) {
         ([one], ..) => Ok((*one).clone()),
         (_, Some(one), None) => Ok((*one).clone()),
+        ([], ..) if groups.is_empty() => Err("nothing is there once for each axis".to_owned()),
         ([], ..) => {
             let all: Vec<String> =
                 groups.iter().map(|group| format!("`{}`", group.name())).collect();
-            Err(format!("columns that are there once for each axis: {}", all.join(" ")))
+            Err(format!("once for each axis there are {}", all.join(" ")))
         }
         (several, ..) => {
             let all: Vec<String> =
@@ -272,6 +261,20 @@ fn chosen(groups: &[Group], wanted: Meaning) -> Result<Group, String> {
             Err(format!("one of {}", all.join(" ")))
         }
     }
+}
+
+/// The torques or the currents; what is asked for, where nothing is measured. Whether it is that.
+pub(super) fn torques(groups: &[Group]) -> (Result<Group, String>, bool) {
+    let is = |wanted: &Meaning| groups.iter().any(|group| meaning(group.name()) == Some(*wanted));
+    let wanted = [Meaning::Torque, Meaning::Current, Meaning::Command].into_iter().find(is);
+    let found = chosen(groups, wanted.unwrap_or(Meaning::Torque));
+    let is_command = wanted == Some(Meaning::Command) && found.is_ok();
+    (found, is_command)
+}
+
+/// Whether a name says that it was measured.
+pub(super) fn is_measured(name: &str) -> bool {
+    super::names::words(name).iter().any(|word| MEASURED.contains(&word.as_str()))
 }
 
 fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>) {

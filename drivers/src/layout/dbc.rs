@@ -45,6 +45,26 @@ pub struct SignalFormat {
     pub range: Option<(f64, f64)>,
 }
 
+/// A signal by its names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NamedSignal<'a> {
+    /// Its message.
+    pub message: &'a str,
+    /// The identifier of that.
+    pub id: FrameId,
+    /// Its own name.
+    pub name: &'a str,
+    /// The unit string.
+    pub unit: &'a str,
+}
+
+fn frame_id(id: MessageId) -> FrameId {
+    match id {
+        MessageId::Standard(id) => FrameId::Standard(id),
+        MessageId::Extended(id) => FrameId::Extended(id),
+    }
+}
+
 impl MessageFormat {
     /// The bytes of its frames: CAN FD has no length between 8 and 64 but these (ISO 11898-1).
     pub fn wire_length(&self) -> u8 {
@@ -91,6 +111,28 @@ impl<'a> Database<'a> {
         Ok(Self { text, dbc })
     }
 
+    /// Every signal that is in every frame of its message, in the order of the file.
+    pub fn signals(&self) -> impl Iterator<Item = NamedSignal<'_>> {
+        self.dbc.messages.iter().flat_map(|message| {
+            let id = frame_id(message.id);
+            let plain = message
+                .signals
+                .iter()
+                .filter(|signal| matches!(signal.multiplexer_indicator, MultiplexIndicator::Plain));
+            plain.map(move |signal| NamedSignal {
+                message: &message.name,
+                id,
+                name: &signal.name,
+                unit: &signal.unit,
+            })
+        })
+    }
+
+    /// The messages by name, in the order of the file.
+    pub fn messages(&self) -> impl Iterator<Item = (&str, FrameId)> {
+        self.dbc.messages.iter().map(|message| (message.name.as_str(), frame_id(message.id)))
+    }
+
     /// The frames of a message; `key` is the key of the layout that asks.
     ///
     /// # Errors
@@ -106,10 +148,7 @@ impl<'a> Database<'a> {
             .ok()
             .filter(|length| *length <= MAX_PAYLOAD)
             .ok_or_else(|| refuse("a frame has at most 64 bytes"))?;
-        let id = match message.id {
-            MessageId::Standard(id) => FrameId::Standard(id),
-            MessageId::Extended(id) => FrameId::Extended(id),
-        };
+        let id = frame_id(message.id);
         let extended = matches!(id, FrameId::Extended(_));
         let fd = match self.frame_format(message.id).as_deref() {
             None => length > MAX_CLASSIC_PAYLOAD,

@@ -18,7 +18,7 @@ mod field;
 mod plan;
 mod spec;
 
-pub use dbc::{Database, MessageFormat, SignalFormat};
+pub use dbc::{Database, MessageFormat, NamedSignal, SignalFormat};
 pub use eds::{EdsError, MAX_DEVICE_FILE_BYTES};
 pub use encode::{AxisValues, CycleValues, EncodeError};
 pub use error::LayoutError;
