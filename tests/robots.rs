@@ -55,6 +55,18 @@ fn every_robot_stands_where_its_maker_says() {
     }
 }
 
+#[test]
+fn what_motions_are_planned_with_is_stated_where_it_is_published() {
+    let limits = |name: &str| {
+        let (_, source) = read(&files()[name]);
+        let all = source.robot.chain().iter().map(|joint| joint.limits);
+        all.map(|limits| (limits.acceleration_max, limits.jerk_max)).collect::<Vec<_>>()
+    };
+    let panda = limits("panda");
+    assert_eq!((panda[0], panda[6]), ((Some(15.0), Some(7500.0)), (Some(20.0), Some(10_000.0))));
+    assert!(limits("ur5e").iter().all(|limits| *limits == (None, None)));
+}
+
 /// Arms of others are written from publications, and say which.
 #[test]
 fn every_robot_names_its_sources_and_what_is_open() {

@@ -37,10 +37,14 @@ struct RawJoint {
     position_min_deg: Option<Spanned<f64>>,
     position_max_deg: Option<Spanned<f64>>,
     velocity_max_rad_s: Option<Spanned<f64>>,
+    acceleration_max_rad_s2: Option<Spanned<f64>>,
+    jerk_max_rad_s3: Option<Spanned<f64>>,
     torque_max_nm: Option<Spanned<f64>>,
     position_min_m: Option<Spanned<f64>>,
     position_max_m: Option<Spanned<f64>>,
     velocity_max_m_s: Option<Spanned<f64>>,
+    acceleration_max_m_s2: Option<Spanned<f64>>,
+    jerk_max_m_s3: Option<Spanned<f64>>,
     force_max_n: Option<Spanned<f64>>,
     friction: Option<Spanned<RawJointFriction>>,
     known_torque: Option<Spanned<RawKnownTorque>>,
@@ -191,6 +195,12 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
         JointKind::Revolute => position.to_radians(),
         JointKind::Prismatic => position,
     };
+    // What motions are planned with, and no identification needs.
+    let stated = |revolute: (&'static str, &Option<Spanned<f64>>),
+                  prismatic: (&'static str, &Option<Spanned<f64>>)| {
+        let any = revolute.1.is_some() || prismatic.1.is_some();
+        any.then(|| positive(limit(revolute, prismatic)?)).transpose()
+    };
     let limits = Limits {
         position_min: to_si(position_min),
         position_max: to_si(position_max),
@@ -198,6 +208,14 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
             ("velocity_max_rad_s", &raw.velocity_max_rad_s),
             ("velocity_max_m_s", &raw.velocity_max_m_s),
         )?)?,
+        acceleration_max: stated(
+            ("acceleration_max_rad_s2", &raw.acceleration_max_rad_s2),
+            ("acceleration_max_m_s2", &raw.acceleration_max_m_s2),
+        )?,
+        jerk_max: stated(
+            ("jerk_max_rad_s3", &raw.jerk_max_rad_s3),
+            ("jerk_max_m_s3", &raw.jerk_max_m_s3),
+        )?,
         torque_max: positive(limit(
             ("torque_max_nm", &raw.torque_max_nm),
             ("force_max_n", &raw.force_max_n),

@@ -33,6 +33,10 @@ pub struct Limits {
     pub position_max: f64,
     /// Largest speed \[rad/s or m/s\].
     pub velocity_max: f64,
+    /// Largest acceleration, where it is stated \[rad/s² or m/s²\].
+    pub acceleration_max: Option<f64>,
+    /// Largest jerk, where it is stated \[rad/s³ or m/s³\].
+    pub jerk_max: Option<f64>,
     /// Largest torque or force on the joint side \[N·m or N\].
     pub torque_max: f64,
 }

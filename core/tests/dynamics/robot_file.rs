@@ -77,6 +77,18 @@ fn numbers_that_make_no_arm_are_refused() {
     let (key, instead) = ("velocity_max_m_s", "velocity_max_rad_s");
     assert_eq!(error, RobotError::WrongUnit { joint: 3, key, instead, line });
 
+    let of_motions = |line: &str| format!("velocity_max_rad_s = 7.504\n{line}");
+    let (error, _) =
+        refused("velocity_max_rad_s = 7.504", &of_motions("acceleration_max_rad_s2 = -1.0"));
+    let RobotError::NotPositive { joint: 3, key: "acceleration_max_rad_s2", .. } = error else {
+        panic!("{error}")
+    };
+    let (error, _) = refused("velocity_max_rad_s = 7.504", &of_motions("jerk_max_m_s3 = 100.0"));
+    let RobotError::WrongUnit { key: "jerk_max_m_s3", instead: "jerk_max_rad_s3", .. } = error
+    else {
+        panic!("{error}")
+    };
+
     let (error, _) = refused("torque_max_nm = 103.49", "");
     let RobotError::MissingLimit { joint, key, .. } = error else { panic!("{error}") };
     assert_eq!((joint, key), (3, "torque_max_nm"));

@@ -107,6 +107,10 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
                 three(frame.axes[2]),
                 format!("{} to {} {unit}", number(low), number(high)),
                 format!("{} {speed}", significant(limits.velocity_max, 3)),
+                limits.acceleration_max.map_or_else(
+                    || "–".to_owned(),
+                    |most| format!("{} {speed}²", significant(most, 3)),
+                ),
                 format!("{} {}", significant(limits.torque_max, 3), joint.kind.torque_unit()),
             ]
         })
@@ -122,6 +126,7 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
         "axis",
         "range",
         "speed",
+        "acceleration",
         "torque",
     ];
     aligned(&header, &rows)
