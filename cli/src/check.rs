@@ -143,7 +143,11 @@ fn summary(cell: &Cell) -> String {
         cell.base.names().len(),
         cell.method,
         cell.sample_rate_hz(),
-        if cell.has_reference() { "with reference" } else { "without reference" },
+        match (cell.has_reference(), cell.bus().is_err() && cell.columns.is_none()) {
+            (true, true) => "with reference where a table has one",
+            (true, false) => "with reference",
+            (false, _) => "without reference",
+        },
     )
 }
 

@@ -77,6 +77,9 @@ struct RecordingLine {
     rms_deviation_from: Vec<Option<f64>>,
 }
 
+/// So many recordings or pieces are held against each other at most: the table is square.
+const COMPARED: usize = 12;
+
 /// Every recording, or whole piece of one, by itself, where there are several.
 fn recordings(
     cell: &Cell,
@@ -85,7 +88,7 @@ fn recordings(
     measurements: &[(&Measurement, Range<usize>)],
     together: &Estimate,
 ) -> Vec<RecordingLine> {
-    if measurements.len() < 2 {
+    if !(2..=COMPARED).contains(&measurements.len()) {
         return Vec::new();
     }
     let alone: Vec<Option<Estimate>> = (measurements.iter())
@@ -177,8 +180,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
         print(&text(&cell, &identification, arguments.regrouping))?;
-        for (_, piece) in &pieces {
+        for (_, piece) in pieces.iter().take(COMPARED) {
             print(&piece.what_counted())?;
+        }
+        if pieces.len() > COMPARED {
+            print(&format!("and {} more pieces\n", pieces.len() - COMPARED))?;
         }
         print(&compared(&recordings))?;
     }

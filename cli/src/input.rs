@@ -173,7 +173,9 @@ fn counted(
 ) -> Result<Vec<Counted>, CliError> {
     let end_s = record.pieces.last().map_or(0.0, Piece::ends_s);
     for (name, seconds) in [("--from", first_s), ("--to", last_s)] {
-        if let Some(seconds) = seconds.filter(|seconds| !(0.0..=end_s).contains(seconds)) {
+        // Times are shown rounded.
+        let last_s = end_s + 0.5 / cell.sample_rate_hz();
+        if let Some(seconds) = seconds.filter(|seconds| !(0.0..=last_s).contains(seconds)) {
             let message = format!("{name} {seconds}: the measurement lasts from 0 to {end_s} s");
             return Err(CliError::Usage(message));
         }
@@ -192,7 +194,9 @@ fn counted(
             sample
         };
         // An end that is stated lies in the piece, or the piece ends with its margin.
-        let within = |seconds: &f64| (piece.begins_s..=piece.ends_s()).contains(seconds);
+        let half_s = 0.5 / piece.measurement.signals.sample_rate_hz;
+        let within =
+            |seconds: &f64| (piece.begins_s - half_s..=piece.ends_s() + half_s).contains(seconds);
         let from = match first_s {
             Some(seconds) if within(&seconds) => sample(seconds),
             Some(seconds) if seconds > piece.begins_s => samples,
@@ -207,9 +211,11 @@ fn counted(
     };
     let all: Vec<Range<usize>> = record.pieces.iter().map(of_piece).collect();
     let samples: usize = record.pieces.iter().map(|piece| piece.measurement.samples()).sum();
+    let row = cell.options.decimation_filter.factor;
     let (pieces, first) = (record.pieces.len(), all.first().cloned().unwrap_or_default());
     let counted: Vec<Counted> = (record.pieces.into_iter().zip(all))
-        .filter(|(_, counted)| !counted.is_empty())
+        // Where there are several, those that make no row are left out.
+        .filter(|(_, counted)| counted.len() >= if pieces > 1 { row } else { 1 })
         .map(|(piece, counted)| Counted { piece, counted })
         .collect();
     if counted.is_empty() {

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::CliError;
-use super::output::{print, write_text};
+use super::output::{check_place, print, write_text};
+use didim::cell::Cell;
+use didim::live::recording::is_mcap;
 use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, Standing, propose};
 
 #[derive(Debug, Args)]
@@ -48,10 +50,23 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let description = Evidence::description_path(out);
     let input = log.as_ref().or(bag.as_ref());
     let (robot, base, tip) = (robot.clone(), base.clone(), tip.clone());
+    let is_bag = log.as_ref().is_some_and(|log| dbc.is_none() && (log.is_dir() || is_mcap(log)));
+    if is_bag {
+        let what =
+            "--log is a table (CSV), and this is a bag; name it with --bag, or the bus with --dbc";
+        return Err(CliError::Usage(what.to_owned()));
+    }
     let (table, log) = if dbc.is_some() { (None, log.clone()) } else { (log.clone(), None) };
     let sources = Sources { robot, base, tip, table, bag: bag.clone(), dbc: dbc.clone(), log };
+    // Before the questions, whose answers would be lost.
+    check_place(out)?;
     let evidence = Evidence::read(sources).map_err(CliError::configuration)?;
     let taken = evidence.description.as_ref().map(|_| &description);
+    if taken == Some(out) {
+        let what =
+            "the bag's URDF is written under this name; give the cell another ending, as .toml";
+        return Err(CliError::Usage(what.to_owned()));
+    }
     if let Some(there) = [Some(out), taken].into_iter().flatten().find(|path| path.exists()) {
         let what = format!("{} is there already; name another file, or remove it", there.display());
         return Err(CliError::Usage(what));
@@ -63,11 +78,19 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         loop {
             let is_new = |entry: &&Entry| !passed_over.contains(&entry.key());
             let Some(entry) = proposal.missing().find(is_new).cloned() else { break };
-            match ask(&entry)? {
-                Some(value) => drop(answers.insert(entry.key(), value)),
-                None => passed_over.push(entry.key()),
+            let Some(value) = ask(&entry)? else {
+                passed_over.push(entry.key());
+                continue;
+            };
+            answers.insert(entry.key(), value);
+            match propose(&evidence, out, &answers) {
+                Ok(with_it) => proposal = with_it,
+                // A mistake costs one answer, not all of them.
+                Err(error) => {
+                    answers.remove(&entry.key());
+                    tell(&format!("{error}\n"))?;
+                }
             }
-            proposal = propose(&evidence, out, &answers).map_err(CliError::configuration)?;
         }
     }
     if let Some(urdf) = &evidence.description {
@@ -75,6 +98,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     write_text(out, &proposal.text())?;
     print(&summary(&proposal))?;
+    if proposal.missing().next().is_none() {
+        // Answers may be of another type or length than the key wants.
+        Cell::read(out).map_err(CliError::configuration)?;
+    }
     let (cell, input) =
         (out.display(), input.map_or(String::new(), |input| input.display().to_string()));
     let next = match proposal.missing().count() {
@@ -88,13 +115,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
 /// One question on the terminal; nothing where it is passed over.
 fn ask(entry: &Entry) -> Result<Option<String>, CliError> {
-    let mut stderr = std::io::stderr();
-    let question = format!("\n{}\n{} (empty: later) = ", entry.why, entry.key());
-    stderr.write_all(question.as_bytes()).map_err(CliError::failed)?;
+    tell(&format!("\n{}\n{} (empty: later) = ", entry.why, entry.key()))?;
     let mut line = String::new();
     std::io::stdin().read_line(&mut line).map_err(CliError::failed)?;
     let value = line.trim();
     Ok((!value.is_empty()).then(|| value.to_owned()))
+}
+
+fn tell(text: &str) -> Result<(), CliError> {
+    std::io::stderr().write_all(text.as_bytes()).map_err(CliError::failed)
 }
 
 /// A line for each key, what is missing last.

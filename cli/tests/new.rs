@@ -78,7 +78,7 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
     let with = |torque: f64| [1.0, 1.0, 1.0, torque, torque];
     // Names, factors, what has to be found or assumed, what has to be asked.
     type Case = ([&'static str; 5], [f64; 5], &'static [&'static str], &'static [&'static str]);
-    let cases: [Case; 6] = [
+    let cases: [Case; 9] = [
         (
             ["t_ms", "J1 pos [deg]", "J2 pos [deg]", "J1 torque [Nm]", "J2 torque [Nm]"],
             DEG,
@@ -136,8 +136,48 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
         (
             ["time", "joint_pos_1", "joint_pos_2", "joint_current_1", "joint_current_2"],
             with(0.07),
-            &["side = \"joint\"", "torque.unit = \"A\""],
-            &["urdf.drive_inertia", "data.torque.per_ampere"],
+            &["torque.unit = \"A\""],
+            &[
+                "urdf.drive_inertia",
+                "urdf.gear_ratios",
+                "data.side",
+                "data.position.unit",
+                "data.torque.per_ampere",
+                "data.torque.sign",
+            ],
+        ),
+        // Units as people write them; a rate of an odd number of milliseconds is another test's.
+        (
+            ["t [us]", "A1 pos (deg)", "A2 pos (deg)", "A1 tau [mNm]", "A2 tau [mNm]"],
+            [1e6, DEG[1], DEG[2], 1e3, 1e3],
+            &[
+                "time.unit = \"us\"",
+                "position.unit = \"deg\"",
+                "torque.unit = \"mNm\"",
+                "side = \"joint\"",
+            ],
+            &["urdf.drive_inertia"],
+        ),
+        // The names say what gravity says otherwise.
+        (
+            ["time", "q1", "q2", "tau1_Nm", "tau2_Nm"],
+            with(1e3),
+            &["side = \"joint\""],
+            &["urdf.drive_inertia", "data.torque.unit"],
+        ),
+        // Angles of the joints and currents of the motors.
+        (
+            ["time", "q1", "q2", "motor_current_1 [mA]", "motor_current_2 [mA]"],
+            with(70.0),
+            &[],
+            &[
+                "urdf.drive_inertia",
+                "urdf.gear_ratios",
+                "data.side",
+                "data.position.unit",
+                "data.torque.unit",
+                "data.torque.sign",
+            ],
         ),
         // Nothing that could be a torque.
         (
@@ -168,8 +208,6 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
             .lines()
             .filter_map(|line| line.strip_prefix("missing  ")?.split_once(':'))
             .map(|(key, _)| key)
-            // Where friction tells the sign of a current, it may be assumed.
-            .filter(|key| !(names[3].contains("current") && *key == "data.torque.sign"))
             .collect();
         missing.sort_unstable();
         let mut asked = asked.to_vec();
@@ -184,6 +222,43 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
             check.stderr
         );
     }
+}
+
+/// Rates are those of the times: of 12 ms, of 2.5 ms that are written as 2 and 3, of a tenth of a second.
+#[test]
+fn a_rate_is_not_rounded_and_a_slow_log_is_not_a_fast_one() {
+    let names = ["time", "q1", "q2", "tau1", "tau2"];
+    let table = |step_ms: f64, decimals: usize| {
+        let folder = folder(names, RAD);
+        let log = folder.path().join("log.csv");
+        let text = fs::read_to_string(&log).unwrap();
+        let mut rows = text.lines();
+        let mut table = rows.next().unwrap().to_owned() + "\n";
+        for (k, row) in rows.enumerate() {
+            let fields: Vec<&str> = row.split(',').collect();
+            #[expect(clippy::cast_precision_loss, reason = "rows")]
+            let time = k as f64 * step_ms * 1e-3;
+            writeln!(table, "auto,{time:.decimals$},{}", fields[2..].join(",")).unwrap();
+        }
+        fs::write(log, table).unwrap();
+        let made = new(folder.path(), &[]);
+        assert_eq!(made.code, Some(0), "{}", made.stderr);
+        (made.stdout, folder)
+    };
+    for (step_ms, decimals, rate) in [(12.0, 4, 83.333), (2.5, 3, 400.0), (2.5, 6, 400.0)] {
+        let (said, _folder) = table(step_ms, decimals);
+        let line = said.lines().find(|line| line.contains("data.rate_hz = ")).unwrap();
+        let found: f64 =
+            line.split("= ").nth(1).unwrap().split(':').next().unwrap().parse().unwrap();
+        assert!((found / rate - 1.0).abs() < 1e-3, "{line}");
+    }
+    let (said, folder) = table(100.0, 3);
+    for key in ["data.rate_hz", "data.time.unit"] {
+        assert!(said.contains(&format!("missing  {key}: ")), "{said}");
+    }
+    fs::remove_file(folder.path().join("cell.toml")).unwrap();
+    let made = new(folder.path(), &["--set", "data.time.unit=s"]);
+    assert!(made.stdout.contains("found    data.rate_hz = 10.0"), "{}", made.stdout);
 }
 
 #[test]
@@ -282,6 +357,19 @@ fn what_cannot_be_done_is_said() {
         "`urdf.mass` is no key of this cell; those that can be set: data.position",
     );
     says(&["--set", "urdf"], 2, "has to be KEY=VALUE");
+    // Answers of another length or type: asked again, or refused by the cell that comes of them.
+    let columns = "data.position.columns=[\"q1\", \"q2\", \"time\"]";
+    says(&["--set", columns], 78, "is no key of this cell");
+    // A log that is none, or runs backwards.
+    let log = folder.path().join("log.csv");
+    let table = fs::read_to_string(&log).unwrap();
+    let mut rows: Vec<&str> = table.lines().collect();
+    rows.swap(1000, 1001);
+    fs::write(&log, rows.join("\n")).unwrap();
+    says(&[], 78, "time goes back in row 1001 of `time`");
+    fs::write(&log, "").unwrap();
+    says(&[], 78, "2 joints need as many columns of positions and of torques");
+    fs::write(&log, &table).unwrap();
     says(&["--tip", "hand"], 78, "hand");
     says(&["--bag", "x.mcap"], 2, "cannot be used with");
     assert!(!folder.path().join("cell.toml").exists());
@@ -290,6 +378,15 @@ fn what_cannot_be_done_is_said() {
     // A bag that does not say what arm it is.
     let bag = repository("formats/tests/golden/bag_none.mcap");
     let cell = folder.path().join("other.toml");
+    let robot = repository("config/robots/ur5e.toml");
+    let asked = succeed(&[&"new", &cell, &"--robot", &robot, &"--bag", &bag]);
+    assert!(
+        asked.contains(
+            "missing  data.bag.joints: names in the messages, in the arm's order, of a b c"
+        ),
+        "{asked}"
+    );
+    fs::remove_file(&cell).unwrap();
     let refused = didim(&[&"new", &cell, &"--bag", &bag]);
     assert_eq!(refused.code, Some(78));
     assert!(

@@ -5,7 +5,7 @@
 //! `joint_`. Those of others are read by the names and units of their [`Columns`]. Fields are separated by commas,
 //! semicolons or tabs; where not by commas, a number may have a decimal comma.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use didim_core::identification::Signals;
@@ -208,6 +208,9 @@ fn read(
     parse(text(path)?, path, sample_rate_hz, columns)
 }
 
+/// A header beyond that is none \[bytes\].
+const LONGEST_HEADER: u64 = 1 << 20;
+
 /// The first bytes of what gzip compressed (RFC 1952).
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
@@ -318,10 +321,15 @@ fn open<R: BufRead>(
     mut input: R,
     path: &Path,
     columns: Option<&Columns>,
-) -> Result<(csv::Reader<R>, Vec<String>, u8), CsvError> {
+) -> Result<(csv::Reader<impl Read>, Vec<String>, u8), CsvError> {
     let file = || path.to_path_buf();
-    let begin = input.fill_buf().map_err(|source| CsvError::Io { file: file(), source })?;
-    let delimiter = separator(begin, columns);
+    let mut begin = Vec::new();
+    (&mut input)
+        .take(LONGEST_HEADER)
+        .read_until(b'\n', &mut begin)
+        .map_err(|source| CsvError::Io { file: file(), source })?;
+    let delimiter = separator(&begin, columns);
+    let input = std::io::Cursor::new(begin).chain(input);
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
     let header = reader.headers().map_err(|source| CsvError::Table { file: file(), source })?;
@@ -393,13 +401,12 @@ fn parse(
     Ok(Table { side: header.side, axes: header.axes, time, resolution_s, signals })
 }
 
-/// What the last digit of a number is worth; 0 where it has an exponent, which says nothing of it.
+/// What the last digit of a number is worth.
 fn resolution(number: &str) -> f64 {
-    if number.contains(['e', 'E']) {
-        return 0.0;
-    }
-    let decimals = number.split_once(['.', ',']).map_or(0, |(_, decimals)| decimals.len());
-    i32::try_from(decimals).map_or(0.0, |decimals| 10f64.powi(-decimals))
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let decimals = mantissa.split_once(['.', ',']).map_or(0, |(_, decimals)| decimals.len());
+    let decimals = i32::try_from(decimals).unwrap_or(i32::MAX);
+    exponent.parse::<i32>().map_or(0.0, |exponent| 10f64.powi(exponent.saturating_sub(decimals)))
 }
 
 /// The rate of a table whose times, if any, are on a uniform grid.
@@ -534,6 +541,12 @@ impl Header {
             set(time, Column::Time)?;
         }
         for quantity in Quantity::ALL {
+            let given = wanted.names(quantity);
+            if given.len() > wanted.axes {
+                let column = given.last().cloned().unwrap_or_default();
+                let (file, axes) = (path.to_path_buf(), wanted.axes);
+                return Err(CsvError::Columns { file, column, axes });
+            }
             for (axis, name) in wanted.names(quantity).into_iter().enumerate() {
                 set(&name, Column::Signal(quantity, axis))?;
             }

@@ -6,7 +6,11 @@ use core::ops::Range;
 /// Rows that are further apart than so many periods have lost some between them.
 const GAP: f64 = 2.5;
 /// The rate may be off by so much where the times tell it: what is resampled has these times.
-const RATE: f64 = 0.2;
+const RATE: f64 = 0.05;
+/// Rows that are further apart than so many periods have one missing between them.
+const MISSING: f64 = 1.5;
+/// Rows that are nearer than so many periods are one: a cubic through both would follow their noise.
+const NEAR: f64 = 0.3;
 /// Times this near are on the grid \[s\].
 const ON_GRID_S: f64 = 1e-6;
 /// A cubic takes four points.
@@ -52,14 +56,16 @@ pub struct Resampled {
     pub rms_s: f64,
     /// At most \[s\].
     pub largest_s: f64,
-    /// Rows that said again what the one before did.
+    /// Rows that said again what the one before did, or came right behind it.
     pub repeated: usize,
+    /// Rows that are missing alone, and are interpolated.
+    pub alone: usize,
 }
 
 impl Resampled {
     /// Whether the rows were on the grid, all of them.
     pub fn is_nothing(&self) -> bool {
-        self.largest_s < ON_GRID_S && self.repeated == 0
+        self.largest_s < ON_GRID_S && self.repeated == 0 && self.alone == 0
     }
 }
 
@@ -71,7 +77,14 @@ impl fmt::Display for Resampled {
             "the times are {rms:.3} ms off a uniform grid in the root mean square, {largest:.3} ms at most; the signals are resampled"
         )?;
         if self.repeated > 0 {
-            write!(f, "; {} rows repeat the one before and are left out", self.repeated)?;
+            write!(
+                f,
+                "; {} rows repeat the one before or come right behind it, and are left out",
+                self.repeated
+            )?;
+        }
+        if self.alone > 0 {
+            write!(f, "; {} rows that are missing alone are interpolated", self.alone)?;
         }
         Ok(())
     }
@@ -121,8 +134,13 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
             begin = end;
         }
     }
+    let alone = steps.iter().filter(|step| (MISSING * period_s..=GAP * period_s).contains(*step));
+    let alone = alone.count();
+    // Of what no loss has stretched.
     steps.sort_unstable_by(f64::total_cmp);
-    let found_hz = 1.0 / steps[steps.len() / 2];
+    let median = steps[steps.len() / 2];
+    steps.retain(|step| *step < MISSING * median);
+    let found_hz = steps.len() as f64 / steps.iter().sum::<f64>();
     if (found_hz / rate_hz - 1.0).abs() > RATE {
         return Err(TimesError::Rate { found_hz, stated_hz: rate_hz });
     }
@@ -139,7 +157,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     };
     let pieces = pieces.into_iter().map(on_grid).collect();
     let (rms_s, largest_s) = (off.rms_s(), off.largest_s);
-    Ok((pieces, Resampled { rms_s, largest_s, repeated }))
+    Ok((pieces, Resampled { rms_s, largest_s, repeated, alone }))
 }
 
 impl Rows {
@@ -150,7 +168,7 @@ impl Rows {
     }
 }
 
-/// Without rows that came twice, and without states that were sent again: a row alone that is in all columns what the one
+/// Without rows that came twice or right behind another, and without states that were sent again: a row alone that is in all columns what the one
 /// before was, where most columns change from one row to the next. Their number beside them.
 fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
     let (count, times_s) = (rows.times_s.len(), &rows.times_s);
@@ -159,11 +177,16 @@ fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
         if row == 0 || rows.changed(row) > 0 {
             return false;
         }
-        let again = times_s[row] <= times_s[row - 1];
         let alone = row > 1 && row + 1 < count && moves(row - 1) && moves(row + 1);
-        again || (alone && times_s[row + 1] - times_s[row - 1] <= GAP * period_s)
+        alone && times_s[row + 1] - times_s[row - 1] <= GAP * period_s
     };
-    let kept: Vec<usize> = (0..count).filter(|row| !repeats(*row)).collect();
+    let mut kept: Vec<usize> = Vec::with_capacity(count);
+    for row in 0..count {
+        let near = kept.last().is_some_and(|last| times_s[row] - times_s[*last] < NEAR * period_s);
+        if !near && !repeats(row) {
+            kept.push(row);
+        }
+    }
     let repeated = count - kept.len();
     if repeated == 0 {
         return (rows, 0);

@@ -311,7 +311,7 @@ impl Stated<'_> {
         let unit = self.unit.of_each(axes).ok_or_else(|| each("unit"))?;
         let signs = self.sign.map_or(Some(vec![1.0; axes]), |signs| signs.of_each(axes));
         let signs = signs.ok_or_else(|| each("sign"))?;
-        if let Some(sign) = signs.iter().find(|sign| (sign.abs() - 1.0).abs() > f64::EPSILON) {
+        if let Some(sign) = signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
             return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
         }
         if self.per_ampere.is_some() && !unit.iter().any(|unit| unit == AMPERE) {

@@ -24,8 +24,53 @@ impl fmt::Display for OpenKey {
     }
 }
 
-/// All keys that are open, in the order of the file.
+/// All keys that are open, in the order of the file; none where it is no TOML, which is said elsewhere.
 pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
+    let mut keys = Vec::new();
+    if let Ok(table) = text.parse::<toml::Table>() {
+        walk(&toml::Value::Table(table), "", &mut keys);
+    }
+    let places = places(text);
+    // The key itself, or the one in whose value it stands.
+    let place = |key: &str| {
+        let own = |stated: &String| key == stated || key.starts_with(&format!("{stated}."));
+        places.iter().filter(|(stated, ..)| own(stated)).max_by_key(|(stated, ..)| stated.len())
+    };
+    let mut open: Vec<OpenKey> = (keys.into_iter())
+        .map(|key| {
+            let (line, what) =
+                place(&key).map_or((1, None), |(_, line, what)| (*line, what.clone()));
+            OpenKey { key, line, what }
+        })
+        .collect();
+    open.sort_by_key(|key| key.line);
+    open.dedup();
+    open
+}
+
+fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
+    match value {
+        toml::Value::String(text) if text == OPEN => open.push(key.to_owned()),
+        toml::Value::Table(table) => {
+            for (name, value) in table {
+                let inner = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                walk(value, &inner, open);
+            }
+        }
+        toml::Value::Array(values) => {
+            for (value, number) in values.iter().zip(1..) {
+                match value {
+                    toml::Value::Table(_) => walk(value, &format!("{key}.{number}"), open),
+                    other => walk(other, key, open),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Every key with a line of its own, that line, and the comment above it.
+fn places(text: &str) -> Vec<(String, usize, Option<String>)> {
     let mut found = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
     // How often a section has come that may come several times.
@@ -43,27 +88,15 @@ pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
         } else if let Some((name, _)) = line.strip_prefix('[').and_then(|rest| rest.split_once(']'))
         {
             name.clone_into(&mut section);
-        } else if let Some((key, value)) = line.split_once('=')
-            && without_comment(value).contains(&format!("\"{OPEN}\""))
-        {
+        } else if let Some((key, _)) = line.split_once('=') {
             let key = key.trim();
             let key = if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
             let what = comment.map(|said| said.trim_start_matches("missing: ").to_owned());
-            found.push(OpenKey { key, line: number, what });
+            found.push((key, number, what));
         }
         comment = None;
     }
     found
-}
-
-/// A value without what is said behind it.
-fn without_comment(value: &str) -> &str {
-    let mut quoted = false;
-    let end = value.char_indices().find(|(_, c)| {
-        quoted ^= *c == '"';
-        *c == '#' && !quoted
-    });
-    end.map_or(value, |(end, _)| &value[..end])
 }
 
 #[cfg(test)]
@@ -72,12 +105,16 @@ mod tests {
 
     #[test]
     fn every_open_key_is_listed_with_its_line_and_what_is_asked() {
-        let text = "name = \"x\" # \"?\" is not open here\n[data]\n# missing: how many\nrate_hz = \"?\"\n\
-                    torque = { unit = \"?\" } # why\n[[bus.drives]]\n# a sign\n\nsigns = [1, \"?\"]\n";
+        let text = "name = 'a \"?\" of a cell' # \"?\" is not open here\n[data]\n# missing: how many\nrate_hz = \"?\"\n\
+                    torque = { unit = '?', sign = 1 } # why\n[[bus.drives]]\n# a sign\n\nsigns = [\n1,\n\"?\"\n]\n";
         let listed: Vec<String> = open_keys(text).iter().map(ToString::to_string).collect();
         assert_eq!(
             listed,
-            ["line 4: data.rate_hz: how many", "line 5: data.torque", "line 9: bus.drives.1.signs"]
+            [
+                "line 4: data.rate_hz: how many",
+                "line 5: data.torque.unit",
+                "line 9: bus.drives.1.signs"
+            ]
         );
     }
 }

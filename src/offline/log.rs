@@ -8,10 +8,10 @@ use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::samples::Samples;
 use didim_drivers::source::SourceError;
 
-use super::rate::{RateError, measurement};
+use super::rate::{RateError, check_rate};
 use crate::cell::{Cell, CellBus, CellError};
 use crate::live::recording::open_log;
-use didim_formats::{MAX_SAMPLES, Piece, Record, Resampled};
+use didim_formats::{MAX_SAMPLES, Measurement, Piece, Record, Resampled};
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
@@ -67,40 +67,52 @@ pub enum LogError {
 /// See [`LogError`].
 pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
-    let mut samples = read_samples(path, bus)?;
-    if bus.layout.has_reference() {
-        drop_before_reference(path, &mut samples);
-    }
+    let samples = read_samples(path, bus)?;
+    // Over all of them: gaps do no harm to it, and a short piece alone tells no rate.
+    let rate_unchecked = check_rate(&samples, &bus.layout)
+        .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
     let first = samples.first().map_or(0, |sample| sample.sequence);
+    let (mut left_out, mut without_reference) = (0, 0);
     let piece = |samples: &[JointSample]| {
-        let measurement = measurement(samples, &bus.layout)
-            .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
+        let all = samples;
+        let samples = if bus.layout.has_reference() { from_reference(all) } else { all };
+        left_out += all.len() - samples.len();
+        without_reference += samples.iter().filter(|sample| !sample.has_reference).count();
+        let of_layout =
+            Measurement::from_samples(samples, bus.layout.axes(), 1e9 / bus.layout.period_ns());
         let cycles = samples.first().map_or(0, |sample| sample.sequence - first);
         #[expect(clippy::cast_precision_loss, reason = "cycles are far fewer than 2^52")]
         let begins_s = cycles as f64 * bus.layout.period_ns() * 1e-9;
-        Ok(Piece { begins_s, measurement })
+        Piece { begins_s, measurement: Measurement { rate_unchecked, ..of_layout } }
     };
-    let pieces = samples.chunk_by(|one, next| next.sequence == one.sequence + 1).map(piece);
-    Ok(Record { pieces: pieces.collect::<Result<_, LogError>>()?, resampled: Resampled::default() })
+    let pieces: Vec<Piece> =
+        samples.chunk_by(|one, next| next.sequence == one.sequence + 1).map(piece).collect();
+    let (file, all) = (path.display(), samples.len());
+    if left_out > 0 {
+        let sample =
+            if left_out == 1 { "1 sample".to_owned() } else { format!("{left_out} samples") };
+        let is = if left_out == 1 { "is" } else { "are" };
+        tracing::warn!("{file}: {sample} before the first reference {is} left out");
+    }
+    if bus.layout.has_reference() && without_reference > 0 {
+        tracing::warn!(
+            "{file}: {without_reference} of {all} samples have no reference, so the reference is not used"
+        );
+    }
+    Ok(Record { pieces, resampled: Resampled::default() })
 }
 
-/// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none.
-/// Without this, one sample would cost the whole measurement its reference. More than one is no
-/// matter of the log's beginning: then nothing is left out, and the measurement has no reference.
-fn drop_before_reference(path: &Path, samples: &mut Vec<JointSample>) {
-    if let [first, second, ..] = samples.as_slice()
-        && !first.has_reference
-        && second.has_reference
-    {
-        samples.remove(0);
-        tracing::warn!("{}: 1 sample before the first reference is left out", path.display());
-    }
-    let without = samples.iter().filter(|sample| !sample.has_reference).count();
-    if without > 0 {
-        let (file, all) = (path.display(), samples.len());
-        tracing::warn!(
-            "{file}: {without} of {all} samples have no reference, so the reference is not used"
-        );
+/// A target takes effect at the SYNC after its frame, so that the first cycle of a piece has none. Without this, one
+/// sample would cost the whole its reference. More than one is no matter of the beginning: then nothing is left out, and
+/// the measurement has no reference.
+fn from_reference(samples: &[JointSample]) -> &[JointSample] {
+    match samples {
+        [first, rest @ ..]
+            if !first.has_reference && rest.first().is_some_and(|s| s.has_reference) =>
+        {
+            rest
+        }
+        all => all,
     }
 }
 

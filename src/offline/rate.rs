@@ -72,13 +72,24 @@ pub(super) fn measurement(
     samples: &[JointSample],
     layout: &CompiledLayout,
 ) -> Result<Measurement, RateError> {
-    let sample_rate_hz = 1e9 / layout.period_ns();
+    let rate_unchecked = check_rate(samples, layout)?;
+    let measurement = Measurement::from_samples(samples, layout.axes(), 1e9 / layout.period_ns());
+    Ok(Measurement { rate_unchecked, ..measurement })
+}
+
+/// Whether the rate of samples, between which some may be missing, is not to be checked: the frames count.
+///
+/// # Errors
+/// [`RateError`]: the stamps tell another rate than the layout, and they count.
+pub(super) fn check_rate(
+    samples: &[JointSample],
+    layout: &CompiledLayout,
+) -> Result<bool, RateError> {
     let rate_unchecked = layout.cycles_by() == CyclesBy::Frames;
     if !rate_unchecked {
-        check(samples, sample_rate_hz)?;
+        check(samples, 1e9 / layout.period_ns())?;
     }
-    let measurement = Measurement::from_samples(samples, layout.axes(), sample_rate_hz);
-    Ok(Measurement { rate_unchecked, ..measurement })
+    Ok(rate_unchecked)
 }
 
 /// Checks the rate of samples, by their stamps and sequence numbers, against `expected_hz`.

@@ -6,10 +6,12 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::plausible::{Look, RATES_HZ, rounded, torque_valid};
+use super::plausible::{Look, rounded, torque_valid};
 use super::value::{Guess, quoted};
 
 const SECTION: &str = "data.bag";
+/// Stamps of joint states are no others.
+const STAMPED_HZ: core::ops::Range<f64> = 1.0..20_000.0;
 
 pub(super) fn propose(
     draft: &mut Draft<'_>,
@@ -21,35 +23,43 @@ pub(super) fn propose(
     let has_all = |topic: &BagTopic, joints: &[String]| {
         joints.iter().all(|joint| topic.joints.contains(joint))
     };
-    let mut own =
-        !joints.is_empty() && contents.topics.values().any(|topic| has_all(topic, &joints));
+    let mut own = !joints.is_empty() && contents.topics.iter().any(|topic| has_all(topic, &joints));
     if let Some(toml::Value::Array(named)) = draft.answer("data.bag.joints") {
         joints = named.iter().filter_map(|name| name.as_str().map(str::to_owned)).collect();
         own = false;
     }
     if !own {
         let found: Vec<&str> =
-            contents.topics.values().flat_map(|topic| &topic.joints).map(String::as_str).collect();
+            contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
         let what = format!("names in the messages, in the arm's order, of {}", found.join(" "));
         draft.put(SECTION, "joints", Guess::open(&what));
     }
-    let fitting: Vec<(&String, &BagTopic)> =
-        contents.topics.iter().filter(|(_, topic)| has_all(topic, &joints)).collect();
+    let fits = |topic: &&BagTopic| joints.len() == robot.joints() && has_all(topic, &joints);
+    let mut fitting: Vec<&BagTopic> = contents.topics.iter().filter(fits).collect();
+    // Of a topic the publisher that says most.
+    fitting.sort_by_key(|topic| core::cmp::Reverse(topic.messages));
+    let mut names: Vec<&str> = Vec::new();
+    fitting.retain(|topic| {
+        let is_new = !names.contains(&topic.name.as_str());
+        names.push(&topic.name);
+        is_new
+    });
     let answered =
         draft.answer("data.bag.topic").and_then(|topic| topic.as_str().map(str::to_owned));
     let topic = match (fitting.as_slice(), &answered) {
         ([one], None) => Some(*one),
+        ([], None) => None,
         (several, answered) => {
-            let names: Vec<&str> = several.iter().map(|(name, _)| name.as_str()).collect();
+            let names: Vec<&str> = several.iter().map(|topic| topic.name.as_str()).collect();
             draft.put(SECTION, "topic", Guess::open(&format!("one of {}", names.join(" "))));
-            several.iter().find(|(name, _)| Some(*name) == answered.as_ref()).copied()
+            several.iter().find(|topic| Some(&topic.name) == answered.as_ref()).copied()
         }
     };
     let (time, rate_hz) = match topic {
-        Some((_, BagTopic { header_hz: Some(rate_hz), .. })) if RATES_HZ.contains(rate_hz) => {
+        Some(BagTopic { header_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => {
             (Guess::found(quoted("header"), "the stamps in the messages advance"), Some(*rate_hz))
         }
-        Some((_, BagTopic { log_hz: Some(rate_hz), .. })) if RATES_HZ.contains(rate_hz) => (
+        Some(BagTopic { log_hz: Some(rate_hz), .. }) if STAMPED_HZ.contains(rate_hz) => (
             Guess::assumed(
                 quoted("log"),
                 "when they were recorded: the stamps in the messages do not advance",
@@ -67,7 +77,7 @@ pub(super) fn propose(
     };
     let rate = match rate_hz {
         Some(rate_hz) => {
-            Guess::found(format!("{:?}", rounded(rate_hz)), "the median of the messages' distances")
+            Guess::found(format!("{:?}", rounded(rate_hz)), "the mean distance of the messages")
         }
         None => Guess::open("messages a second"),
     };
@@ -76,10 +86,10 @@ pub(super) fn propose(
     draft.put("data", "torque_valid", torque_valid(false));
 
     let look = match topic {
-        Some((name, topic)) if topic.without_effort.iter().all(|joint| !joints.contains(joint)) => {
+        Some(topic) if topic.without_effort.iter().all(|joint| !joints.contains(joint)) => {
             let spec = BagSpec {
                 joints,
-                topic: Some(name.clone()),
+                topic: Some(topic.name.clone()),
                 rate_hz: 1.0,
                 side: Side::Joint,
                 torque_scales: vec![1.0; robot.joints()],
@@ -107,7 +117,7 @@ pub(super) fn propose(
     let look = look.filter(|_| draft.is("data.side", "joint"));
     let [unit, sign] = match &look {
         Some(look) => look.torque(None),
-        None if topic.is_some_and(|(_, topic)| !topic.without_effort.is_empty()) => [
+        None if topic.is_some_and(|topic| !topic.without_effort.is_empty()) => [
             Guess::open(
                 "messages without an effort of some joint: nothing can be identified from them; record the drives' efforts",
             ),
@@ -123,7 +133,7 @@ pub(super) fn propose(
         ],
     };
     draft.put(SECTION, "effort.unit", unit);
-    if draft.is("data.bag.effort.unit", "A") {
+    if draft.has("data.bag.effort.unit", "A") {
         draft.put(
             SECTION,
             "effort.per_ampere",

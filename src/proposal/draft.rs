@@ -63,7 +63,8 @@ impl<'a> Draft<'a> {
         let (section, name) = (section.to_owned(), name.to_owned());
         let mut entry = Entry { section, name, value, standing, why };
         self.asked.insert(entry.key());
-        if let Some(answer) = self.answers.get(&entry.key()) {
+        let answer = self.answers.get(&entry.key());
+        if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != OPEN) {
             let (value, standing) = (as_toml(answer), Standing::Stated);
             entry = Entry { value, standing, why: String::new(), ..entry };
         }
@@ -78,6 +79,14 @@ impl<'a> Draft<'a> {
     /// Whether a key has this text.
     pub(super) fn is(&self, key: &str, text: &str) -> bool {
         self.text(key).as_deref() == Some(text)
+    }
+
+    /// Whether a key has this text, for an axis at least.
+    pub(super) fn has(&self, key: &str, text: &str) -> bool {
+        match self.value(key) {
+            Some(toml::Value::Array(values)) => values.iter().any(|own| own.as_str() == Some(text)),
+            _ => self.is(key, text),
+        }
     }
 
     /// The text of a key that is not open.

@@ -39,6 +39,26 @@ pub enum ProposalError {
     /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] BagError),
+    /// Too few columns: another separator, no header, or no table.
+    #[error("{}: {axes} joints need as many columns of positions and of torques, with their names in the first line; found {columns:?}", file.display())]
+    NoTable {
+        /// The file.
+        file: PathBuf,
+        /// Those there are.
+        columns: String,
+        /// Joints of the robot.
+        axes: usize,
+    },
+    /// Times go back.
+    #[error("{}: time goes back in row {row} of `{column}`; sort the rows, or record them again", file.display())]
+    Backwards {
+        /// The file.
+        file: PathBuf,
+        /// The column of the time.
+        column: String,
+        /// Which row, from 1.
+        row: usize,
+    },
     /// The DBC file is none.
     #[error("{}: {source}", file.display())]
     Dbc {
@@ -133,7 +153,10 @@ impl Evidence {
     pub(super) fn robot_path(&self, out: &Path) -> (PathBuf, bool) {
         match &self.robot_file {
             Some(file) => (relative(file, out), false),
-            None => (relative(&Self::description_path(out), out), true),
+            None => {
+                let name = Self::description_path(out).file_name().map(PathBuf::from);
+                (name.unwrap_or_default(), true)
+            }
         }
     }
 

@@ -24,12 +24,14 @@ const ASKED_FOR: &[&str] = &[
     "target",
     "desired",
     "des",
+    "d",
     "cmd",
     "command",
     "commanded",
     "goal",
     "setpoint",
     "demand",
+    "soll",
 ];
 /// What makes a column another quantity.
 const OTHER: &[&str] = &[
@@ -57,6 +59,11 @@ const OTHER: &[&str] = &[
     "mode",
     "voltage",
     "secondary",
+    "model",
+    "residual",
+    "estimated",
+    "max",
+    "min",
     "tcp",
     "cartesian",
     "offset",
@@ -89,7 +96,8 @@ pub(super) fn meaning(name: &str) -> Option<Meaning> {
     let whole = words(name);
     let own = name.rsplit_once('.').map(|(_, own)| words(own));
     let words = own.filter(|own| !own.is_empty()).unwrap_or_else(|| whole.clone());
-    if has(&words, OTHER) {
+    // rad/s is a speed.
+    if has(&words, OTHER) || name.contains("/s") {
         return None;
     }
     let asked_for = has(&whole, ASKED_FOR);
@@ -180,9 +188,47 @@ fn numbers(name: &str) -> Vec<core::ops::Range<usize>> {
     found
 }
 
-/// The unit at the end of a name.
-pub(super) fn unit<'a>(name: &str, known: &[(&str, &'a str)]) -> Option<&'a str> {
-    let words = words(name);
-    let last = words.last()?;
-    known.iter().find(|(word, _)| word == last).map(|(_, unit)| *unit)
+/// The unit that a name states: in brackets, or its last word. In brackets, one that is not known is one all the same.
+pub(super) fn unit<'a>(name: &str, known: &[(&str, &'a str)]) -> Option<Result<&'a str, String>> {
+    let bracketed = name.split_once(['[', '(']).and_then(|(_, rest)| {
+        let (unit, _) = rest.split_once([']', ')'])?;
+        let unit = unit.trim();
+        (!unit.is_empty() && !unit.chars().any(|c| c.is_ascii_digit())).then_some(unit)
+    });
+    let of = |stated: &str| {
+        let stated = stated.to_lowercase().replace(['.', '·', '*', ' '], "");
+        known.iter().find(|(word, _)| *word == stated).map(|(_, unit)| *unit)
+    };
+    if let Some(stated) = bracketed {
+        return Some(of(stated).ok_or_else(|| stated.to_owned()));
+    }
+    let own = name.replace(AXIS, "").replace(INDEX, "");
+    let mut words = own.split(|c: char| !c.is_alphabetic()).filter(|word| !word.is_empty());
+    let last = words.next_back()?;
+    let is_other = OTHER_UNITS.contains(&last.to_lowercase().as_str());
+    of(last).map(Ok).or_else(|| is_other.then(|| Err(last.to_owned())))
+}
+
+/// Last words that are units, and none that is read.
+const OTHER_UNITS: &[&str] = &[
+    "ma", "knm", "ncm", "percent", "permille", "pct", "counts", "ticks", "inc", "min", "grad",
+    "rpm",
+];
+
+/// How often there are columns that are not there once for each axis.
+pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> {
+    let mut said: Vec<String> = Vec::new();
+    for column in columns {
+        for number in numbers(column) {
+            let (begin, end) = (&column[..number.start], &column[number.end..]);
+            let first = usize::from(&column[number] != "0");
+            let there = |axis: &usize| columns.contains(&format!("{begin}{axis}{end}"));
+            let count = (first..).take_while(there).count();
+            let line = format!("`{begin}{}{end}` {count} times", [INDEX, AXIS][first]);
+            if count > 1 && count != axes && !said.contains(&line) && meaning(&line).is_some() {
+                said.push(line);
+            }
+        }
+    }
+    said
 }

@@ -2,6 +2,7 @@
 
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::{JointKind, Robot};
+use didim_formats::RATE_TOLERANCE;
 
 use super::value::{Guess, Standing, list, parsed, quoted};
 use crate::cell::OPEN;
@@ -21,14 +22,16 @@ const REACH: usize = 10;
 const FACTORS: [f64; 2] = [2.0, 3.0];
 /// The share of the power that a drive loses in an arm with friction.
 const LOST: f64 = 0.1;
+/// The part of its span by which a joint is back where it was.
+const BACK: f64 = 0.1;
 
 /// Rows of a second of any robot's log: three powers of ten, so that one unit of time fits.
 pub(super) const RATES_HZ: core::ops::Range<f64> = 20.0..20_000.0;
 
-/// A rate that is a round number within half a percent is meant to be one.
+/// A rate that is a round number, as far as a table's times are held to it, is meant to be one.
 pub(super) fn rounded(rate_hz: f64) -> f64 {
     let whole = rate_hz.round();
-    if (rate_hz / whole - 1.0).abs() < 5e-3 { whole } else { (rate_hz * 1e3).round() * 1e-3 }
+    if (rate_hz / whole - 1.0).abs() < RATE_TOLERANCE { whole } else { rate_hz }
 }
 
 /// When a torque acts.
@@ -71,18 +74,15 @@ impl Look<'_> {
 
     /// How many joints move by more than a quantity of the unit as it stands.
     fn moving(&self) -> usize {
-        let span = |values: &Vec<f64>| {
-            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), value| {
-                (low.min(*value), high.max(*value))
-            });
-            high - low
-        };
         self.position.iter().filter(|values| span(values) > MOVED).count()
     }
 
     /// rad or deg, m or mm, by the limits of the joints.
     pub(super) fn position_unit(&self) -> Guess {
         let what = "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
+        if self.kinds().any(|kind| kind == JointKind::Prismatic) {
+            return Guess::open(what);
+        }
         let si = self.within_limits(1.0, 1.0);
         let scaled = self.within_limits(1f64.to_radians(), 1e-3);
         let all = |within: &[bool]| within.iter().all(|is| *is);
@@ -136,6 +136,9 @@ impl Look<'_> {
             }
             _ => return None,
         };
+        if units.len() != self.position.len() {
+            return None;
+        }
         let scaled = self.position.iter().zip(&units).map(|(position, unit)| {
             let scale = match unit.as_str() {
                 "rad" | "m" => 1.0,
@@ -150,7 +153,7 @@ impl Look<'_> {
     }
 
     /// Unit and sign of the torques.
-    pub(super) fn torque(&self, named: Option<&str>) -> [Guess; 2] {
+    pub(super) fn torque(&self, named: Option<(&str, f64)>) -> [Guess; 2] {
         let gravity = self.gravity();
         let told: Vec<f64> = gravity.iter().flatten().copied().collect();
         let factors: Vec<String> = gravity
@@ -161,7 +164,12 @@ impl Look<'_> {
             .collect();
         let why = format!("gravity of the nominal masses shows, {}", factors.join(", "));
         let unit = match named {
-            Some(unit) => Guess::found(quoted(unit), "the columns' names"),
+            Some((unit, scale)) if told.is_empty() || are_near(&told, scale) => {
+                Guess::found(quoted(unit), "the columns' names")
+            }
+            Some((unit, _)) => {
+                Guess::open(&format!("the unit: the columns' names say {unit}, and {why}"))
+            }
             None if are_near(&told, 1.0) => Guess::assumed(self.units(["Nm", "N"]), &why),
             None if are_near(&told, 1e3)
                 && self.kinds().all(|kind| kind == JointKind::Revolute) =>
@@ -177,54 +185,68 @@ impl Look<'_> {
         [unit, self.sign(&gravity, &why)]
     }
 
+    /// By gravity; where that does not show, by what friction takes; where neither, as of the other joints.
     fn sign(&self, gravity: &Gravity, why: &str) -> Guess {
         let open = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
-        let sign = |factor: f64| if factor < 0.0 { "-1" } else { "1" };
+        let sign = |of: f64| if of < 0.0 { "-1" } else { "1" };
         let told: Vec<&str> = gravity.iter().flatten().map(|factor| sign(*factor)).collect();
-        if let Some(first) = told.first() {
-            if told.iter().all(|sign| sign == first) {
-                return Guess::found((*first).to_owned(), &format!("{why}; the others alike"));
-            }
-            let each: Vec<String> = gravity
-                .iter()
-                .map(|factor| factor.map_or_else(|| quoted(OPEN), |factor| sign(factor).to_owned()))
-                .collect();
-            let standing = match told.len() == gravity.len() {
-                true => Standing::Found,
-                false => Standing::Missing,
-            };
-            return Guess { value: list(&each), standing, why: format!("{why}. {open}") };
-        }
-        match self.lost() {
-            Some(share) => Guess::assumed(
-                sign(share).to_owned(),
-                &format!(
-                    "so {:.0} % of the drives' power is lost to friction",
-                    100.0 * share.abs()
+        let Some(first) = told.first() else {
+            return match self.lost(None) {
+                Some(share) => Guess::assumed(
+                    sign(share).to_owned(),
+                    &format!(
+                        "so {:.0} % of the drives' power is lost to friction",
+                        100.0 * share.abs()
+                    ),
                 ),
-            ),
-            None => Guess::open(open),
+                None => Guess::open(open),
+            };
+        };
+        let alike = told.iter().all(|sign| sign == first);
+        let each: Vec<Option<&str>> = (gravity.iter().enumerate())
+            .map(|(joint, factor)| factor.or_else(|| self.lost(Some(joint))).map(sign))
+            .collect();
+        if told.len() == gravity.len() && alike {
+            return Guess::found((*first).to_owned(), why);
         }
+        if each.iter().flatten().all(|sign| sign == first) {
+            return Guess::assumed(
+                (*first).to_owned(),
+                &format!("{why}; the others are taken alike"),
+            );
+        }
+        let value: Vec<String> =
+            each.iter().map(|sign| sign.map_or_else(|| quoted(OPEN), str::to_owned)).collect();
+        let standing = match each.iter().all(Option::is_some) {
+            true => Standing::Assumed,
+            false => Standing::Missing,
+        };
+        Guess { value: list(&value), standing, why: format!("{why}. {open}") }
     }
 
-    /// The share of the power that does not come back, where each half of the record tells the same.
-    fn lost(&self) -> Option<f64> {
+    /// The share of its power that does not come back to a joint, or to all, between two instants of one configuration;
+    /// nothing where that is little, or where the arm never is where it began.
+    fn lost(&self, joint: Option<usize>) -> Option<f64> {
         let rows = self.position.first().map_or(0, Vec::len);
-        let share = |from: usize, to: usize| {
-            let (mut work, mut all) = (0.0, 0.0);
-            for (position, torque) in self.position.iter().zip(&self.torque) {
-                for row in from + 1..to {
-                    let step =
-                        0.5 * (torque[row] + torque[row - 1]) * (position[row] - position[row - 1]);
-                    work += step;
-                    all += step.abs();
-                }
-            }
-            work / all
+        let near = |row: usize| {
+            self.position
+                .iter()
+                .all(|values| (values[row] - values[0]).abs() <= BACK * span(values))
         };
-        let halves = [share(0, rows / 2), share(rows / 2, rows)];
-        let same = |of: fn(f64) -> bool| halves.iter().all(|half| of(*half));
-        (same(|half| half > LOST) || same(|half| half < -LOST)).then(|| share(0, rows))
+        let end = (rows / 2..rows).rev().find(|row| near(*row))?;
+        let (mut work, mut all) = (0.0, 0.0);
+        let of = |(index, _): &(usize, _)| joint.is_none_or(|joint| joint == *index);
+        for (_, (position, torque)) in self.position.iter().zip(&self.torque).enumerate().filter(of)
+        {
+            for row in 1..=end {
+                let step =
+                    0.5 * (torque[row] + torque[row - 1]) * (position[row] - position[row - 1]);
+                work += step;
+                all += step.abs();
+            }
+        }
+        let share = work / all;
+        (share.abs() > LOST).then_some(share)
     }
 
     /// Whether gravity of the nominal masses explains the torques in N·m or mN·m of the joints' side.
@@ -279,6 +301,12 @@ fn explained(
     let both: f64 = gravity.iter().zip(&torque).map(|(gravity, torque)| gravity * torque).sum();
     let share = both * both / (square(&gravity) * square(&torque));
     (share > EXPLAINED).then(|| both / square(&gravity))
+}
+
+fn span(values: &[f64]) -> f64 {
+    let (low, high) =
+        values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    high - low
 }
 
 /// Whether torques are N·m or mN·m of the nominal masses.

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use didim_formats::{AxisColumns, Columns, Side, TableNames, read_rows};
+use didim_formats::{AxisColumns, Columns, CsvError, Side, TableNames, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::names::{Group, Meaning, groups, meaning, unit};
+use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit};
 use super::plausible::{Look, RATES_HZ, rounded, torque_valid};
 use super::value::{Guess, list, quoted};
 use crate::cell::OPEN;
@@ -14,12 +14,18 @@ use crate::cell::OPEN;
 const SECTION: &str = "data";
 const WHICH_POSITION: &str =
     "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
+const WHICH_TORQUE: &str =
+    "the unit: \"Nm\" or \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents";
+const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
 /// Words at the end of a name that say its unit.
 const TURNS: &[(&str, &str)] =
     &[("rad", "rad"), ("deg", "deg"), ("degree", "deg"), ("degrees", "deg"), ("mm", "mm")];
-const TORQUES: &[(&str, &str)] = &[("nm", "Nm"), ("mnm", "mNm")];
+const TORQUES: &[(&str, &str)] =
+    &[("nm", "Nm"), ("mnm", "mNm"), ("a", "A"), ("amp", "A"), ("ampere", "A"), ("n", "N")];
 /// Names that say what was measured, where there are several of a kind.
-const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback"];
+const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
+const TIME_UNITS: &[(&str, &str)] =
+    &[("s", "s"), ("sec", "s"), ("ms", "ms"), ("us", "us"), ("µs", "us"), ("ns", "ns")];
 const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 pub(super) fn propose(
@@ -32,6 +38,30 @@ pub(super) fn propose(
     table.propose(draft)
 }
 
+/// The column of the time.
+struct Time {
+    /// Nothing where there are several.
+    name: Option<String>,
+    /// Then these.
+    others: Vec<String>,
+    unit: Option<&'static str>,
+    /// By its unit \[Hz\].
+    rate_hz: Option<f64>,
+    /// Whether somebody, or the name, states the unit.
+    is_stated: bool,
+}
+
+/// The mean of the distances that are none of a loss.
+fn step(times: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let median = *steps.get(steps.len() / 2)?;
+    steps.retain(|step| *step > 0.0 && *step < 1.5 * median);
+    #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    (median > 0.0).then_some(mean)
+}
+
 struct Table<'a> {
     file: &'a PathBuf,
     names: &'a TableNames,
@@ -41,11 +71,13 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn propose(&self, draft: &mut Draft<'_>) -> Result<(), ProposalError> {
-        let time = self.time()?;
+        let time = self.time(draft)?;
         let rate_hz = match &time {
-            Some((_, _, rate_hz)) => {
-                Guess::found(format!("{rate_hz:?}"), "the median of the times' distances")
+            Some(Time { rate_hz: Some(rate_hz), is_stated, .. }) => {
+                let guess = if *is_stated { Guess::found } else { Guess::assumed };
+                guess(format!("{rate_hz:?}"), "the mean distance of the times")
             }
+            Some(_) => Guess::open("samples a second; the unit of the time tells it"),
             None => Guess::open("samples a second; the table has no times"),
         };
         draft.put(SECTION, "rate_hz", rate_hz);
@@ -60,29 +92,55 @@ impl Table<'_> {
         }
     }
 
-    /// Name, unit and rate of the column of the time.
-    fn time(&self) -> Result<Option<(String, &'static str, f64)>, ProposalError> {
-        let name = match self.names.own {
-            Some((_, true)) => Some("time_s"),
-            Some((_, false)) => None,
-            None => {
-                let mut times =
-                    self.names.columns.iter().filter(|name| meaning(name) == Some(Meaning::Time));
-                times.next().filter(|_| times.next().is_none()).map(String::as_str)
+    /// The column of the time, where one is found, named or asked for.
+    fn time(&self, draft: &Draft<'_>) -> Result<Option<Time>, ProposalError> {
+        let answer =
+            |key: &str| draft.answer(key).and_then(|value| value.as_str().map(str::to_owned));
+        let named = |name: &&String| meaning(name) == Some(Meaning::Time);
+        let found: Vec<&String> = self.names.columns.iter().filter(named).collect();
+        let (name, others) = match (self.names.own, answer("data.time.column"), found.as_slice()) {
+            (Some((_, true)), ..) => ("time_s".to_owned(), Vec::new()),
+            (Some((_, false)), ..) | (None, None, []) => return Ok(None),
+            (None, Some(answered), _) => (answered, Vec::new()),
+            (None, None, [one]) => ((*one).clone(), Vec::new()),
+            (None, None, several) => {
+                let others = several.iter().map(|name| format!("`{name}`")).collect();
+                return Ok(Some(Time {
+                    name: None,
+                    others,
+                    unit: None,
+                    rate_hz: None,
+                    is_stated: false,
+                }));
             }
         };
-        let Some(name) = name else { return Ok(None) };
         // Read as if it were a position: nothing else of the table is known yet.
-        let [rows, ..] = self.columns(vec![name.to_owned()], vec![name.to_owned()])?;
-        let mut steps: Vec<f64> = rows
-            .first()
-            .map_or(Vec::new(), |times| times.windows(2).map(|pair| pair[1] - pair[0]).collect());
-        steps.sort_unstable_by(f64::total_cmp);
-        let Some(step) = steps.get(steps.len() / 2).filter(|step| **step > 0.0) else {
-            return Ok(None);
+        let rows = match self.columns(vec![name.clone()], vec![name.clone()]) {
+            Ok([rows, ..]) => rows,
+            // A date, or whatever is no number.
+            Err(ProposalError::Table(CsvError::NotANumber { .. })) => return Ok(None),
+            Err(error) => return Err(error),
         };
-        let fits = TIMES.iter().find(|(_, second)| RATES_HZ.contains(&(1.0 / (step * second))));
-        Ok(fits.map(|(unit, second)| (name.to_owned(), *unit, rounded(1.0 / (step * second)))))
+        let times = rows.first().map_or(&[][..], Vec::as_slice);
+        if let Some(row) = times.windows(2).position(|pair| pair[1] < pair[0]) {
+            let (file, column, row) = (self.file.clone(), name, row + 2);
+            return Err(ProposalError::Backwards { file, column, row });
+        }
+        let Some(step) = step(times) else { return Ok(None) };
+        let of = |second: f64| 1.0 / (step * second);
+        let stated = answer("data.time.unit");
+        let stated = stated.map(Ok).or_else(|| Some(unit(&name, TIME_UNITS)?.map(str::to_owned)));
+        let is_stated = matches!(stated, Some(Ok(_)));
+        let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
+        let fits = match stated {
+            Some(Ok(stated)) => TIMES.into_iter().find(|(unit, _)| *unit == stated),
+            Some(Err(_)) => None,
+            // A slow log in seconds, or a fast one in milliseconds; a number of the row is no time.
+            None if counts || (1.0..RATES_HZ.start).contains(&of(1.0)) => None,
+            None => TIMES.into_iter().find(|(_, second)| RATES_HZ.contains(&of(*second))),
+        };
+        let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(of(second)))).unzip();
+        Ok(Some(Time { name: Some(name), others, unit, rate_hz, is_stated }))
     }
 
     /// Two quantities as they stand.
@@ -105,20 +163,39 @@ impl Table<'_> {
         Ok(read_rows(self.file, Some(&columns))?.signals)
     }
 
-    fn of_others(
-        &self,
-        draft: &mut Draft<'_>,
-        time: Option<&(String, &'static str, f64)>,
-    ) -> Result<(), ProposalError> {
-        if let Some((name, unit, rate_hz)) = time {
-            draft.put(SECTION, "time.column", Guess::found(quoted(name), "by its name"));
-            let why = format!("the rows are then {rate_hz} a second");
-            draft.put(SECTION, "time.unit", Guess::found(quoted(unit), &why));
+    fn of_others(&self, draft: &mut Draft<'_>, time: Option<&Time>) -> Result<(), ProposalError> {
+        if let Some(Time { name, others, unit, rate_hz, is_stated }) = time {
+            let column = match name {
+                Some(name) => Guess::found(quoted(name), "by its name"),
+                None => {
+                    Guess::open(&format!("the column of the time, one of {}", others.join(" ")))
+                }
+            };
+            draft.put(SECTION, "time.column", column);
+            let unit = match unit.zip(*rate_hz) {
+                Some((unit, rate_hz)) => {
+                    let guess = if *is_stated { Guess::found } else { Guess::assumed };
+                    guess(quoted(unit), &format!("the rows are then {rate_hz:.6} a second"))
+                }
+                None => Guess::open("the unit of the time: \"s\", \"ms\", \"us\" or \"ns\""),
+            };
+            draft.put(SECTION, "time.unit", unit);
         }
-        let groups = groups(&self.names.columns, self.robot.joints(), &self.joints);
+        let axes = self.robot.joints();
+        if self.names.columns.len() < 2 * axes {
+            let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
+            return Err(ProposalError::NoTable { file, columns, axes });
+        }
+        let groups = groups(&self.names.columns, axes, &self.joints);
+        let otherwise = counted_otherwise(&self.names.columns, axes);
         let position = chosen(&groups, Meaning::Position);
         let (torque, is_command) = torques(&groups);
         draft.put(SECTION, "torque_valid", torque_valid(is_command));
+        let hint = |which: String| match otherwise.is_empty() {
+            true => which,
+            false => format!("{which}; of {axes} joints there are {}", otherwise.join(", ")),
+        };
+        let (position, torque) = (position.map_err(hint), torque.map_err(hint));
         let (position, torque) =
             (self.answered(draft, "position", position), self.answered(draft, "torque", torque));
         let look = match (&position, &torque) {
@@ -129,9 +206,12 @@ impl Table<'_> {
             _ => None,
         };
         let named = position.as_ref().ok().and_then(|group| unit(group.name(), TURNS));
-        let position_unit = match (draft.answer("data.position.unit"), named, &look) {
+        let position_unit = match (draft.answer("data.position.unit"), &named, &look) {
             (Some(answered), ..) => Guess::found(answered.to_string(), ""),
-            (None, Some(named), _) => Guess::found(quoted(named), "the columns' names"),
+            (None, Some(Ok(named)), _) => Guess::found(quoted(named), "the columns' names"),
+            (None, Some(Err(unknown)), _) => {
+                Guess::open(&format!("{WHICH_POSITION}; the columns' names say {unknown}"))
+            }
             (None, None, Some(look)) => look.position_unit(),
             (None, None, None) => Guess::open(WHICH_POSITION),
         };
@@ -141,38 +221,40 @@ impl Table<'_> {
         // Of motors the robot knows no limits, and gravity's torque is another.
         let in_si = in_si.filter(|_| of_joints);
         put_columns(draft, "position", &position);
-        let certain = of_joints || named.is_some();
+        let certain = of_joints || matches!(named, Some(Ok(_)));
         let guess = if certain { position_unit } else { Guess::open(WHICH_POSITION) };
         draft.put(SECTION, "position.unit", guess);
         put_columns(draft, "torque", &torque);
         let is_current =
             torque.as_ref().is_ok_and(|group| meaning(group.name()) == Some(Meaning::Current));
         let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUES));
-        let [unit, sign] = match &in_si {
-            Some(look) => look.torque(named),
+        let newton_metres = match &named {
+            Some(Ok(unit)) if *unit != "A" => Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 })),
+            _ => None,
+        };
+        let [mut unit, sign] = match &in_si {
+            Some(look) => look.torque(newton_metres),
             None => [
-                named.map_or_else(
-                    || {
-                        Guess::open(
-                            "the unit: \"Nm\" or \"mNm\"; \"A\" with per_ampere for currents",
-                        )
-                    },
-                    |named| Guess::found(quoted(named), "the columns' names"),
+                newton_metres.map_or_else(
+                    || Guess::open(WHICH_TORQUE),
+                    |(unit, _)| Guess::found(quoted(unit), "the columns' names"),
                 ),
-                Guess::open(
-                    "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ",
-                ),
+                Guess::open(WHICH_SIGN),
             ],
         };
-        if is_current {
-            draft.put(
-                SECTION,
-                "torque.unit",
-                Guess::assumed(quoted("A"), "the columns are named as currents"),
-            );
+        match named {
+            Some(Err(unknown)) => {
+                unit = Guess::open(&format!("{WHICH_TORQUE}; the columns' names say {unknown}"));
+            }
+            Some(Ok("A")) => unit = Guess::found(quoted("A"), "the columns' names"),
+            None if is_current => {
+                unit = Guess::assumed(quoted("A"), "the columns are named as currents");
+            }
+            _ => {}
+        }
+        draft.put(SECTION, "torque.unit", unit);
+        if draft.has("data.torque.unit", "A") {
             draft.put(SECTION, "torque.per_ampere", Guess::open("torque of one ampere, on the same side as the positions, for all or a list [N·m/A]"));
-        } else {
-            draft.put(SECTION, "torque.unit", unit);
         }
         draft.put(SECTION, "torque.sign", sign);
         if let Ok(reference) = chosen(&groups, Meaning::Reference) {
@@ -200,8 +282,11 @@ impl Table<'_> {
             return Ok(Group::Numbered(pattern));
         }
         if let Some(toml::Value::Array(names)) = named("columns") {
-            let names = names.iter().filter_map(|name| name.as_str().map(str::to_owned));
-            return Ok(Group::Named(names.collect()));
+            let names: Vec<String> =
+                names.iter().filter_map(|name| name.as_str().map(str::to_owned)).collect();
+            let (count, axes) = (names.len(), self.robot.joints());
+            let wrong = || format!("`columns` has {count} names for {axes} axes");
+            return if count == axes { Ok(Group::Named(names)) } else { Err(wrong()) };
         }
         found
     }
@@ -212,23 +297,18 @@ impl Table<'_> {
         look: Option<&Look<'_>>,
         in_si: Option<&Look<'_>>,
     ) -> Guess {
-        let names: Vec<String> = groups
-            .iter()
-            .flat_map(|group| {
-                group.as_ref().map(|group| super::names::words(group.name())).unwrap_or_default()
-            })
-            .collect();
-        let has = |word: &str| names.iter().any(|name| name == word);
+        // Both: angles of joints beside currents of motors are common. "joint" says nothing, it numbers axes, of motors too.
+        let of_motors = groups.iter().all(|group| {
+            let words = group.as_ref().map(|group| super::names::words(group.name()));
+            words.is_ok_and(|words| words.iter().any(|own| own == "motor"))
+        });
         let what = "\"motor\" where angles and torques are the motors', \"joint\" where they are the joints'";
-        match (has("motor"), has("joint") || has("link")) {
-            (true, false) => Guess::found(quoted("motor"), "the columns' names"),
-            _ if in_si.is_some_and(Look::is_of_joints) => {
+        match () {
+            () if of_motors => Guess::found(quoted("motor"), "the columns' names"),
+            () if in_si.is_some_and(Look::is_of_joints) => {
                 Guess::found(quoted("joint"), "gravity of the nominal masses explains the torques")
             }
-            (false, true) if look.is_none_or(Look::may_be_of_joints) => {
-                Guess::assumed(quoted("joint"), "the columns' names")
-            }
-            _ => match look.map(Look::may_be_of_joints) {
+            () => match look.map(Look::may_be_of_joints) {
                 Some(false) => {
                     Guess::open(&format!("{what}; some positions are beyond the joints' limits"))
                 }

@@ -166,7 +166,7 @@ impl TorqueValidity {
         if [hold_us, delay_us].iter().all(|us| (0.0..=most_us).contains(us)) {
             return Ok(SignalTiming { hold_s: hold_us * 1e-6, delay_s: delay_us * 1e-6 });
         }
-        Err(format!("has hold_us and delay_us between 0 and {most_us} (ten periods)"))
+        Err(format!("hold_us and delay_us have to be between 0 and {most_us} (ten periods)"))
     }
 }
 

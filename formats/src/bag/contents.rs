@@ -11,16 +11,18 @@ use crate::measurement::MAX_SAMPLES;
 const TEXT: &str = "std_msgs/msg/String";
 const ROBOT_DESCRIPTION: &str = "robot_description";
 
-/// A topic of joint states.
+/// Joint states of a topic that name the same joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BagTopic {
-    /// Joints that its messages name, in the order of the first ones.
+    /// Its name.
+    pub name: String,
+    /// Joints that these messages name, sorted: of a topic with several publishers there is one entry for each of their sets.
     pub joints: Vec<String>,
     /// Those of them that a message gives no finite effort.
     pub without_effort: Vec<String>,
     /// Messages.
     pub messages: usize,
-    /// Messages a second by the stamps in them, from the median distance; none where they do not advance \[Hz\].
+    /// Messages a second by the stamps in them, from the mean distance; none where they do not advance \[Hz\].
     pub header_hz: Option<f64>,
     /// The same by the times at which they were recorded \[Hz\].
     pub log_hz: Option<f64>,
@@ -29,11 +31,14 @@ pub struct BagTopic {
 /// What a bag has.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BagContents {
-    /// Topics of joint states by their name.
-    pub topics: BTreeMap<String, BagTopic>,
+    /// Joint states.
+    pub topics: Vec<BagTopic>,
     /// The URDF that was published beside them.
     pub robot_description: Option<String>,
 }
+
+/// What was seen of a topic, and the stamps and times of recording of its messages.
+type Seen = (BagTopic, [Vec<u64>; 2]);
 
 /// Looks through a bag, which may be the folder of a split one.
 ///
@@ -41,7 +46,9 @@ pub struct BagContents {
 /// [`BagError`].
 pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
     let mut contents = BagContents::default();
-    let mut times: BTreeMap<String, [Vec<u64>; 2]> = BTreeMap::new();
+    // By topic and joints: what was seen, and the times.
+    let mut found: BTreeMap<(String, Vec<String>), Seen> = BTreeMap::new();
+    let mut messages = 0;
     for file in files(path)? {
         walk(&file, &mut |Message { kind, topic: name, log_ns, data }| {
             match kind {
@@ -50,12 +57,15 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
                     contents.robot_description.get_or_insert(found);
                 }
                 JOINT_STATE => {
-                    let topic = contents.topics.entry(name.to_owned()).or_default();
-                    topic.messages += 1;
+                    messages += 1;
                     let state = JointState::read(data);
-                    let state = state.map_err(|_| malformed(&file, name, topic.messages))?;
+                    let state = state.map_err(|_| malformed(&file, name, messages))?;
+                    let mut joints = state.name.clone();
+                    joints.sort_unstable();
+                    let (topic, [header, log]) =
+                        found.entry((name.to_owned(), joints)).or_default();
+                    topic.messages += 1;
                     topic.see(&state);
-                    let [header, log] = times.entry(name.to_owned()).or_default();
                     if header.len() < MAX_SAMPLES {
                         header.push(state.stamp_ns);
                         log.push(log_ns);
@@ -66,10 +76,9 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
             Ok(())
         })?;
     }
-    for (name, [header, log]) in times {
-        if let Some(topic) = contents.topics.get_mut(&name) {
-            (topic.header_hz, topic.log_hz) = (rate_hz(&header), rate_hz(&log));
-        }
+    for ((name, joints), (topic, [header, log])) in found {
+        let (header_hz, log_hz) = (rate_hz(&header), rate_hz(&log));
+        contents.topics.push(BagTopic { name, joints, header_hz, log_hz, ..topic });
     }
     Ok(contents)
 }
@@ -77,9 +86,6 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
 impl BagTopic {
     fn see(&mut self, state: &JointState) {
         for (k, name) in state.name.iter().enumerate() {
-            if !self.joints.contains(name) {
-                self.joints.push(name.clone());
-            }
             let effort = state.effort.get(k).is_some_and(|effort| effort.is_finite());
             if !effort && !self.without_effort.contains(name) {
                 self.without_effort.push(name.clone());
@@ -88,12 +94,14 @@ impl BagTopic {
     }
 }
 
-/// By the median distance of times that advance.
+/// By the mean of the distances that are none of a loss, where times advance.
+#[expect(clippy::cast_precision_loss, reason = "distances of messages")]
 fn rate_hz(times_ns: &[u64]) -> Option<f64> {
     let mut steps: Vec<u64> =
         times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
     steps.sort_unstable();
-    #[expect(clippy::cast_precision_loss, reason = "a distance of messages")]
-    let median_ns = *steps.get(steps.len() / 2)? as f64;
-    (median_ns > 0.0).then(|| 1e9 / median_ns)
+    let median = *steps.get(steps.len() / 2)?;
+    steps.retain(|step| *step > 0 && 2 * *step < 3 * median);
+    let sum: u64 = steps.iter().sum();
+    (sum > 0).then(|| 1e9 * steps.len() as f64 / sum as f64)
 }

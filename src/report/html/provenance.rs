@@ -57,17 +57,32 @@ impl InputFile {
     /// # Errors
     /// The file cannot be read, or is no regular file, which would have to be read a second time.
     pub fn read(path: &Path) -> std::io::Result<Self> {
+        let mut digest = Sha256::default();
+        if path.is_dir() {
+            // A split bag: its files one after the other, by their names.
+            let entries = std::fs::read_dir(path)?;
+            let mut files =
+                entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
+            files.retain(|file| file.is_file());
+            files.sort_unstable();
+            for file in files {
+                std::io::copy(&mut std::fs::File::open(file)?, &mut digest)?;
+            }
+            return Ok(Self::of(path, digest));
+        }
         let mut file = std::fs::File::open(path)?;
         if !file.metadata()?.is_file() {
             let why = "is not a regular file, so that the report cannot state its SHA-256; copy it \
                        to one";
             return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, why));
         }
-        let mut digest = Sha256::default();
         std::io::copy(&mut file, &mut digest)?;
-        let sha256 = hexadecimal(digest);
+        Ok(Self::of(path, digest))
+    }
+
+    fn of(path: &Path, digest: Sha256) -> Self {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Ok(Self { name, sha256 })
+        Self { name, sha256: hexadecimal(digest) }
     }
 }
 
