@@ -44,7 +44,7 @@ pub enum CellError {
         source: Box<toml::de::Error>,
     },
     /// Values are open: put them in place of the question marks.
-    #[error("{}: {} values are open:{}", file.display(), open.len(), open.iter().map(|key| format!("\n  {key}")).collect::<String>())]
+    #[error("{}: {} open:{}", file.display(), if open.len() == 1 { "1 value is".to_owned() } else { format!("{} values are", open.len()) }, open.iter().map(|key| format!("\n  {key}")).collect::<String>())]
     Open {
         /// The cell file.
         file: PathBuf,
