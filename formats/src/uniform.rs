@@ -293,6 +293,25 @@ mod tests {
     }
 
     #[test]
+    fn one_missing_row_is_counted_and_one_right_behind_another_is_left_out() {
+        let (pieces, resampled) = resample(rows((0..100).filter(|k| *k != 40)), 100.0).unwrap();
+        assert_eq!((pieces.len(), resampled.alone), (1, 1));
+        assert!(resampled.to_string().contains("1 rows that are missing alone are interpolated"));
+        // A microsecond behind, and off by what noise is: a cubic through both would leave the limits.
+        let mut behind = rows(0..100);
+        let (time, off) = (behind.times_s[50] + 1e-6, [0.01, 0.0]);
+        behind.times_s.insert(51, time);
+        for (column, off) in behind.columns.iter_mut().zip(off) {
+            column.insert(51, column[50] + off);
+        }
+        let (pieces, resampled) = resample(behind, 100.0).unwrap();
+        assert_eq!(resampled.repeated, 1);
+        for (sine, time) in pieces[0].columns[0].iter().zip(&pieces[0].columns[1]) {
+            assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
+        }
+    }
+
+    #[test]
     fn times_of_no_record_are_refused() {
         let refused = |rows: Rows, rate_hz| resample(rows, rate_hz).err().unwrap();
         let mut back = rows(0..50);

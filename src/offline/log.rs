@@ -71,7 +71,8 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     // Over all of them: gaps do no harm to it, and a short piece alone tells no rate.
     let rate_unchecked = check_rate(&samples, &bus.layout)
         .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
-    let first = samples.first().map_or(0, |sample| sample.sequence);
+    // Of those that count, the first: set with the first piece.
+    let mut first = None;
     let (mut left_out, mut without_reference) = (0, 0);
     let piece = |samples: &[JointSample]| {
         let all = samples;
@@ -80,7 +81,8 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
         without_reference += samples.iter().filter(|sample| !sample.has_reference).count();
         let of_layout =
             Measurement::from_samples(samples, bus.layout.axes(), 1e9 / bus.layout.period_ns());
-        let cycles = samples.first().map_or(0, |sample| sample.sequence - first);
+        let begin = samples.first().map_or(0, |sample| sample.sequence);
+        let cycles = begin - *first.get_or_insert(begin);
         #[expect(clippy::cast_precision_loss, reason = "cycles are far fewer than 2^52")]
         let begins_s = cycles as f64 * bus.layout.period_ns() * 1e-9;
         Piece { begins_s, measurement: Measurement { rate_unchecked, ..of_layout } }

@@ -62,6 +62,36 @@ fn a_log_with_a_gap() {
     assert_eq!(folder.names(), ["cut.log"]);
 }
 
+/// A target takes effect at the next SYNC, so that the first cycle behind each gap has none: it is left out, and a piece too
+/// short to tell a rate costs nothing.
+#[test]
+fn gaps_cost_neither_the_reference_nor_the_rate() {
+    let text = std::fs::read_to_string(&data().cia402_log).unwrap();
+    let cycles: Vec<usize> = text
+        .split_inclusive('\n')
+        .enumerate()
+        .filter(|(_, line)| line.contains(" 080#"))
+        .map(|(index, _)| index)
+        .collect();
+    let lost = |line: usize| {
+        let cycle = cycles.partition_point(|begin| *begin <= line);
+        (2001..=2005).contains(&cycle) || (2056..=2060).contains(&cycle)
+    };
+    let lines = text.split_inclusive('\n').enumerate();
+    let kept: String = lines.filter(|(index, _)| !lost(*index)).map(|(_, line)| line).collect();
+    let folder = Folder::new();
+    let log = folder.file("cut.log", &kept);
+    let found = didim(&["identify", "--cell", &cia402_cell(), "--input", &log]);
+    assert!(
+        found.stderr.contains("3 samples before the first reference are left out"),
+        "{}",
+        found.stderr
+    );
+    assert!(found.stderr.contains("3 whole pieces: 0.000 to "), "{}", found.stderr);
+    assert!(!found.stderr.contains("the reference is not used"), "{}", found.stderr);
+    found.done();
+}
+
 #[test]
 fn a_log_of_another_bus() {
     let cell = cia402_cell();
