@@ -9,9 +9,7 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use didim::cell::{Cell, Library};
 use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::Frame;
-use didim_drivers::source::{
-    CandumpSource, CandumpWriter, InterfaceName, Received, Source, StampDigits,
-};
+use didim_drivers::source::{CandumpWriter, InterfaceName, Received, Source, StampDigits, TextLog};
 use didim_sim::VirtualDevice;
 
 const CELLS: [&str; 2] = ["tx40-packed-fd", "tx40-cia402"];
@@ -78,7 +76,7 @@ fn reading(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(frames.len() as u64));
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                let mut source = CandumpSource::new(log.as_slice(), Path::new("a.log"), &[]);
+                let mut source = TextLog::new(log.as_slice(), Path::new("a.log"), &[]);
                 let mut read = 0;
                 loop {
                     batch.clear();

@@ -14,7 +14,7 @@ use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::{FileEnd, McapScan};
 use didim_drivers::source::{
-    CandumpSource, InterfaceName, McapSource, Received, Source, WhenFull, in_process_bus,
+    InterfaceName, McapSource, Received, Source, TextLog, WhenFull, in_process_bus,
 };
 
 /// The frames of the simulated arm, twice its motion.
@@ -23,7 +23,7 @@ fn simulate(cell: &Installation) -> (PathBuf, Vec<Frame>) {
     let bus = format!("log:{}", log.display());
     let scenario = cell.scenario(&[("tail_s = 0.6", "tail_s = 1.5")]);
     succeed(&[&"sim", &"--cell", &cell.cell(), &"--bus", &bus, &"--scenario", &scenario]);
-    let frames = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    let frames = read(&mut TextLog::open(&log, &[]).unwrap());
     let last = frames.last().unwrap().stamp_ns;
     // Another motion after it: the second window has another number and begins elsewhere.
     let period_ns = 200_000 * u64::from(frames[1].id == frames[0].id);
@@ -129,7 +129,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
     // Offline, and in other formats.
     let (log, csv) = (cell.path("kept.log"), cell.path("kept.csv"));
     succeed(&[&"convert", &"--cell", &cell.cell(), &kept[0], &log]);
-    let of_log = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    let of_log = read(&mut TextLog::open(&log, &[]).unwrap());
     let of_mcap = read(&mut McapSource::open(&kept[0], &[]).unwrap());
     assert!(of_log == of_mcap, "no offset: the bus had a time of its own");
     let back = cell.path("back.mcap");
@@ -151,7 +151,7 @@ fn child_writes_files_for_an_independent_reader() {
     let folder = PathBuf::from(std::env::var_os("DIDIM_RECORDINGS").unwrap());
     let cell = Installation::of("tx40-packed-fd", &[]);
     let (log, _) = simulate(&cell);
-    let frames = read(&mut CandumpSource::open(&log, &[]).unwrap());
+    let frames = read(&mut TextLog::open(&log, &[]).unwrap());
     live(&cell, frames, 2.0);
     let recordings = cell.state().join("recordings");
     fs::copy(&files(&recordings.join("ring"))[0], folder.join("ring.mcap")).unwrap();

@@ -30,8 +30,8 @@ use didim::service::status::Snapshot;
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::{FileEnd, McapScan};
 use didim_drivers::source::{
-    CandumpSource, CandumpWriter, InterfaceName, McapSource, Received, SocketCanOptions,
-    SocketCanSource, Source, StampDigits,
+    CandumpWriter, InterfaceName, McapSource, Received, SocketCanOptions, SocketCanSource, Source,
+    StampDigits, TextLog,
 };
 use didim_sim::{Sink, SocketCanSink};
 use serde_json::Value;
@@ -154,7 +154,7 @@ fn write_log(frames: &[Frame], path: &Path) {
 }
 
 fn read_log(path: &Path) -> Vec<Frame> {
-    let mut source = CandumpSource::open(path, &[]).unwrap();
+    let mut source = TextLog::open(path, &[]).unwrap();
     let mut frames = Vec::new();
     let mut batch = Vec::with_capacity(4096);
     while source.receive(&mut batch, Duration::ZERO).unwrap() == Received::Frames {

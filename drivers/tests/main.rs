@@ -19,4 +19,5 @@ mod mcap;
 mod samples;
 mod socketcan;
 mod sources;
+mod text_logs;
 mod units;

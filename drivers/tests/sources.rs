@@ -9,8 +9,8 @@ use crate::conformance::{Rig, conforms, interfaces, number, numbered, take};
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::McapInfo;
 use didim_drivers::source::{
-    CandumpSource, CandumpWriter, InterfaceName, McapSource, McapWriter, Received,
-    SocketCanOptions, SocketCanSource, Source, StampDigits, WhenFull, in_process_bus,
+    CandumpWriter, InterfaceName, McapSource, McapWriter, Received, SocketCanOptions,
+    SocketCanSource, Source, StampDigits, TextLog, WhenFull, in_process_bus,
 };
 
 struct InProcess {
@@ -65,7 +65,7 @@ impl Rig for Log {
             writer.write(frame).unwrap();
         }
         writer.finish().unwrap();
-        Box::new(CandumpSource::open(&path, interfaces).unwrap())
+        Box::new(TextLog::open(&path, interfaces).unwrap())
     }
 }
 

@@ -92,6 +92,28 @@ fn gaps_cost_neither_the_reference_nor_the_rate() {
     found.done();
 }
 
+/// The frames of the recording as Vector's tools log them.
+#[test]
+fn a_log_of_vector_identifies_as_that_of_candump_does() {
+    let text = std::fs::read_to_string(&data().packed_log).unwrap();
+    let line = |line: &str| {
+        let (stamp, frame) = line[1..].split_once(") can0 100##1").unwrap();
+        let bytes: Vec<&str> = (0..frame.len() / 2).map(|k| &frame[2 * k..2 * k + 2]).collect();
+        format!("{stamp} CANFD 1 Rx 100 1 0 f {} {}\n", bytes.len(), bytes.join(" "))
+    };
+    let asc: String = text.lines().map(line).collect();
+    let folder = Folder::new();
+    let asc = format!("date Mon Nov 23 10:00:00 2026\nbase hex  timestamps absolute\n{asc}");
+    let log = folder.file("drive.asc", &asc);
+    let parameters = |log: &str| {
+        let cell = packed_cell();
+        let json = didim(&["identify", "--json", "--cell", &cell, "--input", log]).done();
+        let all: serde_json::Value = serde_json::from_str(&json).unwrap();
+        all["parameters"].clone()
+    };
+    assert_eq!(parameters(&log), parameters(&data().packed_log));
+}
+
 #[test]
 fn a_log_of_another_bus() {
     let cell = cia402_cell();

@@ -1,18 +1,18 @@
 //! Where frames come from: one trait that can only receive.
 
-mod candump;
 mod in_process;
 pub mod mcap;
 mod socket_can;
+mod text_log;
 
 use core::time::Duration;
 
 pub use self::mcap::{McapError, McapSource, McapWriter};
-pub use candump::{CandumpError, CandumpSource, CandumpWriter, LineFault, StampDigits, WriteError};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
 pub use socket_can::{
     LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,
 };
+pub use text_log::{CandumpWriter, LineFault, StampDigits, TextLog, TextLogError, WriteError};
 
 use crate::frame::Frame;
 pub use crate::frame::interface::{InterfaceName, InterfaceNameError, MAX_INTERFACES};
@@ -112,7 +112,7 @@ pub enum SourceError {
     NoRoom,
     /// A log could not be read.
     #[error(transparent)]
-    Candump(#[from] CandumpError),
+    TextLog(#[from] TextLogError),
     /// A recording could not be read.
     #[error(transparent)]
     Mcap(#[from] McapError),
@@ -127,7 +127,7 @@ impl SourceError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::NoRoom => true,
-            Self::Candump(error) => error.is_recoverable(),
+            Self::TextLog(error) => error.is_recoverable(),
             Self::Mcap(error) => error.is_recoverable(),
             Self::SocketCan(error) => error.is_recoverable(),
         }

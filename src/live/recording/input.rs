@@ -9,8 +9,8 @@ use std::time::Duration;
 use didim_drivers::frame::Frame;
 use didim_drivers::source::mcap::{FileEnd, MAGIC, McapScan};
 use didim_drivers::source::{
-    CandumpSource, InterfaceName, McapError, McapSource, Received, Source, SourceCounters,
-    SourceError, StampClock,
+    InterfaceName, McapError, McapSource, Received, Source, SourceCounters, SourceError,
+    StampClock, TextLog,
 };
 
 use super::ring::segments;
@@ -35,7 +35,7 @@ pub fn open_log(path: &Path) -> Result<Box<dyn Source>, SourceError> {
     if is_mcap(path) {
         return Ok(Box::new(open_recording(path, &[])?));
     }
-    Ok(Box::new(CandumpSource::open(path, &[])?))
+    Ok(Box::new(TextLog::open(path, &[])?))
 }
 
 fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSource, McapError> {

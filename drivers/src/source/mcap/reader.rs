@@ -35,7 +35,7 @@ pub struct McapSource<R = BufReader<File>> {
 }
 
 impl McapSource {
-    /// Opens a recording, as [`CandumpSource::open`](crate::source::CandumpSource::open) a log: with
+    /// Opens a recording, as [`TextLog::open`](crate::source::TextLog::open) a log: with
     /// names, frames of other interfaces are passed over and counted.
     ///
     /// # Errors

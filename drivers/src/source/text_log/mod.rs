@@ -1,4 +1,6 @@
-//! Logs as `candump -l` and `candump -L` write them, and as `canplayer` reads them.
+//! Logs in text: of candump, of Vector's tools (ASC) and of PEAK's (TRC), told by their first line.
+//!
+//! Those of `candump -l` and `candump -L`, which `canplayer` reads, are written too:
 //!
 //! ```text
 //! (1436509052.249713) can0 123#1122AABB           classic data
@@ -10,13 +12,17 @@
 //! The `socketcan` crate reads such logs too, but to microseconds only and with an allocation per
 //! line; here every digit of the stamp is kept and a log of any length needs the same memory.
 
+mod asc;
+mod candump;
 mod error;
-mod line;
+mod field;
+mod format;
 mod reader;
+mod trc;
 mod write;
 
-pub use error::{CandumpError, LineFault};
-pub use reader::CandumpSource;
+pub use error::{LineFault, TextLogError};
+pub use reader::TextLog;
 pub use write::{CandumpWriter, StampDigits, WriteError};
 
 /// The longest line that is still a line \[bytes\]. A 64-byte frame needs about 180.

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::{CandumpError, LineFault, MAX_LINE, line};
+use super::format::Format;
+use super::{LineFault, MAX_LINE, TextLogError};
 use crate::frame::Frame;
 use crate::source::{
     InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
@@ -15,40 +16,42 @@ use crate::source::{
 ///
 /// It never waits and is never silent: replay goes as fast as the frames are taken.
 #[derive(Debug)]
-pub struct CandumpSource<R = BufReader<File>> {
+pub struct TextLog<R = BufReader<File>> {
     reader: R,
     /// Named in every error.
     path: PathBuf,
     /// Lines read so far.
     line: u64,
     buffer: Vec<u8>,
+    /// By the first line.
+    format: Option<Format>,
     interfaces: Vec<InterfaceName>,
     /// Whether `interfaces` was given, instead of growing with the log.
     listed: bool,
     /// Reported by the next call, after the frames before it.
-    failure: Option<CandumpError>,
+    failure: Option<TextLogError>,
     ended: bool,
     counters: SourceCounters,
 }
 
-impl CandumpSource {
+impl TextLog {
     /// Opens a log.
     ///
     /// With names, frames of other interfaces are passed over and counted. With none, every
     /// interface counts, numbered in the order in which the log mentions them.
     ///
     /// # Errors
-    /// [`CandumpError::Open`].
-    pub fn open(path: &Path, interfaces: &[InterfaceName]) -> Result<Self, CandumpError> {
+    /// [`TextLogError::Open`].
+    pub fn open(path: &Path, interfaces: &[InterfaceName]) -> Result<Self, TextLogError> {
         match File::open(path) {
             Ok(file) => Ok(Self::new(BufReader::new(file), path, interfaces)),
-            Err(source) => Err(CandumpError::Open { path: path.into(), source }),
+            Err(source) => Err(TextLogError::Open { path: path.into(), source }),
         }
     }
 }
 
-impl<R: BufRead> CandumpSource<R> {
-    /// Reads a log from anything; `path` is what errors call it. As [`CandumpSource::open`].
+impl<R: BufRead> TextLog<R> {
+    /// Reads a log from anything; `path` is what errors call it. As [`TextLog::open`].
     pub fn new(reader: R, path: &Path, interfaces: &[InterfaceName]) -> Self {
         let mut known = Vec::with_capacity(MAX_INTERFACES.max(interfaces.len()));
         known.extend_from_slice(interfaces);
@@ -57,6 +60,7 @@ impl<R: BufRead> CandumpSource<R> {
             path: path.into(),
             line: 0,
             buffer: Vec::with_capacity(MAX_LINE),
+            format: None,
             interfaces: known,
             listed: !interfaces.is_empty(),
             failure: None,
@@ -66,10 +70,18 @@ impl<R: BufRead> CandumpSource<R> {
     }
 
     /// The next frame of an interface that counts; nothing at the end.
-    fn next_frame(&mut self) -> Result<Option<Frame>, CandumpError> {
+    fn next_frame(&mut self) -> Result<Option<Frame>, TextLogError> {
         while self.read_line()? {
-            let parsed = line::parse(&self.buffer)
-                .and_then(|(name, frame)| Ok(self.index_of(name)?.map(|index| frame.on(index))));
+            let buffer = &self.buffer;
+            let format = self.format.get_or_insert_with(|| Format::of(buffer));
+            let parsed = match format.parse(buffer) {
+                // A header, or an event that is no frame.
+                Ok(None) => continue,
+                Ok(Some((name, frame))) => {
+                    self.index_of(name).map(|index| index.map(|index| frame.on(index)))
+                }
+                Err(fault) => Err(fault),
+            };
             match parsed {
                 Ok(Some(frame)) => return Ok(Some(frame)),
                 Ok(None) => self.counters.passed_over += 1,
@@ -80,7 +92,7 @@ impl<R: BufRead> CandumpSource<R> {
     }
 
     /// Reads the next line, without its newline, into the buffer; false at the end.
-    fn read_line(&mut self) -> Result<bool, CandumpError> {
+    fn read_line(&mut self) -> Result<bool, TextLogError> {
         self.buffer.clear();
         let limit = u64::try_from(MAX_LINE).unwrap_or(u64::MAX);
         self.line += 1;
@@ -89,7 +101,7 @@ impl<R: BufRead> CandumpSource<R> {
             Ok(_) => {}
             Err(source) => {
                 self.ended = true;
-                return Err(CandumpError::Read {
+                return Err(TextLogError::Read {
                     path: self.path.clone(),
                     line: self.line,
                     source,
@@ -101,7 +113,10 @@ impl<R: BufRead> CandumpSource<R> {
         }
         if self.buffer.len() < MAX_LINE {
             self.ended = true;
-            return Err(CandumpError::Truncated { path: self.path.clone(), line: self.line });
+            if self.format.as_ref().is_some_and(|format| !format.ends_lines()) {
+                return Ok(true);
+            }
+            return Err(TextLogError::Truncated { path: self.path.clone(), line: self.line });
         }
         // Without newlines there is nothing to go on with.
         self.ended = true;
@@ -123,12 +138,12 @@ impl<R: BufRead> CandumpSource<R> {
         Ok(u8::try_from(index).ok())
     }
 
-    fn at_line(&self, fault: LineFault) -> CandumpError {
-        CandumpError::Line { path: self.path.clone(), line: self.line, fault }
+    fn at_line(&self, fault: LineFault) -> TextLogError {
+        TextLogError::Line { path: self.path.clone(), line: self.line, fault }
     }
 }
 
-impl<R: BufRead + Send> Source for CandumpSource<R> {
+impl<R: BufRead + Send> Source for TextLog<R> {
     fn receive(
         &mut self,
         batch: &mut Vec<Frame>,
@@ -176,8 +191,8 @@ impl<R: BufRead + Send> Source for CandumpSource<R> {
 mod tests {
     use super::*;
 
-    fn source(text: &str) -> CandumpSource<&[u8]> {
-        CandumpSource::new(text.as_bytes(), Path::new("a.log"), &[])
+    fn source(text: &str) -> TextLog<&[u8]> {
+        TextLog::new(text.as_bytes(), Path::new("a.log"), &[])
     }
 
     fn drain(source: &mut impl Source) -> (Vec<Frame>, Vec<String>) {
@@ -229,7 +244,7 @@ mod tests {
         assert_eq!(frames.iter().map(|frame| frame.interface).collect::<Vec<_>>(), [0, 1, 0]);
 
         let only = [InterfaceName::new("can0").unwrap()];
-        let mut log = CandumpSource::new(text.as_bytes(), Path::new("a.log"), &only);
+        let mut log = TextLog::new(text.as_bytes(), Path::new("a.log"), &only);
         let (frames, _) = drain(&mut log);
         assert_eq!(frames.iter().map(|frame| frame.id.raw()).collect::<Vec<_>>(), [2]);
         assert_eq!(log.counters().passed_over, 2);
@@ -244,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let error = CandumpSource::open(Path::new("/nonexistent.log"), &[]).unwrap_err();
+        let error = TextLog::open(Path::new("/nonexistent.log"), &[]).unwrap_err();
         assert!(error.to_string().contains("/nonexistent.log"), "{error}");
     }
 }

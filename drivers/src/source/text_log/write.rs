@@ -102,7 +102,7 @@ pub enum WriteError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::line;
+    use super::super::candump;
     use super::*;
     use crate::frame::FrameId;
     use proptest::prelude::*;
@@ -168,7 +168,7 @@ mod tests {
         #[test]
         fn what_is_written_is_read_back(frame in any_frame()) {
             let written = text(&frame, StampDigits::Nanoseconds);
-            let (name, read) = line::parse(written.trim_end().as_bytes()).unwrap();
+            let (name, read) = candump::parse(written.trim_end().as_bytes()).unwrap();
             prop_assert_eq!(name.as_str(), "can0");
             prop_assert_eq!(read, frame);
         }

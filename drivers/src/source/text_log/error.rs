@@ -7,7 +7,7 @@ use crate::source::MAX_INTERFACES;
 
 /// Why a log could not be read.
 #[derive(Debug, thiserror::Error)]
-pub enum CandumpError {
+pub enum TextLogError {
     /// The file cannot be opened: check the path and its permissions.
     #[error("cannot open the log {path}: {source}; check the path and the permissions", path = path.display())]
     Open {
@@ -51,7 +51,7 @@ pub enum CandumpError {
     },
 }
 
-impl CandumpError {
+impl TextLogError {
     /// Whether the lines after it can still be read.
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::Line { .. })
@@ -79,6 +79,21 @@ pub enum LineFault {
     /// The stamp does not fit 64 bits of nanoseconds.
     #[error("the time stamp lies beyond the year 2554: correct the clock of the recorder")]
     StampRange,
+    /// Not a number of seconds (ASC) or milliseconds (TRC).
+    #[error("the line has no time that is a number: it is damaged or cut off")]
+    Time,
+    /// An identifier that is no number, or too large.
+    #[error("the identifier is no number of 11 or 29 bits: the line is damaged")]
+    LogId,
+    /// A length or a kind of frame that is missing or not known.
+    #[error("kind or length of the frame are missing or not known: the line is damaged or cut off")]
+    Length,
+    /// Fewer bytes than the length says, or none.
+    #[error("the line has not as many bytes of data as it says: it is damaged or cut off")]
+    Bytes,
+    /// A version that is not read.
+    #[error("this version of TRC is not read; write it anew as 1.0 to 2.1")]
+    Version,
     /// No usable interface name.
     #[error(
         "no interface after the time stamp: expected a name of at most 15 characters, as in `can0`"

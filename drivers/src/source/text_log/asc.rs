@@ -1,0 +1,151 @@
+//! Logs of Vector's tools (ASC): a header, then an event per line.
+//!
+//! ```text
+//! date Mon Nov 23 10:00:00.000 am 2026
+//! base hex  timestamps absolute
+//!    0.015991 1  123             Rx   d 8 11 22 33 44 55 66 77 88
+//!    0.016991 1  18FF1234x       Tx   d 2 11 22
+//!    0.017991 CANFD   1 Rx  123  Name  1 0 9 12 11 22 33 44 55 66 77 88 99 AA BB CC
+//!    0.018991 1  ErrorFrame
+//! ```
+//!
+//! Other events (statistics, triggers, other buses) are passed over.
+
+use super::LineFault;
+use super::field::{bytes, channel, number, stamp_ns};
+use crate::frame::{Direction, Frame, FrameId, FrameKind};
+use crate::source::InterfaceName;
+
+const NS_PER_S: u64 = 1_000_000_000;
+
+/// What the header says, and the time so far where each line has that since the one before.
+#[derive(Clone, Debug)]
+pub(super) struct Asc {
+    base: u32,
+    relative: bool,
+    now_ns: u64,
+}
+
+impl Default for Asc {
+    fn default() -> Self {
+        Self { base: 16, relative: false, now_ns: 0 }
+    }
+}
+
+impl Asc {
+    pub(super) fn parse(
+        &mut self,
+        line: &[u8],
+    ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
+        let mut fields = line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty());
+        let Some(first) = fields.next() else { return Ok(None) };
+        if first.eq_ignore_ascii_case(b"base") {
+            let words: Vec<&[u8]> = fields.collect();
+            let has = |word: &[u8]| words.iter().any(|own| own.eq_ignore_ascii_case(word));
+            self.base = if has(b"dec") { 10 } else { 16 };
+            self.relative = has(b"relative");
+            return Ok(None);
+        }
+        if !first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.') {
+            return Ok(None);
+        }
+        let stamp = stamp_ns(first, NS_PER_S)?;
+        self.now_ns = match self.relative {
+            true => self.now_ns.checked_add(stamp).ok_or(LineFault::StampRange)?,
+            false => stamp,
+        };
+        let found = match fields.next() {
+            Some(b"CANFD") => self.fd(fields)?,
+            Some(number) => match channel(number) {
+                Some(channel) => self.classic(channel, fields)?,
+                None => None,
+            },
+            None => None,
+        };
+        Ok(found.map(|(channel, frame)| (channel, frame.at(self.now_ns))))
+    }
+
+    fn classic<'a>(
+        &self,
+        channel: InterfaceName,
+        mut fields: impl Iterator<Item = &'a [u8]>,
+    ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
+        let Some(id) = fields.next() else { return Ok(None) };
+        if id == b"ErrorFrame" {
+            let frame = Frame::error(0, &[0; 8])?;
+            return Ok(Some((channel, frame)));
+        }
+        // A request to send is followed by what was sent.
+        let Some(direction) = fields.next().and_then(direction) else { return Ok(None) };
+        let id = self.id(id)?;
+        let kind = fields.next();
+        let length = fields.next().and_then(|length| number(length, 16));
+        let length = length.filter(|length| *length <= 15).map(|length| length.min(8));
+        let frame = match (kind, length) {
+            (Some(b"d"), Some(length)) => {
+                let (payload, length) = bytes(fields, length, self.base)?;
+                Frame::classic(id, &payload[..length])?
+            }
+            (Some(b"r"), length) => {
+                let length = u8::try_from(length.unwrap_or(0)).map_err(|_| LineFault::Length)?;
+                Frame::remote(id, length)?
+            }
+            _ => return Err(LineFault::Length),
+        };
+        Ok(Some((channel, frame.going(direction))))
+    }
+
+    fn fd<'a>(
+        &self,
+        mut fields: impl Iterator<Item = &'a [u8]>,
+    ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
+        let Some(channel) = fields.next().and_then(channel) else { return Ok(None) };
+        let Some(direction) = fields.next().and_then(direction) else { return Ok(None) };
+        let Some(id) = fields.next() else { return Err(LineFault::Id) };
+        if id == b"ErrorFrame" {
+            return Ok(Some((channel, Frame::error(0, &[0; 8])?.going(direction))));
+        }
+        let id = self.id(id)?;
+        // A name may stand before the flags.
+        let flag = |field: Option<&[u8]>| match field {
+            Some(b"0") => Some(false),
+            Some(b"1") => Some(true),
+            _ => None,
+        };
+        let first = fields.next();
+        let bit_rate_switch = flag(first).or_else(|| flag(fields.next()));
+        let error_state_indicator = flag(fields.next());
+        let flags = bit_rate_switch.zip(error_state_indicator);
+        let (bit_rate_switch, error_state_indicator) = flags.ok_or(LineFault::Length)?;
+        // The length code, then the bytes.
+        fields.next();
+        let length =
+            fields.next().and_then(|length| number(length, 10)).ok_or(LineFault::Length)?;
+        let (payload, length) = bytes(fields, length, self.base)?;
+        let kind = FrameKind::Fd { bit_rate_switch, error_state_indicator };
+        Ok(Some((channel, Frame::new(id, kind, &payload[..length])?.going(direction))))
+    }
+
+    fn id(&self, field: &[u8]) -> Result<FrameId, LineFault> {
+        let (digits, extended) = match field.split_last() {
+            Some((b'x' | b'X', digits)) => (digits, true),
+            _ => (field, false),
+        };
+        let id = number(digits, self.base).ok_or(LineFault::LogId)?;
+        let standard = u16::try_from(id).map(FrameId::Standard);
+        let extended_id = u32::try_from(id).map(FrameId::Extended);
+        if extended {
+            extended_id.map_err(|_| LineFault::LogId)
+        } else {
+            standard.map_err(|_| LineFault::LogId)
+        }
+    }
+}
+
+fn direction(field: &[u8]) -> Option<Direction> {
+    match field {
+        b"Rx" => Some(Direction::Received),
+        b"Tx" => Some(Direction::Transmitted),
+        _ => None,
+    }
+}

@@ -1,0 +1,58 @@
+//! Fields that logs have in common.
+
+use super::LineFault;
+use crate::frame::MAX_PAYLOAD;
+use crate::source::InterfaceName;
+
+/// A number of `unit_ns` with a fraction, exactly, in integers: digits below a nanosecond are not taken.
+pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
+    let dot = field.iter().position(|byte| *byte == b'.').unwrap_or(field.len());
+    let (whole, fraction) = (&field[..dot], field.get(dot + 1..).unwrap_or_default());
+    if whole.is_empty() || (dot < field.len() && fraction.is_empty()) {
+        return Err(LineFault::Time);
+    }
+    let whole = number(whole, 10).ok_or(LineFault::Time)?;
+    let mut ns = whole.checked_mul(unit_ns).ok_or(LineFault::StampRange)?;
+    let mut worth = unit_ns;
+    for digit in fraction {
+        if !digit.is_ascii_digit() || worth < 10 {
+            return Err(LineFault::Time);
+        }
+        worth /= 10;
+        ns = ns.checked_add(worth * u64::from(digit - b'0')).ok_or(LineFault::StampRange)?;
+    }
+    Ok(ns)
+}
+
+/// Digits to a base, nothing else.
+pub(super) fn number(digits: &[u8], base: u32) -> Option<u64> {
+    (!digits.is_empty()).then_some(())?;
+    digits.iter().try_fold(0u64, |value, byte| {
+        let digit = char::from(*byte).to_digit(base)?;
+        value.checked_mul(base.into())?.checked_add(digit.into())
+    })
+}
+
+/// A channel by its number, as `can1`.
+pub(super) fn channel(number: &[u8]) -> Option<InterfaceName> {
+    let digits = (1..=3).contains(&number.len()) && number.iter().all(u8::is_ascii_digit);
+    digits.then(|| InterfaceName::from_bytes(&[b"can", number].concat())).flatten()
+}
+
+/// Bytes, each a field.
+pub(super) fn bytes<'a>(
+    fields: impl Iterator<Item = &'a [u8]>,
+    length: u64,
+    base: u32,
+) -> Result<([u8; MAX_PAYLOAD], usize), LineFault> {
+    let length = usize::try_from(length).ok().filter(|length| *length <= MAX_PAYLOAD);
+    let length = length.ok_or(LineFault::Length)?;
+    let mut payload = [0; MAX_PAYLOAD];
+    let mut found = 0;
+    for (place, field) in payload.iter_mut().zip(fields.take(length)) {
+        let byte = number(field, base).and_then(|byte| u8::try_from(byte).ok());
+        *place = byte.ok_or(LineFault::Bytes)?;
+        found += 1;
+    }
+    if found == length { Ok((payload, length)) } else { Err(LineFault::Bytes) }
+}

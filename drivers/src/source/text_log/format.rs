@@ -1,0 +1,50 @@
+//! Which kind of log it is, by its first line, and one line of it to one frame.
+
+use super::asc::Asc;
+use super::trc::Trc;
+use super::{LineFault, candump};
+use crate::frame::Frame;
+use crate::source::InterfaceName;
+
+/// How the lines of a log are read.
+#[derive(Clone, Debug)]
+pub(super) enum Format {
+    Candump,
+    Asc(Asc),
+    Trc(Trc),
+}
+
+impl Format {
+    pub(super) fn of(first_line: &[u8]) -> Self {
+        let line = first_line.trim_ascii();
+        let begins = |words: &[&str]| {
+            words.iter().any(|word| {
+                line.get(..word.len()).is_some_and(|own| own.eq_ignore_ascii_case(word.as_bytes()))
+            })
+        };
+        if line.starts_with(b";") {
+            Self::Trc(Trc::default())
+        } else if begins(&["date ", "base ", "// version", "begin trigger"]) {
+            Self::Asc(Asc::default())
+        } else {
+            Self::Candump
+        }
+    }
+
+    /// Whether the last line needs an end: of the others each says how long it is.
+    pub(super) fn ends_lines(&self) -> bool {
+        matches!(self, Self::Candump)
+    }
+
+    /// The frame in a line, without its newline; nothing where it is of a header or of another event.
+    pub(super) fn parse(
+        &mut self,
+        line: &[u8],
+    ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
+        match self {
+            Self::Candump => candump::parse(line).map(Some),
+            Self::Asc(asc) => asc.parse(line),
+            Self::Trc(trc) => trc.parse(line),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Logs of PEAK's tools (TRC), versions 1.0 to 2.1: lines of a header behind `;`, then a message per line.
+//!
+//! ```text
+//! ;$FILEVERSION=2.1
+//! ;$COLUMNS=N,O,T,B,I,d,R,L,D
+//!       1      1059.900 DT 1      0300 Rx -  7    00 00 00 00 04 00 00
+//! ```
+//!
+//! Times are milliseconds since the start. Status, events and error counters are passed over.
+
+use super::LineFault;
+use super::field::{bytes, channel, number, stamp_ns};
+use crate::frame::{Direction, Frame, FrameId, FrameKind};
+use crate::source::InterfaceName;
+
+const NS_PER_MS: u64 = 1_000_000;
+
+/// What stands in a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Column {
+    Time,
+    Kind,
+    Bus,
+    Id,
+    Direction,
+    Length,
+    Data,
+    Other,
+}
+
+/// The columns, in their order.
+#[derive(Clone, Debug)]
+pub(super) struct Trc {
+    columns: Vec<Column>,
+}
+
+impl Default for Trc {
+    /// Version 1.0, which does not say so.
+    fn default() -> Self {
+        use Column::{Data, Id, Length, Other, Time};
+        Self { columns: vec![Other, Time, Id, Length, Data] }
+    }
+}
+
+impl Trc {
+    pub(super) fn parse(
+        &mut self,
+        line: &[u8],
+    ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
+        let line = line.trim_ascii();
+        if let Some(header) = line.strip_prefix(b";") {
+            self.header(header)?;
+            return Ok(None);
+        }
+        if line.is_empty() {
+            return Ok(None);
+        }
+        self.message(line)
+    }
+
+    fn header(&mut self, line: &[u8]) -> Result<(), LineFault> {
+        use Column::{Bus, Data, Direction, Id, Kind, Length, Other, Time};
+        if let Some(version) = line.strip_prefix(b"$FILEVERSION=") {
+            self.columns = match version.trim_ascii() {
+                b"1.0" => vec![Other, Time, Id, Length, Data],
+                b"1.1" => vec![Other, Time, Kind, Id, Length, Data],
+                b"1.2" => vec![Other, Time, Bus, Kind, Id, Length, Data],
+                b"1.3" => vec![Other, Time, Bus, Kind, Id, Other, Length, Data],
+                b"2.0" => vec![Other, Time, Kind, Id, Direction, Length, Data],
+                b"2.1" => vec![Other, Time, Kind, Bus, Id, Direction, Other, Length, Data],
+                _ => return Err(LineFault::Version),
+            };
+        }
+        if let Some(columns) = line.strip_prefix(b"$COLUMNS=") {
+            let column = |name: &[u8]| match name.trim_ascii() {
+                b"O" => Time,
+                b"T" => Kind,
+                b"B" => Bus,
+                b"I" => Id,
+                b"d" => Direction,
+                b"l" | b"L" => Length,
+                b"D" => Data,
+                _ => Other,
+            };
+            self.columns = columns.split(|byte| *byte == b',').map(column).collect();
+        }
+        Ok(())
+    }
+
+    fn message(&self, line: &[u8]) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
+        let mut fields = line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty());
+        let mut bus: &[u8] = b"1";
+        let (mut stamp, mut kind, mut id, mut length) = (None, &b"Rx"[..], None, None);
+        let mut direction = Direction::Received;
+        for column in &self.columns {
+            if *column == Column::Data {
+                break;
+            }
+            let Some(field) = fields.next() else {
+                // Of what is passed over, all that is left is its own.
+                return if is_passed_over(kind) { Ok(None) } else { Err(LineFault::Length) };
+            };
+            match column {
+                Column::Time => stamp = Some(stamp_ns(field, NS_PER_MS)?),
+                Column::Kind => kind = field,
+                Column::Bus => bus = field,
+                Column::Id => id = Some(field),
+                Column::Direction if field == b"Tx" => direction = Direction::Transmitted,
+                Column::Length => length = Some(field),
+                Column::Direction | Column::Data | Column::Other => {}
+            }
+            if is_passed_over(kind) {
+                return Ok(None);
+            }
+        }
+        if kind == b"Tx" {
+            direction = Direction::Transmitted;
+        }
+        let stamp_ns = stamp.ok_or(LineFault::Time)?;
+        let bus = channel(bus).ok_or(LineFault::Interface)?;
+        let frame = if matches!(kind, b"ER" | b"Error") {
+            Frame::error(0, &[0; 8])?
+        } else {
+            let id = id.ok_or(LineFault::LogId)?;
+            // The number of digits is the format.
+            let raw = number(id, 16).ok_or(LineFault::LogId)?;
+            let id = match id.len() {
+                ..=4 => u16::try_from(raw).ok().map(FrameId::Standard),
+                _ => u32::try_from(raw).ok().map(FrameId::Extended),
+            };
+            let id = id.ok_or(LineFault::LogId)?;
+            let length = length.and_then(|length| number(length, 10)).ok_or(LineFault::Length)?;
+            let mut data = fields.peekable();
+            let switch = matches!(kind, b"FB" | b"BI");
+            if kind == b"RR" || data.peek() == Some(&&b"RTR"[..]) {
+                Frame::remote(id, u8::try_from(length).map_err(|_| LineFault::Length)?)?
+            } else {
+                let (payload, length) = bytes(data, length, 16)?;
+                match kind {
+                    b"FD" | b"FB" | b"FE" | b"BI" => {
+                        let error_state_indicator = matches!(kind, b"FE" | b"BI");
+                        let kind = FrameKind::Fd { bit_rate_switch: switch, error_state_indicator };
+                        Frame::new(id, kind, &payload[..length])?
+                    }
+                    _ => Frame::classic(id, &payload[..length])?,
+                }
+            }
+        };
+        Ok(Some((bus, frame.at(stamp_ns).going(direction))))
+    }
+}
+
+/// Status, events and error counters, of both versions.
+fn is_passed_over(kind: &[u8]) -> bool {
+    matches!(kind, b"ST" | b"EC" | b"EV" | b"Warng" | b"Status" | b"Event" | b"ErrCt" | b"HwSta")
+}
