@@ -40,12 +40,10 @@ struct Answer<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = match Cell::read(&arguments.cell) {
-        // What runs for years has to be of one model.
-        Ok(cell) if cell.bus().is_ok() => Cell::read_decided(&arguments.cell),
-        read => read,
-    };
-    let cell = match cell {
+    // What runs for years has to be of one model.
+    let decided =
+        |cell: Cell| if cell.bus().is_ok() { cell.decided(&arguments.cell) } else { Ok(cell) };
+    let cell = match Cell::read(&arguments.cell).and_then(decided) {
         Ok(cell) => cell,
         Err(error) => {
             if arguments.json {

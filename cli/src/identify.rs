@@ -194,9 +194,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let Some(path) = &arguments.report {
         let mut origins = Vec::with_capacity(measurements.len());
-        for (path, piece) in &pieces {
+        for (path, pieces) in arguments.input.iter().zip(&read) {
             let input = InputFile::read(path).map_err(|error| CliError::in_file(path, error))?;
-            origins.push((input, piece.range()));
+            origins.extend(pieces.iter().map(|piece| (input.clone(), piece.range())));
         }
         let (input, samples) = origins.remove(0);
         let origin = Origin { input: Some(input), samples, further: origins, note: None };

@@ -53,11 +53,11 @@ impl Samples {
 
     /// The same, where one whole piece is wanted: the longest.
     pub(super) fn read_longest(&self, path: &Path, cell: &Cell) -> Result<Counted, CliError> {
-        let mut pieces = self.read(path, cell)?;
-        pieces.sort_by_key(|of| of.counted.len());
-        let none = || CliError::in_file(path, "no sample counts");
-        let longest = pieces.pop().ok_or_else(none)?;
-        if !pieces.is_empty() {
+        let pieces = self.read(path, cell)?;
+        let others = pieces.len() > 1;
+        let longest = pieces.into_iter().max_by_key(|of| of.counted.len());
+        let longest = longest.ok_or_else(|| CliError::in_file(path, "no sample counts"))?;
+        if others {
             let [from, to] = longest.times_s();
             tracing::warn!(
                 "{}: the longest piece counts here, {from} to {to} s, and no other",

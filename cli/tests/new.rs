@@ -73,6 +73,16 @@ fn new(folder: &Path, further: &[&str]) -> Finished {
 const RAD: [f64; 5] = [1.0; 5];
 const DEG: [f64; 5] = [1e3, 57.295_779_513_082_32, 57.295_779_513_082_32, 1.0, 1.0];
 
+/// What is asked where nobody knows on which side of the gears it was measured.
+const UNKNOWN_SIDE: [&str; 6] = [
+    "urdf.drive_inertia",
+    "urdf.gear_ratios",
+    "data.side",
+    "data.position.unit",
+    "data.torque.unit",
+    "data.torque.sign",
+];
+
 #[test]
 fn what_a_table_tells_is_found_and_the_rest_is_asked() {
     let with = |torque: f64| [1.0, 1.0, 1.0, torque, torque];
@@ -123,14 +133,7 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
                 "position.column = \"q{axis}\"",
                 "torque.column = \"tau{axis}\"",
             ],
-            &[
-                "urdf.drive_inertia",
-                "urdf.gear_ratios",
-                "data.side",
-                "data.position.unit",
-                "data.torque.unit",
-                "data.torque.sign",
-            ],
+            &UNKNOWN_SIDE,
         ),
         // Currents.
         (
@@ -170,14 +173,7 @@ fn what_a_table_tells_is_found_and_the_rest_is_asked() {
             ["time", "q1", "q2", "motor_current_1 [mA]", "motor_current_2 [mA]"],
             with(70.0),
             &[],
-            &[
-                "urdf.drive_inertia",
-                "urdf.gear_ratios",
-                "data.side",
-                "data.position.unit",
-                "data.torque.unit",
-                "data.torque.sign",
-            ],
+            &UNKNOWN_SIDE,
         ),
         // Nothing that could be a torque.
         (

@@ -57,6 +57,19 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// A time alone, as it stands.
+    pub fn of_time(name: String) -> Self {
+        let none = || AxisColumns { names: Vec::new(), scales: Vec::new() };
+        Self {
+            side: Side::Joint,
+            axes: 0,
+            time: Some((name, 1.0)),
+            position: none(),
+            torque: none(),
+            reference: None,
+        }
+    }
+
     fn of(&self, quantity: Quantity) -> Option<&AxisColumns> {
         match quantity {
             Quantity::Position => Some(&self.position),

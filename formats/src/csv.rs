@@ -162,9 +162,9 @@ enum Column {
 /// # Errors
 /// See [`CsvError`].
 pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, CsvError> {
-    let table = read(path, sample_rate_hz, None)?;
-    let rate = rate(&table, sample_rate_hz, path)?;
-    Ok(table.measurement(rate))
+    let table = parse(text(path)?, path, sample_rate_hz.is_none(), None)?;
+    let grid = grid(&table, sample_rate_hz, path)?;
+    Ok(table.measurement(grid.rate_hz))
 }
 
 /// Reads a table of didim's own columns, or of others. Times that jitter are resampled to `nominal_hz`, and cut where samples are
@@ -180,10 +180,13 @@ pub fn read_table(
     nominal_hz: f64,
     columns: Option<&Columns>,
 ) -> Result<Record, CsvError> {
-    let mut table = read(path, sample_rate_hz, columns)?;
+    let mut table = parse(text(path)?, path, sample_rate_hz.is_none(), columns)?;
     let Table { side, axes, resolution_s, .. } = table;
-    match rate(&table, sample_rate_hz, path) {
-        Ok(rate) if !table.jitters() => Ok(table.measurement(rate).into()),
+    // Off the grid by more than the digits that they are written with, times jitter.
+    match grid(&table, sample_rate_hz, path) {
+        Ok(Grid { rate_hz, off_s }) if off_s <= (2.0 * resolution_s).max(STILL / rate_hz) => {
+            Ok(table.measurement(rate_hz).into())
+        }
         Ok(_) | Err(CsvError::NotUniform { .. }) => {
             let times_s = table.time.take().unwrap_or_default();
             let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
@@ -198,14 +201,6 @@ pub fn read_table(
         }
         Err(error) => Err(error),
     }
-}
-
-fn read(
-    path: &Path,
-    sample_rate_hz: Option<f64>,
-    columns: Option<&Columns>,
-) -> Result<Table, CsvError> {
-    parse(text(path)?, path, sample_rate_hz, columns)
 }
 
 /// A header beyond that is none \[bytes\].
@@ -248,8 +243,7 @@ pub fn list_table(path: &Path) -> Result<TableNames, CsvError> {
 /// # Errors
 /// See [`CsvError`].
 pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, CsvError> {
-    // Any rate: it is not looked at.
-    read(path, Some(1.0), columns)
+    parse(text(path)?, path, false, columns)
 }
 
 /// A table as it stands in the file, in SI units.
@@ -269,20 +263,6 @@ pub struct Table {
 const STILL: f64 = 0.01;
 
 impl Table {
-    /// Whether its times are off a uniform grid by more than the digits that they are written with.
-    #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-    fn jitters(&self) -> bool {
-        let Some([first, .., last]) = self.time.as_deref() else { return false };
-        let times = self.time.as_deref().unwrap_or_default();
-        let period = (last - first) / (times.len() - 1) as f64;
-        let off = times
-            .iter()
-            .enumerate()
-            .map(|(row, time)| (time - (first + row as f64 * period)).abs());
-        self.resolution_s > 0.0
-            && off.fold(0.0, f64::max) > (2.0 * self.resolution_s).max(STILL * period)
-    }
-
     fn measurement(self, sample_rate_hz: f64) -> Measurement {
         let [position_rad, torque_nm, reference] = self.signals;
         let reference_rad = (!reference.is_empty()).then_some(reference);
@@ -293,8 +273,7 @@ impl Table {
 
 /// What separates the fields of a header line: that with which most of the wanted columns are there, or with which there are most
 /// fields.
-fn separator(begin: &[u8], columns: Option<&Columns>) -> u8 {
-    let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
+fn separator(line: &[u8], columns: Option<&Columns>) -> u8 {
     let wanted: Vec<String> = match columns {
         Some(columns) => {
             let names = Quantity::ALL.into_iter().flat_map(|quantity| columns.names(quantity));
@@ -340,7 +319,7 @@ fn open<R: BufRead>(
 fn parse(
     input: impl BufRead,
     path: &Path,
-    sample_rate_hz: Option<f64>,
+    needs_time: bool,
     columns: Option<&Columns>,
 ) -> Result<Table, CsvError> {
     let file = || path.to_path_buf();
@@ -350,7 +329,7 @@ fn parse(
         Some(columns) => Header::of_columns(&names, columns, path)?,
     };
 
-    if !header.has_time && sample_rate_hz.is_none() {
+    if needs_time && !header.has_time {
         return Err(CsvError::NoTime { file: file() });
     }
 
@@ -360,13 +339,15 @@ fn parse(
         signals[Quantity::Reference as usize].clear();
     }
     let mut record = csv::StringRecord::new();
+    let mut rows = 0;
     while reader
         .read_record(&mut record)
         .map_err(|source| CsvError::Table { file: file(), source })?
     {
-        if signals[0].first().map_or(0, Vec::len) == MAX_SAMPLES {
+        if rows == MAX_SAMPLES {
             return Err(CsvError::TooLong { file: file() });
         }
+        rows += 1;
         for ((column, name), text) in header.columns.iter().zip(&names).zip(record.iter()) {
             if *column == Column::Other {
                 continue;
@@ -394,7 +375,7 @@ fn parse(
             }
         }
     }
-    if signals[0].first().map_or(0, Vec::len) < 2 {
+    if rows < 2 {
         return Err(CsvError::TooShort { file: file() });
     }
     let time = header.has_time.then_some(time);
@@ -409,28 +390,37 @@ fn resolution(number: &str) -> f64 {
     exponent.parse::<i32>().map_or(0.0, |exponent| 10f64.powi(exponent.saturating_sub(decimals)))
 }
 
-/// The rate of a table whose times, if any, are on a uniform grid.
-fn rate(table: &Table, given: Option<f64>, path: &Path) -> Result<f64, CsvError> {
-    let file = || path.to_path_buf();
-    let Some(time) = &table.time else { return given.ok_or(CsvError::NoTime { file: file() }) };
-    let (found_hz, uncertainty) = uniform_rate(time, path)?;
-    match given {
-        Some(given_hz) if (found_hz / given_hz - 1.0).abs() > RATE_TOLERANCE + uncertainty => {
-            Err(CsvError::RateMismatch { file: file(), found_hz, given_hz })
-        }
-        Some(given_hz) => Ok(given_hz),
-        None => Ok(found_hz),
-    }
+/// A uniform grid of times.
+struct Grid {
+    rate_hz: f64,
+    /// How far a time is off it at most \[s\].
+    off_s: f64,
 }
 
-/// The frequency of a uniform time column \[Hz\], and by what share of it rounded times let it be off; an
-/// error at the first row that leaves the grid.
+/// The grid of a table whose times, if any, are on a uniform one.
+fn grid(table: &Table, given: Option<f64>, path: &Path) -> Result<Grid, CsvError> {
+    let file = || path.to_path_buf();
+    let Some(time) = &table.time else {
+        let rate_hz = given.ok_or(CsvError::NoTime { file: file() })?;
+        return Ok(Grid { rate_hz, off_s: 0.0 });
+    };
+    let Grid { rate_hz: found_hz, off_s } = uniform(time, path)?;
+    let Some(given_hz) = given else { return Ok(Grid { rate_hz: found_hz, off_s }) };
+    // By what share rounded times let the rate be off.
+    let lasts_s = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
+    if (found_hz / given_hz - 1.0).abs() > RATE_TOLERANCE + 2.0 * off_s / lasts_s {
+        return Err(CsvError::RateMismatch { file: file(), found_hz, given_hz });
+    }
+    Ok(Grid { rate_hz: given_hz, off_s })
+}
+
+/// The grid of a uniform time column; an error at the first row that leaves it.
 ///
 /// The grid runs from the first to the last time, so that the decimals a writer dropped do not
 /// accumulate. Where that does not fit, a gap has stretched it: the median step, which a gap does
 /// not move, then tells where.
 #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-fn uniform_rate(time_s: &[f64], path: &Path) -> Result<(f64, f64), CsvError> {
+fn uniform(time_s: &[f64], path: &Path) -> Result<Grid, CsvError> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
         return Err(CsvError::TooShort { file: path.to_path_buf() });
     };
@@ -443,8 +433,8 @@ fn uniform_rate(time_s: &[f64], path: &Path) -> Result<(f64, f64), CsvError> {
     };
     let mean = (last - first) / (time_s.len() - 1) as f64;
     if leaves_grid(mean).is_none() {
-        let rounded = distances(mean).fold(0.0, f64::max);
-        return Ok((1.0 / mean, 2.0 * rounded / (last - first)));
+        let off_s = distances(mean).fold(0.0, f64::max);
+        return Ok(Grid { rate_hz: 1.0 / mean, off_s });
     }
     let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
@@ -547,7 +537,7 @@ impl Header {
                 let (file, axes) = (path.to_path_buf(), wanted.axes);
                 return Err(CsvError::Columns { file, column, axes });
             }
-            for (axis, name) in wanted.names(quantity).into_iter().enumerate() {
+            for (axis, name) in given.into_iter().enumerate() {
                 set(&name, Column::Signal(quantity, axis))?;
             }
         }
@@ -623,9 +613,9 @@ mod tests {
         columns: Option<&Columns>,
     ) -> Result<Measurement, CsvError> {
         let path = Path::new("x.csv");
-        let table = parse(text, path, given, columns)?;
-        let rate = rate(&table, given, path)?;
-        Ok(table.measurement(rate))
+        let table = parse(text, path, given.is_none(), columns)?;
+        let grid = grid(&table, given, path)?;
+        Ok(table.measurement(grid.rate_hz))
     }
 
     fn of_text(text: &str, rate: Option<f64>) -> Result<Measurement, CsvError> {

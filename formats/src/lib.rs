@@ -19,5 +19,5 @@ pub use csv::{
 };
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
-pub use uniform::{Resampled, TimesError};
+pub use uniform::{Resampled, TimesError, mean_rate_hz};
 pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote};

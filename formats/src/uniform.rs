@@ -39,7 +39,7 @@ pub enum TimesError {
         "{found_hz:.2} samples a second, and {stated_hz} are stated; state the rate that was recorded (rate_hz)"
     )]
     Rate {
-        /// By the median distance \[Hz\].
+        /// By the mean distance \[Hz\].
         found_hz: f64,
         /// As stated \[Hz\].
         stated_hz: f64,
@@ -47,6 +47,17 @@ pub enum TimesError {
     /// Too few rows.
     #[error("fewer than {LEAST} samples in one piece")]
     TooShort,
+}
+
+/// The rate of times \[Hz\], by the mean of those distances that no loss has stretched; nothing where they do not advance.
+pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let median = *steps.get(steps.len() / 2)?;
+    steps.retain(|step| *step > 0.0 && *step < MISSING * median);
+    #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+    let count = steps.len() as f64;
+    (count > 0.0).then(|| count / steps.iter().sum::<f64>())
 }
 
 /// What had to be done to rows for a uniform grid.
@@ -122,7 +133,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
         return Err(TimesError::Backwards { time_s: rows.times_s[row] - first_s, row: row + 1 });
     }
     let (Rows { times_s, columns }, repeated) = without_repeats(rows, period_s);
-    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if steps.is_empty() {
         return Err(TimesError::TooShort);
     }
@@ -136,11 +147,7 @@ pub(crate) fn resample(rows: Rows, rate_hz: f64) -> Result<(Vec<Uniform>, Resamp
     }
     let alone = steps.iter().filter(|step| (MISSING * period_s..=GAP * period_s).contains(*step));
     let alone = alone.count();
-    // Of what no loss has stretched.
-    steps.sort_unstable_by(f64::total_cmp);
-    let median = steps[steps.len() / 2];
-    steps.retain(|step| *step < MISSING * median);
-    let found_hz = steps.len() as f64 / steps.iter().sum::<f64>();
+    let found_hz = mean_rate_hz(&times_s).ok_or(TimesError::TooShort)?;
     if (found_hz / rate_hz - 1.0).abs() > RATE {
         return Err(TimesError::Rate { found_hz, stated_hz: rate_hz });
     }
@@ -168,8 +175,8 @@ impl Rows {
     }
 }
 
-/// Without rows that came twice or right behind another, and without states that were sent again: a row alone that is in all columns what the one
-/// before was, where most columns change from one row to the next. Their number beside them.
+/// Without rows that came twice or right behind another, and without states that were sent again: a row alone that is in
+/// all columns what the one before was, where most columns change from one row to the next. Their number beside them.
 fn without_repeats(rows: Rows, period_s: f64) -> (Rows, usize) {
     let (count, times_s) = (rows.times_s.len(), &rows.times_s);
     let moves = |row: usize| 2 * rows.changed(row) > rows.columns.len();

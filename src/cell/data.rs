@@ -317,10 +317,8 @@ impl Stated<'_> {
         if self.per_ampere.is_some() && !unit.iter().any(|unit| unit == AMPERE) {
             return Err("has `per_ampere`, which belongs to the unit \"A\"".to_owned());
         }
-        let per_ampere = match self.per_ampere {
-            Some(each_ampere) => Some(each_ampere.of_each(axes).ok_or_else(|| each("per_ampere"))?),
-            None => None,
-        };
+        let of_each = |of: &OneOrEach<f64>| of.of_each(axes).ok_or_else(|| each("per_ampere"));
+        let per_ampere = self.per_ampere.map(of_each).transpose()?;
         let scale = |axis: usize| -> Result<f64, String> {
             // A motor turns, whatever its joint does.
             let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };

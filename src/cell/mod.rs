@@ -136,8 +136,15 @@ impl Cell {
     /// # Errors
     /// See [`CellError`].
     pub fn read_decided(path: &Path) -> Result<Self, CellError> {
-        let cell = Self::read(path)?;
-        let (key, instead) = match cell {
+        Self::read(path)?.decided(path)
+    }
+
+    /// Itself, where it leaves nothing to the data; `path` is its file.
+    ///
+    /// # Errors
+    /// [`CellError::Value`].
+    pub fn decided(self, path: &Path) -> Result<Self, CellError> {
+        let (key, instead) = match self {
             Self { chooses_cutoff: true, .. } => {
                 ("identification.position_filter", "state the cut-off that it prints")
             }
@@ -145,7 +152,7 @@ impl Cell {
                 "identification.friction",
                 "put the laws that it prints into the robot file, and remove this key",
             ),
-            _ => return Ok(cell),
+            _ => return Ok(self),
         };
         Err(CellError::Value {
             file: path.to_path_buf(),

@@ -7,7 +7,7 @@ use didim_formats::{BagContents, BagSpec, BagTime, BagTopic, Side, read_bag};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::plausible::{Look, rounded, torque_valid};
-use super::value::{Guess, quoted};
+use super::value::{Guess, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, quoted};
 
 const SECTION: &str = "data.bag";
 /// Stamps of joint states are no others.
@@ -24,8 +24,8 @@ pub(super) fn propose(
         joints.iter().all(|joint| topic.joints.contains(joint))
     };
     let mut own = !joints.is_empty() && contents.topics.iter().any(|topic| has_all(topic, &joints));
-    if let Some(toml::Value::Array(named)) = draft.answer("data.bag.joints") {
-        joints = named.iter().filter_map(|name| name.as_str().map(str::to_owned)).collect();
+    if let Some(named) = draft.answered_texts("data.bag.joints") {
+        joints = named;
         own = false;
     }
     if !own {
@@ -44,8 +44,7 @@ pub(super) fn propose(
         names.push(&topic.name);
         is_new
     });
-    let answered =
-        draft.answer("data.bag.topic").and_then(|topic| topic.as_str().map(str::to_owned));
+    let answered = draft.answered_text("data.bag.topic");
     let topic = match (fitting.as_slice(), &answered) {
         ([one], None) => Some(*one),
         ([], None) => None,
@@ -104,14 +103,14 @@ pub(super) fn propose(
         }
         _ => None,
     };
-    let what =
-        "\"joint\" where angles and efforts are the joints', \"motor\" where they are the motors'";
     let side = match &look {
         Some(look) if look.may_be_of_joints() => {
             Guess::found(quoted("joint"), "joint states, within the joints' limits")
         }
-        Some(_) => Guess::open(&format!("{what}; some positions are beyond the joints' limits")),
-        None => Guess::open(what),
+        Some(_) => {
+            Guess::open(&format!("{WHICH_SIDE}; some positions are beyond the joints' limits"))
+        }
+        None => Guess::open(WHICH_SIDE),
     };
     draft.put("data", "side", side);
     let look = look.filter(|_| draft.is("data.side", "joint"));
@@ -123,14 +122,7 @@ pub(super) fn propose(
             ),
             Guess::open("1 or -1"),
         ],
-        None => [
-            Guess::open(
-                "the unit of the efforts: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents",
-            ),
-            Guess::open(
-                "1 where efforts drive the joints as the robot's axes point, -1 where they do not",
-            ),
-        ],
+        None => [Guess::open(WHICH_TORQUE), Guess::open(WHICH_SIGN)],
     };
     draft.put(SECTION, "effort.unit", unit);
     if draft.has("data.bag.effort.unit", "A") {

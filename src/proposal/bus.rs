@@ -6,10 +6,11 @@ use std::time::Duration;
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{Database, NamedSignal};
 use didim_drivers::source::Received;
+use didim_formats::{AXIS, mean_rate_hz};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, relative};
-use super::names::{Meaning, groups, meaning};
+use super::names::{Group, Meaning, groups, meaning, words};
 use super::plausible::{RATES_HZ, rounded};
 use super::table::{chosen, is_measured, torques};
 use super::value::{Guess, quoted};
@@ -30,11 +31,11 @@ pub(super) fn propose(
     let wrong = |source| ProposalError::Dbc { file: file.clone(), source: Box::new(source) };
     let database = Database::parse(text).map_err(wrong)?;
     let axes = evidence.robot.robot.joints();
-    let bus = Bus {
-        axes,
-        signals: database.signals().collect(),
-        messages: database.messages().collect(),
-    };
+    let signals: Vec<NamedSignal<'_>> = database.signals().collect();
+    let names: Vec<String> =
+        signals.iter().map(|signal| format!("{}.{}", signal.message, signal.name)).collect();
+    let groups = groups(&names, axes, &[]);
+    let bus = Bus { axes, signals, groups, messages: database.messages().collect() };
     let why = "the first interface of a machine; didim only listens";
     draft.put("bus", "source", Guess::assumed(quoted("can:can0"), why));
     let layout = "bus.layout";
@@ -62,20 +63,18 @@ pub(super) fn propose(
 struct Bus<'a> {
     axes: usize,
     signals: Vec<NamedSignal<'a>>,
+    /// Those that are there once for each axis.
+    groups: Vec<Group>,
     messages: Vec<(&'a str, FrameId)>,
 }
 
 impl Bus<'_> {
-    fn names(&self) -> Vec<String> {
-        self.signals.iter().map(|signal| format!("{}.{}", signal.message, signal.name)).collect()
-    }
-
     /// What marks a sample, and the rate where a log tells it. Whether it is a SYNC.
     fn instant(&self, draft: &mut Draft<'_>, log: Option<&Path>) -> Result<bool, ProposalError> {
         let is_sync =
             |(name, id): &&(&str, FrameId)| *id == SYNC || name.eq_ignore_ascii_case("sync");
         let of_signals: Vec<FrameId> = self
-            .groups_of(&[Meaning::Position, Meaning::Torque, Meaning::Command])
+            .signals_of(&[Meaning::Position, Meaning::Torque, Meaning::Command])
             .iter()
             .filter_map(|name| self.find(name).map(|signal| signal.id))
             .collect();
@@ -103,7 +102,7 @@ impl Bus<'_> {
         };
         let guess = match rate_hz {
             Some(rate_hz) => {
-                Guess::found(format!("{rate_hz:?}"), "the median of the stamps' distances")
+                Guess::found(format!("{rate_hz:?}"), "the mean distance of the stamps")
             }
             None => Guess::open("samples a second; a log tells it (--log)"),
         };
@@ -113,13 +112,11 @@ impl Bus<'_> {
 
     fn layout(&self, draft: &mut Draft<'_>, by_sync: bool) {
         let layout = "bus.layout";
-        let groups = groups(&self.names(), self.axes, &[]);
-        let found = |wanted| chosen(&groups, wanted);
+        let groups = &self.groups;
+        let found = |wanted| chosen(groups, wanted);
         let signal = |draft: &mut Draft<'_>, what: &str, group: Result<_, String>| {
             let guess = match group {
-                Ok(super::names::Group::Numbered(pattern))
-                    if pattern.contains(didim_formats::AXIS) =>
-                {
+                Ok(Group::Numbered(pattern)) if pattern.contains(AXIS) => {
                     Guess::assumed(quoted(&pattern), "by its name")
                 }
                 Ok(group) => Guess::open(&format!(
@@ -133,14 +130,14 @@ impl Bus<'_> {
             draft.put(layout, &format!("{what}.signal"), guess);
         };
         let position = found(Meaning::Position).and_then(|group| {
-            let first = group.name().replace(didim_formats::AXIS, "1");
+            let first = group.name().replace(AXIS, "1");
             let has_unit = self.find(&first).is_some_and(|signal| !signal.unit.is_empty());
             if has_unit { Ok(group) } else { Err(format!("`{}` has no unit", group.name())) }
         });
         signal(draft, "position", position);
         let valid = "the instant of the sample";
         draft.put(layout, "position.valid", Guess::assumed(quoted("instant"), valid));
-        let (torque, is_command) = torques(&groups);
+        let (torque, is_command) = torques(groups);
         let is_measured = torque.as_ref().is_ok_and(|group| is_measured(group.name()));
         signal(draft, "torque", torque);
         let valid = match is_measured && !is_command {
@@ -167,9 +164,9 @@ impl Bus<'_> {
             let name = format!("{}.{}", counter.message, counter.name);
             draft.put(layout, "counter", Guess::found(quoted(&name), "by its name"));
         }
-        let status = groups.iter().find(|group| {
-            super::names::words(group.name()).ends_with(&["status".to_owned(), "word".to_owned()])
-        });
+        let status = groups
+            .iter()
+            .find(|group| words(group.name()).ends_with(&["status".to_owned(), "word".to_owned()]));
         if let Some(group) = status {
             draft.put(layout, "status_word", Guess::found(quoted(group.name()), "by its name"));
         }
@@ -179,7 +176,7 @@ impl Bus<'_> {
     fn drives(&self, draft: &mut Draft<'_>) {
         let unit = |draft: &Draft<'_>, what: &str, axis: usize| {
             let pattern = draft.text(&format!("bus.layout.{what}.signal"))?;
-            let name = pattern.replace(didim_formats::AXIS, &axis.to_string());
+            let name = pattern.replace(AXIS, &axis.to_string());
             self.find(&name).map(|signal| signal.unit.to_lowercase())
         };
         for axis in 1..=self.axes {
@@ -230,15 +227,12 @@ impl Bus<'_> {
         self.signals.iter().find(|own| own.message == message && own.name == signal)
     }
 
-    /// The first axis' signals of these meanings.
-    fn groups_of(&self, meanings: &[Meaning]) -> Vec<String> {
-        let names = self.names();
-        let groups = groups(&names, self.axes, &[]);
-        let wanted = groups
-            .iter()
-            .filter(|group| meaning(group.name()).is_some_and(|of| meanings.contains(&of)));
+    /// The signals of all axes that have one of these meanings.
+    fn signals_of(&self, meanings: &[Meaning]) -> Vec<String> {
+        let has = |group: &&Group| meaning(group.name()).is_some_and(|of| meanings.contains(&of));
+        let wanted = self.groups.iter().filter(has);
         let each = wanted.flat_map(|group| {
-            (1..=self.axes).map(|axis| group.name().replace(didim_formats::AXIS, &axis.to_string()))
+            (1..=self.axes).map(|axis| group.name().replace(AXIS, &axis.to_string()))
         });
         each.collect()
     }
@@ -258,11 +252,9 @@ fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, ProposalError> {
             break;
         }
     }
-    let mut steps: Vec<u64> =
-        stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
-    steps.sort_unstable();
-    let median_ns = steps.get(steps.len() / 2).copied().unwrap_or(0);
-    #[expect(clippy::cast_precision_loss, reason = "a distance of frames")]
-    let found_hz = 1e9 / median_ns as f64;
-    Ok(RATES_HZ.contains(&found_hz).then(|| rounded(found_hz)))
+    let first_ns = stamps.first().copied().unwrap_or_default();
+    #[expect(clippy::cast_precision_loss, reason = "times after the first")]
+    let seconds = |stamp_ns: &u64| stamp_ns.saturating_sub(first_ns) as f64 * 1e-9;
+    let times_s: Vec<f64> = stamps.iter().map(seconds).collect();
+    Ok(mean_rate_hz(&times_s).filter(|found_hz| RATES_HZ.contains(found_hz)).map(rounded))
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::evidence::ProposalError;
-use super::value::{Guess, Standing, parsed, quoted};
+use super::value::{Guess, Standing, parsed, quoted, texts};
 use crate::cell::OPEN;
 
 /// Values by key, as TOML; a bare word is a text.
@@ -116,6 +116,16 @@ impl<'a> Draft<'a> {
     /// The answer to what is not asked yet.
     pub(super) fn answer(&self, key: &str) -> Option<toml::Value> {
         parsed(&as_toml(self.answers.get(key)?))
+    }
+
+    /// The text that answers what is not asked yet.
+    pub(super) fn answered_text(&self, key: &str) -> Option<String> {
+        self.answer(key)?.as_str().map(str::to_owned)
+    }
+
+    /// The list of texts that answers what is not asked yet.
+    pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
+        self.answer(key)?.as_array().map(|values| texts(values))
     }
 
     pub(super) fn finish(self) -> Result<Proposal, ProposalError> {

@@ -111,16 +111,12 @@ impl Evidence {
     /// [`ProposalError`].
     pub fn read(sources: Sources) -> Result<Self, ProposalError> {
         let Sources { robot: robot_file, base, tip, table, bag, dbc, log } = sources;
-        let bag = match bag {
-            Some(file) => Some((list_bag(&file)?, file)),
-            None => None,
+        let read = |file: &Path| {
+            Library::Files.read(file).map_err(|error| ProposalError::File(Box::new(error)))
         };
-        let bag = bag.map(|(contents, file)| (file, contents));
+        let bag = bag.map(|file| list_bag(&file).map(|contents| (file, contents))).transpose()?;
         let (file, text, description) = match (&robot_file, &bag) {
-            (Some(file), _) => {
-                let text = Library::Files.read(file);
-                (file.clone(), text.map_err(|error| ProposalError::File(Box::new(error)))?, None)
-            }
+            (Some(file), _) => (file.clone(), read(file)?, None),
             (None, Some((file, BagContents { robot_description: Some(urdf), .. }))) => {
                 (file.with_extension("urdf"), urdf.clone(), Some(urdf.clone()))
             }
@@ -133,19 +129,8 @@ impl Evidence {
         let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
         let robot = RobotSource::read(&file, text, Some(&ends))
             .map_err(|error| ProposalError::File(Box::new(error)))?;
-        let table = match table {
-            Some(file) => Some((list_table(&file)?, file)),
-            None => None,
-        };
-        let table = table.map(|(names, file)| (file, names));
-        let dbc = match dbc {
-            Some(file) => {
-                let text = Library::Files.read(&file);
-                Some((text.map_err(|error| ProposalError::File(Box::new(error)))?, file))
-            }
-            None => None,
-        };
-        let dbc = dbc.map(|(text, file)| (file, text));
+        let table = table.map(|file| list_table(&file).map(|names| (file, names))).transpose()?;
+        let dbc = dbc.map(|file| read(&file).map(|text| (file, text))).transpose()?;
         Ok(Self { robot, robot_file, base, tip, table, bag, dbc, log, description })
     }
 

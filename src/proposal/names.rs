@@ -137,10 +137,10 @@ impl Group {
     }
 }
 
-/// All columns that are there once for each axis.
-pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
+/// Columns that differ by a number: their name with its place, counted from 0 or 1, and how many there are in a row.
+fn patterns(columns: &[String]) -> Vec<(String, usize)> {
     let is = |name: String| columns.contains(&name);
+    let mut patterns = Vec::new();
     for column in columns {
         for number in numbers(column) {
             let (begin, end) = (&column[..number.start], &column[number.end..]);
@@ -149,19 +149,25 @@ pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<
                 "1" if !is(format!("{begin}0{end}")) => 1,
                 _ => continue,
             };
-            let all = (first..first + axes).all(|axis| is(format!("{begin}{axis}{end}")));
-            let more = is(format!("{begin}{}{end}", first + axes));
-            if all && !more {
-                groups.push(Group::Numbered(format!("{begin}{}{end}", [INDEX, AXIS][first])));
-            }
+            let count = (first..).take_while(|axis| is(format!("{begin}{axis}{end}"))).count();
+            patterns.push((format!("{begin}{}{end}", [INDEX, AXIS][first]), count));
         }
     }
+    patterns
+}
+
+/// All columns that are there once for each axis.
+pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<Group> {
+    let is = |name: &String| columns.contains(name);
+    let mut groups: Vec<Group> = (patterns(columns).into_iter())
+        .filter(|(_, count)| *count == axes)
+        .map(|(pattern, _)| Group::Numbered(pattern))
+        .collect();
     let Some(first) = joints.first() else { return groups };
     for column in columns {
         let Some((begin, end)) = column.split_once(first.as_str()) else { continue };
         let names: Vec<String> =
             joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
-        let group = Group::Named(names.clone());
         // Joints that are numbered are found by their numbers.
         let numbered = groups.iter().any(|other| match other {
             Group::Numbered(pattern) => [(AXIS, 1), (INDEX, 0)]
@@ -169,8 +175,8 @@ pub(super) fn groups(columns: &[String], axes: usize, joints: &[String]) -> Vec<
                 .any(|(mark, first)| pattern.replace(mark, &first.to_string()) == names[0]),
             Group::Named(_) => false,
         });
-        if !numbered && names.iter().all(|name| is(name.clone())) {
-            groups.push(group);
+        if !numbered && names.iter().all(is) {
+            groups.push(Group::Named(names));
         }
     }
     groups
@@ -215,20 +221,10 @@ const OTHER_UNITS: &[&str] = &[
     "rpm",
 ];
 
-/// How often there are columns that are not there once for each axis.
+/// How often there are columns of a quantity that are not there once for each axis.
 pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> {
-    let mut said: Vec<String> = Vec::new();
-    for column in columns {
-        for number in numbers(column) {
-            let (begin, end) = (&column[..number.start], &column[number.end..]);
-            let first = usize::from(&column[number] != "0");
-            let there = |axis: &usize| columns.contains(&format!("{begin}{axis}{end}"));
-            let count = (first..).take_while(there).count();
-            let line = format!("`{begin}{}{end}` {count} times", [INDEX, AXIS][first]);
-            if count > 1 && count != axes && !said.contains(&line) && meaning(&line).is_some() {
-                said.push(line);
-            }
-        }
-    }
-    said
+    let patterns = patterns(columns).into_iter();
+    let otherwise = patterns
+        .filter(|(pattern, count)| *count > 1 && *count != axes && meaning(pattern).is_some());
+    otherwise.map(|(pattern, count)| format!("`{pattern}` {count} times")).collect()
 }

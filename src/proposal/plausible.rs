@@ -4,7 +4,9 @@ use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::{JointKind, Robot};
 use didim_formats::RATE_TOLERANCE;
 
-use super::value::{Guess, Standing, list, parsed, quoted};
+use super::value::{
+    Guess, Standing, WHICH_POSITION, WHICH_SIGN, WHICH_TORQUE, list, parsed, quoted, texts,
+};
 use crate::cell::OPEN;
 use crate::text::significant;
 
@@ -79,9 +81,8 @@ impl Look<'_> {
 
     /// rad or deg, m or mm, by the limits of the joints.
     pub(super) fn position_unit(&self) -> Guess {
-        let what = "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
         if self.kinds().any(|kind| kind == JointKind::Prismatic) {
-            return Guess::open(what);
+            return Guess::open(WHICH_POSITION);
         }
         let si = self.within_limits(1.0, 1.0);
         let scaled = self.within_limits(1f64.to_radians(), 1e-3);
@@ -95,7 +96,7 @@ impl Look<'_> {
             let why = "most joints would be beyond their limits in radians, and none is in degrees";
             return Guess::assumed(self.units(["deg", "mm"]), why);
         }
-        Guess::open(what)
+        Guess::open(WHICH_POSITION)
     }
 
     /// One for all axes, or one for each.
@@ -131,9 +132,7 @@ impl Look<'_> {
     pub(super) fn in_si(&self, unit: &str) -> Option<Self> {
         let units: Vec<String> = match parsed(unit)? {
             toml::Value::String(unit) => vec![unit; self.position.len()],
-            toml::Value::Array(units) => {
-                units.iter().filter_map(|unit| unit.as_str().map(str::to_owned)).collect()
-            }
+            toml::Value::Array(units) => texts(&units),
             _ => return None,
         };
         if units.len() != self.position.len() {
@@ -176,9 +175,7 @@ impl Look<'_> {
             {
                 Guess::assumed(quoted("mNm"), &why)
             }
-            None => Guess::open(
-                "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents; a list where they differ",
-            ),
+            None => Guess::open(WHICH_TORQUE),
         };
         // What is far from every unit says nothing of the sign: the nominal masses are not the arm's.
         let gravity = if is_a_unit(&told) { gravity } else { vec![None; gravity.len()] };
@@ -187,11 +184,12 @@ impl Look<'_> {
 
     /// By gravity; where that does not show, by what friction takes; where neither, as of the other joints.
     fn sign(&self, gravity: &Gravity, why: &str) -> Guess {
-        let open = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
         let sign = |of: f64| if of < 0.0 { "-1" } else { "1" };
         let told: Vec<&str> = gravity.iter().flatten().map(|factor| sign(*factor)).collect();
+        let back = self.back();
+        let lost = |joint| self.lost(back?, joint);
         let Some(first) = told.first() else {
-            return match self.lost(None) {
+            return match lost(None) {
                 Some(share) => Guess::assumed(
                     sign(share).to_owned(),
                     &format!(
@@ -199,12 +197,12 @@ impl Look<'_> {
                         100.0 * share.abs()
                     ),
                 ),
-                None => Guess::open(open),
+                None => Guess::open(WHICH_SIGN),
             };
         };
         let alike = told.iter().all(|sign| sign == first);
         let each: Vec<Option<&str>> = (gravity.iter().enumerate())
-            .map(|(joint, factor)| factor.or_else(|| self.lost(Some(joint))).map(sign))
+            .map(|(joint, factor)| factor.or_else(|| lost(Some(joint))).map(sign))
             .collect();
         if told.len() == gravity.len() && alike {
             return Guess::found((*first).to_owned(), why);
@@ -221,24 +219,28 @@ impl Look<'_> {
             true => Standing::Assumed,
             false => Standing::Missing,
         };
-        Guess { value: list(&value), standing, why: format!("{why}. {open}") }
+        Guess { value: list(&value), standing, why: format!("{why}. {WHICH_SIGN}") }
     }
 
-    /// The share of its power that does not come back to a joint, or to all, between two instants of one configuration;
-    /// nothing where that is little, or where the arm never is where it began.
-    fn lost(&self, joint: Option<usize>) -> Option<f64> {
+    /// The last row of the second half in which the arm is nearly where it began.
+    fn back(&self) -> Option<usize> {
         let rows = self.position.first().map_or(0, Vec::len);
-        let near = |row: usize| {
-            self.position
-                .iter()
-                .all(|values| (values[row] - values[0]).abs() <= BACK * span(values))
+        let near: Vec<f64> = self.position.iter().map(|values| BACK * span(values)).collect();
+        let is_back = |row: &usize| {
+            let joints = self.position.iter().zip(&near);
+            joints.into_iter().all(|(values, near)| (values[*row] - values[0]).abs() <= *near)
         };
-        let end = (rows / 2..rows).rev().find(|row| near(*row))?;
+        (rows / 2..rows).rev().find(is_back)
+    }
+
+    /// The share of its power that does not come back to a joint, or to all, up to a row in which the arm is where it began;
+    /// nothing where that is little.
+    fn lost(&self, back: usize, joint: Option<usize>) -> Option<f64> {
         let (mut work, mut all) = (0.0, 0.0);
         let of = |(index, _): &(usize, _)| joint.is_none_or(|joint| joint == *index);
         for (_, (position, torque)) in self.position.iter().zip(&self.torque).enumerate().filter(of)
         {
-            for row in 1..=end {
+            for row in 1..=back {
                 let step =
                     0.5 * (torque[row] + torque[row - 1]) * (position[row] - position[row - 1]);
                 work += step;

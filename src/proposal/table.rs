@@ -2,21 +2,16 @@
 
 use std::path::PathBuf;
 
-use didim_formats::{AxisColumns, Columns, CsvError, Side, TableNames, read_rows};
+use didim_formats::{AxisColumns, Columns, CsvError, Side, TableNames, mean_rate_hz, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
-use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit};
+use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, words};
 use super::plausible::{Look, RATES_HZ, rounded, torque_valid};
-use super::value::{Guess, list, quoted};
+use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, list, quoted};
 use crate::cell::OPEN;
 
 const SECTION: &str = "data";
-const WHICH_POSITION: &str =
-    "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
-const WHICH_TORQUE: &str =
-    "the unit: \"Nm\" or \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents";
-const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
 /// Words at the end of a name that say its unit.
 const TURNS: &[(&str, &str)] =
     &[("rad", "rad"), ("deg", "deg"), ("degree", "deg"), ("degrees", "deg"), ("mm", "mm")];
@@ -51,17 +46,6 @@ struct Time {
     is_stated: bool,
 }
 
-/// The mean of the distances that are none of a loss.
-fn step(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_unstable_by(f64::total_cmp);
-    let median = *steps.get(steps.len() / 2)?;
-    steps.retain(|step| *step > 0.0 && *step < 1.5 * median);
-    #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
-    (median > 0.0).then_some(mean)
-}
-
 struct Table<'a> {
     file: &'a PathBuf,
     names: &'a TableNames,
@@ -94,41 +78,38 @@ impl Table<'_> {
 
     /// The column of the time, where one is found, named or asked for.
     fn time(&self, draft: &Draft<'_>) -> Result<Option<Time>, ProposalError> {
-        let answer =
-            |key: &str| draft.answer(key).and_then(|value| value.as_str().map(str::to_owned));
         let named = |name: &&String| meaning(name) == Some(Meaning::Time);
         let found: Vec<&String> = self.names.columns.iter().filter(named).collect();
-        let (name, others) = match (self.names.own, answer("data.time.column"), found.as_slice()) {
-            (Some((_, true)), ..) => ("time_s".to_owned(), Vec::new()),
-            (Some((_, false)), ..) | (None, None, []) => return Ok(None),
-            (None, Some(answered), _) => (answered, Vec::new()),
-            (None, None, [one]) => ((*one).clone(), Vec::new()),
-            (None, None, several) => {
-                let others = several.iter().map(|name| format!("`{name}`")).collect();
-                return Ok(Some(Time {
-                    name: None,
-                    others,
-                    unit: None,
-                    rate_hz: None,
-                    is_stated: false,
-                }));
-            }
-        };
-        // Read as if it were a position: nothing else of the table is known yet.
-        let rows = match self.columns(vec![name.clone()], vec![name.clone()]) {
-            Ok([rows, ..]) => rows,
+        let (name, others) =
+            match (self.names.own, draft.answered_text("data.time.column"), found.as_slice()) {
+                (Some((_, true)), ..) => ("time_s".to_owned(), Vec::new()),
+                (Some((_, false)), ..) | (None, None, []) => return Ok(None),
+                (None, Some(answered), _) => (answered, Vec::new()),
+                (None, None, [one]) => ((*one).clone(), Vec::new()),
+                (None, None, several) => {
+                    let others = several.iter().map(|name| format!("`{name}`")).collect();
+                    return Ok(Some(Time {
+                        name: None,
+                        others,
+                        unit: None,
+                        rate_hz: None,
+                        is_stated: false,
+                    }));
+                }
+            };
+        let times = match read_rows(self.file, Some(&Columns::of_time(name.clone()))) {
+            Ok(table) => table.time.unwrap_or_default(),
             // A date, or whatever is no number.
-            Err(ProposalError::Table(CsvError::NotANumber { .. })) => return Ok(None),
-            Err(error) => return Err(error),
+            Err(CsvError::NotANumber { .. }) => return Ok(None),
+            Err(error) => return Err(error.into()),
         };
-        let times = rows.first().map_or(&[][..], Vec::as_slice);
         if let Some(row) = times.windows(2).position(|pair| pair[1] < pair[0]) {
             let (file, column, row) = (self.file.clone(), name, row + 2);
             return Err(ProposalError::Backwards { file, column, row });
         }
-        let Some(step) = step(times) else { return Ok(None) };
-        let of = |second: f64| 1.0 / (step * second);
-        let stated = answer("data.time.unit");
+        let Some(rate_hz) = mean_rate_hz(&times) else { return Ok(None) };
+        let of = |second: f64| rate_hz / second;
+        let stated = draft.answered_text("data.time.unit");
         let stated = stated.map(Ok).or_else(|| Some(unit(&name, TIME_UNITS)?.map(str::to_owned)));
         let is_stated = matches!(stated, Some(Ok(_)));
         let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
@@ -143,21 +124,16 @@ impl Table<'_> {
         Ok(Some(Time { name: Some(name), others, unit, rate_hz, is_stated }))
     }
 
-    /// Two quantities as they stand.
-    fn columns(
-        &self,
-        position: Vec<String>,
-        torque: Vec<String>,
-    ) -> Result<[Vec<Vec<f64>>; 3], ProposalError> {
-        let axes = if position == torque { 1 } else { self.robot.joints() };
-        let of = |names: Vec<String>| AxisColumns { names, scales: vec![1.0; axes] };
-        let same = position == torque;
+    /// Positions and torques as they stand.
+    fn columns(&self, position: &Group, torque: &Group) -> Result<[Vec<Vec<f64>>; 3], CsvError> {
+        let axes = self.robot.joints();
+        let of = |group: &Group| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
         let columns = Columns {
             side: Side::Joint,
             axes,
             time: None,
             position: of(position),
-            torque: of(if same { Vec::new() } else { torque }),
+            torque: of(torque),
             reference: None,
         };
         Ok(read_rows(self.file, Some(&columns))?.signals)
@@ -200,7 +176,7 @@ impl Table<'_> {
             (self.answered(draft, "position", position), self.answered(draft, "torque", torque));
         let look = match (&position, &torque) {
             (Ok(position), Ok(torque)) => {
-                let [position, torque, _] = self.columns(position.names(), torque.names())?;
+                let [position, torque, _] = self.columns(position, torque)?;
                 Some(Look { robot: self.robot, position, torque })
             }
             _ => None,
@@ -277,13 +253,10 @@ impl Table<'_> {
         what: &str,
         found: Result<Group, String>,
     ) -> Result<Group, String> {
-        let named = |key: &str| draft.answer(&format!("data.{what}.{key}"));
-        if let Some(pattern) = named("column").and_then(|value| value.as_str().map(str::to_owned)) {
+        if let Some(pattern) = draft.answered_text(&format!("data.{what}.column")) {
             return Ok(Group::Numbered(pattern));
         }
-        if let Some(toml::Value::Array(names)) = named("columns") {
-            let names: Vec<String> =
-                names.iter().filter_map(|name| name.as_str().map(str::to_owned)).collect();
+        if let Some(names) = draft.answered_texts(&format!("data.{what}.columns")) {
             let (count, axes) = (names.len(), self.robot.joints());
             let wrong = || format!("`columns` has {count} names for {axes} axes");
             return if count == axes { Ok(Group::Named(names)) } else { Err(wrong()) };
@@ -299,23 +272,22 @@ impl Table<'_> {
     ) -> Guess {
         // Both: angles of joints beside currents of motors are common. "joint" says nothing, it numbers axes, of motors too.
         let of_motors = groups.iter().all(|group| {
-            let words = group.as_ref().map(|group| super::names::words(group.name()));
+            let words = group.as_ref().map(|group| words(group.name()));
             words.is_ok_and(|words| words.iter().any(|own| own == "motor"))
         });
-        let what = "\"motor\" where angles and torques are the motors', \"joint\" where they are the joints'";
         match () {
             () if of_motors => Guess::found(quoted("motor"), "the columns' names"),
             () if in_si.is_some_and(Look::is_of_joints) => {
                 Guess::found(quoted("joint"), "gravity of the nominal masses explains the torques")
             }
             () => match look.map(Look::may_be_of_joints) {
-                Some(false) => {
-                    Guess::open(&format!("{what}; some positions are beyond the joints' limits"))
-                }
-                Some(true) => {
-                    Guess::open(&format!("{what}; all positions are within the joints' limits"))
-                }
-                None => Guess::open(what),
+                Some(false) => Guess::open(&format!(
+                    "{WHICH_SIDE}; some positions are beyond the joints' limits"
+                )),
+                Some(true) => Guess::open(&format!(
+                    "{WHICH_SIDE}; all positions are within the joints' limits"
+                )),
+                None => Guess::open(WHICH_SIDE),
             },
         }
     }
@@ -354,7 +326,7 @@ pub(super) fn torques(groups: &[Group]) -> (Result<Group, String>, bool) {
 
 /// Whether a name says that it was measured.
 pub(super) fn is_measured(name: &str) -> bool {
-    super::names::words(name).iter().any(|word| MEASURED.contains(&word.as_str()))
+    words(name).iter().any(|word| MEASURED.contains(&word.as_str()))
 }
 
 fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<Group, String>) {

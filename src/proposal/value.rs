@@ -51,6 +51,19 @@ impl Guess {
     }
 }
 
+/// What is asked wherever a value is open.
+pub(super) const WHICH_POSITION: &str =
+    "the unit: \"rad\" or \"deg\"; of a prismatic joint \"m\" or \"mm\"; a list where they differ";
+pub(super) const WHICH_TORQUE: &str = "the unit: \"Nm\", \"mNm\", of a prismatic joint \"N\"; \"A\" with per_ampere for currents; a list where they differ";
+pub(super) const WHICH_SIGN: &str = "1 where torques drive the joints as the robot's axes point, -1 where they do not; a list where they differ";
+pub(super) const WHICH_SIDE: &str =
+    "\"motor\" where angles and torques are the motors', \"joint\" where they are the joints'";
+
+/// The texts of a list.
+pub(super) fn texts(values: &[toml::Value]) -> Vec<String> {
+    values.iter().filter_map(|value| value.as_str().map(str::to_owned)).collect()
+}
+
 /// A value of TOML.
 pub(super) fn parsed(value: &str) -> Option<toml::Value> {
     let table: toml::Table = toml::from_str(&format!("value = {value}")).ok()?;

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::cdr::{JointState, text};
 use super::error::BagError;
-use super::messages::{JOINT_STATE, Message, files, malformed, walk};
+use super::messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
 use crate::measurement::MAX_SAMPLES;
+use crate::uniform::mean_rate_hz;
 
 const TEXT: &str = "std_msgs/msg/String";
 const ROBOT_DESCRIPTION: &str = "robot_description";
@@ -77,7 +78,7 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
         })?;
     }
     for ((name, joints), (topic, [header, log])) in found {
-        let (header_hz, log_hz) = (rate_hz(&header), rate_hz(&log));
+        let [header_hz, log_hz] = [header, log].map(|times| mean_rate_hz(&after_first_s(&times)));
         contents.topics.push(BagTopic { name, joints, header_hz, log_hz, ..topic });
     }
     Ok(contents)
@@ -92,16 +93,4 @@ impl BagTopic {
             }
         }
     }
-}
-
-/// By the mean of the distances that are none of a loss, where times advance.
-#[expect(clippy::cast_precision_loss, reason = "distances of messages")]
-fn rate_hz(times_ns: &[u64]) -> Option<f64> {
-    let mut steps: Vec<u64> =
-        times_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
-    steps.sort_unstable();
-    let median = *steps.get(steps.len() / 2)?;
-    steps.retain(|step| *step > 0 && 2 * *step < 3 * median);
-    let sum: u64 = steps.iter().sum();
-    (sum > 0).then(|| 1e9 * steps.len() as f64 / sum as f64)
 }

@@ -110,3 +110,14 @@ impl From<BagError> for Stop {
         Self::Bag(Box::new(error))
     }
 }
+
+/// Times after the first one \[s\]; one before it is negative, and back in time.
+pub(super) fn after_first_s(times_ns: &[u64]) -> Vec<f64> {
+    let first_ns = times_ns.first().copied().unwrap_or_default();
+    #[expect(clippy::cast_precision_loss, reason = "differences to the first")]
+    let after = |time_ns: &u64| {
+        let apart = time_ns.abs_diff(first_ns) as f64 * 1e-9;
+        if *time_ns < first_ns { -apart } else { apart }
+    };
+    times_ns.iter().map(after).collect()
+}

@@ -19,7 +19,7 @@ use crate::measurement::{MAX_SAMPLES, Measurement};
 use crate::record::Record;
 use crate::uniform::{Rows, TimesError, resample};
 use cdr::JointState;
-use messages::{JOINT_STATE, Message, files, malformed, walk};
+use messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
 
 /// Joints and topics that an error lists.
 const LISTED: usize = 12;
@@ -63,14 +63,7 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         let enough = times_ns.len() > 1;
         return enough.then(|| measurement(columns).into()).ok_or(wrong(TimesError::TooShort));
     }
-    let first_ns = times_ns.first().copied().unwrap_or_default();
-    // Before the first is back, and said so.
-    #[expect(clippy::cast_precision_loss, reason = "differences to the first")]
-    let after = |time_ns: &u64| {
-        let apart = time_ns.abs_diff(first_ns) as f64 * 1e-9;
-        if *time_ns < first_ns { -apart } else { apart }
-    };
-    let rows = Rows { times_s: times_ns.iter().map(after).collect(), columns };
+    let rows = Rows { times_s: after_first_s(&times_ns), columns };
     Ok(Record::resampled(resample(rows, spec.rate_hz).map_err(wrong)?, measurement))
 }
 

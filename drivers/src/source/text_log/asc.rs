@@ -12,11 +12,9 @@
 //! Other events (statistics, triggers, other buses) are passed over.
 
 use super::LineFault;
-use super::field::{bytes, channel, number, stamp_ns};
+use super::field::{NS_PER_S, bytes, channel, number, stamp_ns};
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 use crate::source::InterfaceName;
-
-const NS_PER_S: u64 = 1_000_000_000;
 
 /// What the header says, and the time so far where each line has that since the one before.
 #[derive(Clone, Debug)]

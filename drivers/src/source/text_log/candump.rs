@@ -1,10 +1,9 @@
 //! One line of a log to one frame.
 
+use super::field::{NS_PER_S, number, stamp_ns};
 use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, FLAG_FDF, LineFault};
 use crate::frame::{Direction, Frame, FrameId, FrameKind, MAX_PAYLOAD};
 use crate::source::InterfaceName;
-
-const NS_PER_S: u64 = 1_000_000_000;
 
 /// Reads a line without its newline. The frame's interface index is left 0: the name says it.
 pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
@@ -31,38 +30,20 @@ pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
 fn parse_stamp(field: &[u8]) -> Result<u64, LineFault> {
     let inside = field.strip_prefix(b"(").and_then(|rest| rest.strip_suffix(b")"));
     let inside = inside.ok_or(LineFault::Stamp)?;
-    let dot = inside.iter().position(|&byte| byte == b'.').ok_or(LineFault::Stamp)?;
-    let (seconds, fraction) = (&inside[..dot], &inside[dot + 1..]);
-    if seconds.is_empty() || fraction.is_empty() || fraction.len() > 9 {
+    if !inside.contains(&b'.') {
         return Err(LineFault::Stamp);
     }
-    let missing_digits = (fraction.len()..9).map(|_| b'0');
-    let nanoseconds = decimal(fraction.iter().copied().chain(missing_digits))?;
-    decimal(seconds.iter().copied())?
-        .checked_mul(NS_PER_S)
-        .and_then(|ns| ns.checked_add(nanoseconds))
-        .ok_or(LineFault::StampRange)
-}
-
-fn decimal(digits: impl Iterator<Item = u8>) -> Result<u64, LineFault> {
-    let mut value: u64 = 0;
-    for digit in digits {
-        if !digit.is_ascii_digit() {
-            return Err(LineFault::Stamp);
-        }
-        value = value
-            .checked_mul(10)
-            .and_then(|value| value.checked_add(u64::from(digit - b'0')))
-            .ok_or(LineFault::StampRange)?;
-    }
-    Ok(value)
+    stamp_ns(inside, NS_PER_S).map_err(|fault| match fault {
+        LineFault::Time => LineFault::Stamp,
+        fault => fault,
+    })
 }
 
 /// `ID#DATA`, `ID#R`, `ID##FDATA`.
 fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
     let hash = field.iter().position(|&byte| byte == b'#').ok_or(LineFault::Frame)?;
     let (id, body) = (&field[..hash], &field[hash + 1..]);
-    let raw = hexadecimal(id).ok_or(LineFault::Id)?;
+    let raw = number(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
     // The number of digits is the format, not the value; an error frame is known by its flag.
     let (id, error) = match id.len() {
         3 => (FrameId::Standard(u16::try_from(raw).map_err(|_| LineFault::Id)?), false),
@@ -142,11 +123,6 @@ impl Payload {
     fn bytes(&self) -> &[u8] {
         &self.bytes[..self.length]
     }
-}
-
-fn hexadecimal(digits: &[u8]) -> Option<u32> {
-    (digits.len() <= 8).then_some(())?;
-    digits.iter().try_fold(0u32, |value, &digit| Some(value << 4 | u32::from(nibble(digit)?)))
 }
 
 fn nibble(digit: u8) -> Option<u8> {

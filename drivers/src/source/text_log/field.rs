@@ -4,6 +4,8 @@ use super::LineFault;
 use crate::frame::MAX_PAYLOAD;
 use crate::source::InterfaceName;
 
+pub(super) const NS_PER_S: u64 = 1_000_000_000;
+
 /// A number of `unit_ns` with a fraction, exactly, in integers: digits below a nanosecond are not taken.
 pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
     let dot = field.iter().position(|byte| *byte == b'.').unwrap_or(field.len());
@@ -11,8 +13,14 @@ pub(super) fn stamp_ns(field: &[u8], unit_ns: u64) -> Result<u64, LineFault> {
     if whole.is_empty() || (dot < field.len() && fraction.is_empty()) {
         return Err(LineFault::Time);
     }
-    let whole = number(whole, 10).ok_or(LineFault::Time)?;
-    let mut ns = whole.checked_mul(unit_ns).ok_or(LineFault::StampRange)?;
+    let mut ns: u64 = 0;
+    for digit in whole {
+        let digit =
+            digit.is_ascii_digit().then(|| u64::from(digit - b'0')).ok_or(LineFault::Time)?;
+        ns =
+            ns.checked_mul(10).and_then(|ns| ns.checked_add(digit)).ok_or(LineFault::StampRange)?;
+    }
+    ns = ns.checked_mul(unit_ns).ok_or(LineFault::StampRange)?;
     let mut worth = unit_ns;
     for digit in fraction {
         if !digit.is_ascii_digit() || worth < 10 {

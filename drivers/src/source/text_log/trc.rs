@@ -96,10 +96,7 @@ impl Trc {
             if *column == Column::Data {
                 break;
             }
-            let Some(field) = fields.next() else {
-                // Of what is passed over, all that is left is its own.
-                return if is_passed_over(kind) { Ok(None) } else { Err(LineFault::Length) };
-            };
+            let field = fields.next().ok_or(LineFault::Length)?;
             match column {
                 Column::Time => stamp = Some(stamp_ns(field, NS_PER_MS)?),
                 Column::Kind => kind = field,
@@ -131,15 +128,16 @@ impl Trc {
             let id = id.ok_or(LineFault::LogId)?;
             let length = length.and_then(|length| number(length, 10)).ok_or(LineFault::Length)?;
             let mut data = fields.peekable();
-            let switch = matches!(kind, b"FB" | b"BI");
             if kind == b"RR" || data.peek() == Some(&&b"RTR"[..]) {
                 Frame::remote(id, u8::try_from(length).map_err(|_| LineFault::Length)?)?
             } else {
                 let (payload, length) = bytes(data, length, 16)?;
                 match kind {
                     b"FD" | b"FB" | b"FE" | b"BI" => {
-                        let error_state_indicator = matches!(kind, b"FE" | b"BI");
-                        let kind = FrameKind::Fd { bit_rate_switch: switch, error_state_indicator };
+                        let kind = FrameKind::Fd {
+                            bit_rate_switch: matches!(kind, b"FB" | b"BI"),
+                            error_state_indicator: matches!(kind, b"FE" | b"BI"),
+                        };
                         Frame::new(id, kind, &payload[..length])?
                     }
                     _ => Frame::classic(id, &payload[..length])?,
