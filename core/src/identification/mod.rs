@@ -43,8 +43,8 @@ pub use judgement::{
     ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutoffTrial, Elsewhere,
     Estimate, Fit, Foretold, Freedom, FreedomEstimate, FrictionChange, FrictionGain, FrictionScore,
     HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note, Output,
-    ParameterEstimate, PositionBias, Quantity, Reason, ReferenceSource, ResidualQuantiles, SCHEMA,
-    SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
+    ParameterCovariance, ParameterEstimate, PositionBias, Quantity, Reason, ReferenceSource,
+    ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};

@@ -68,12 +68,12 @@ impl ResultRecord {
     /// Version of the layout.
     pub const SCHEMA: u32 = 1;
 
-    /// The record for those who listen in, who have no use for what another motion is foretold with: it is most of the
-    /// file.
+    /// The record for those who listen in, who have no use for what models and forecasts are made of: it is most of the file.
     #[must_use]
     pub fn published(&self) -> Self {
         let mut record = self.clone();
         record.estimate.model_uncertainty = None;
+        record.estimate.covariance = None;
         record
     }
 

@@ -11,6 +11,7 @@ use super::freedoms::FreedomEstimate;
 use super::held_out::HeldOut;
 use super::information::Information;
 use super::model_uncertainty::ModelUncertainty;
+use super::parameter_covariance::ParameterCovariance;
 use super::uses::Verdict;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::Selection;
@@ -172,6 +173,9 @@ pub struct Estimate {
     /// Those beside them that kept their nominal values; every other is 0.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kept: Vec<KeptParameter>,
+    /// How the errors of the parameters go together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<ParameterCovariance>,
     /// Condition number of the weighted, decimated observation matrix.
     pub condition_number: f64,
     /// Its extreme singular values.

@@ -12,6 +12,7 @@ use super::estimate::{
 use super::held_out::HeldOut;
 use super::information::Information;
 use super::outliers::DownweightedRows;
+use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
 use super::uncertainty::Uncertainty;
 use super::uses::Verdict;
@@ -148,6 +149,7 @@ impl Findings<'_> {
                 &uncertainty.combined,
             ),
             kept: KeptParameter::of(context.robot, context.base, &context.selection),
+            covariance: Some(ParameterCovariance::of(&covariance)),
             condition_number: solution.condition_number(),
             singular_values: SingularValues::of(solution),
             unweighted_condition_number: self.unweighted.condition_number(),

@@ -1,14 +1,11 @@
 //! What a result has to keep of the model's errors: to foretell its error on another motion, and to tell them from a change of
 //! the arm.
 
-use core::fmt::Write as _;
-use core::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
-use serde::de::Error;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use super::freedoms::{Columns, Observed};
+use super::rows::Rows;
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{BesideObservation, Motion};
 use crate::regression::{JointSolution, Observations, gram};
@@ -22,11 +19,11 @@ pub struct ModelUncertainty {
     /// How the parameters would change with the freedoms, and these (b + m).
     pub(super) mean: Vec<f64>,
     /// Their covariance, the rows of its lower triangle. Sizes: single precision is plenty.
-    pub(super) covariance: Rows,
+    pub(super) covariance: Rows<f32>,
     /// K: how far a unit of each freedom moves each parameter (b × m). Nothing in results of versions that did not
     /// keep it.
     #[serde(default)]
-    pub(super) influence: Rows,
+    pub(super) influence: Rows<f32>,
     /// Root mean square of what is left of each joint's torque with the freedoms \[N·m or N\].
     pub(super) noise_nm: Vec<f64>,
 }
@@ -49,8 +46,8 @@ impl ModelUncertainty {
         solution: &JointSolution,
         influence: &DMatrix<f64>,
     ) -> Self {
-        let covariance = Rows::of(&solution.covariance, |k| k + 1);
-        let influence = Rows::of(influence, |_| influence.ncols());
+        let covariance = Rows::<f32>::of(&solution.covariance, |k| k + 1);
+        let influence = Rows::<f32>::of(influence, |_| influence.ncols());
         Self {
             observed: columns.observed().clone(),
             deviations: columns.deviations(),
@@ -92,14 +89,13 @@ impl ModelUncertainty {
 
     /// K, where all is there that goes with it.
     fn moved(&self) -> Option<DMatrix<f64>> {
-        let (own, freedoms) = (self.influence.0.len(), self.deviations.len());
+        let (own, freedoms) = (self.influence.len(), self.deviations.len());
         let all = own + freedoms;
         let is_whole = own > 0
             && self.mean.len() == all
             && self.influence.has_shape(own, |_| freedoms)
             && self.covariance.has_shape(all, |row| row + 1);
-        is_whole
-            .then(|| DMatrix::from_fn(own, freedoms, |row, k| f64::from(self.influence.0[row][k])))
+        is_whole.then(|| DMatrix::from_fn(own, freedoms, |row, k| self.influence.at(row, k)))
     }
 
     /// `M (μμᵀ + P) Mᵀ` on the diagonal, for rows M that move by the freedoms.
@@ -162,57 +158,6 @@ impl ModelUncertainty {
     }
 }
 
-/// Numbers in rows. In JSON each row is one text: numbers apart would take three times the room in an indented file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Rows(Vec<Vec<f32>>);
-
-impl Rows {
-    /// The first so many numbers of each row of a matrix.
-    fn of(matrix: &DMatrix<f64>, length: impl Fn(usize) -> usize) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
-        let row = |k| matrix.row(k).iter().take(length(k)).map(|value| *value as f32).collect();
-        Self((0..matrix.nrows()).map(row).collect())
-    }
-
-    /// Whether it has so many rows of such lengths.
-    fn has_shape(&self, rows: usize, length: impl Fn(usize) -> usize) -> bool {
-        self.0.len() == rows && self.0.iter().enumerate().all(|(k, row)| row.len() == length(k))
-    }
-
-    /// Part of the symmetric matrix whose lower triangle this is.
-    fn symmetric(&self, part: Range<usize>) -> DMatrix<f64> {
-        DMatrix::from_fn(part.len(), part.len(), |i, j| {
-            f64::from(self.0[part.start + i.max(j)][part.start + i.min(j)])
-        })
-    }
-}
-
-impl Serialize for Rows {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let text = |row: &Vec<f32>| {
-            let mut text = String::new();
-            for (k, value) in row.iter().enumerate() {
-                // Writing to a String cannot fail.
-                let _ = write!(text, "{}{value:e}", if k > 0 { " " } else { "" });
-            }
-            text
-        };
-        serializer.collect_seq(self.0.iter().map(text))
-    }
-}
-
-impl<'de> Deserialize<'de> for Rows {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let number = |text: &str| {
-            text.parse()
-                .map_err(|_| D::Error::custom(format!("`{text}` in a row of numbers is none")))
-        };
-        let rows = Vec::<String>::deserialize(deserializer)?;
-        let rows = rows.iter().map(|row| row.split_whitespace().map(number).collect());
-        Ok(Self(rows.collect::<Result<_, _>>()?))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,8 +169,8 @@ mod tests {
             observed: Observed::default(),
             deviations: vec![deviation; freedoms],
             mean: vec![2.0; 1 + freedoms],
-            covariance: Rows((0..=freedoms).map(row).collect()),
-            influence: Rows(vec![vec![k; freedoms]]),
+            covariance: Rows::from((0..=freedoms).map(row).collect::<Vec<_>>()),
+            influence: Rows::from(vec![vec![k; freedoms]]),
             noise_nm: Vec::new(),
         }
     }
