@@ -5,6 +5,7 @@
 //! describes. Every error names the file and, where there is one, the line.
 
 mod bag;
+mod code;
 mod columns;
 mod csv;
 mod measurement;
@@ -13,6 +14,7 @@ mod uniform;
 mod urdf;
 
 pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
+pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
 pub use csv::{
     CsvError, Table, TableNames, list_table, read_csv, read_rows, read_table, write_csv,

@@ -7,4 +7,5 @@
 )]
 
 mod bag;
+mod code;
 mod urdf;
