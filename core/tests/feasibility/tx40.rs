@@ -1,6 +1,9 @@
 //! The TX40 whose links are bodies: right signs, wrong ones, and another unit of mass.
 
-use didim_core::feasibility::{Class, Judgement, Outcome, Prior, PriorSource};
+use didim_core::feasibility::{
+    Class, Estimate, FeasibilityError, Held, Judgement, Outcome, Prior, PriorSource,
+    StandardParameter, consistent as solve,
+};
 use didim_core::robot::Robot;
 use nalgebra::DVector;
 
@@ -110,4 +113,35 @@ fn another_unit_of_mass_changes_nothing() {
     assert!(difference(&scaled, &grams.standard()) < 1e-7);
     assert!((kilograms.objective / grams.objective - 1.0).abs() < 1e-9);
     assert_eq!(kilograms.judgement, grams.judgement);
+}
+
+/// Without fv_m6 and off1, as a model that lacks them, and with mx4 held where it was kept: the coupled joints' viscous
+/// friction is two numbers then, what is lacking is 0, and what is held stays where it is.
+#[test]
+fn what_a_model_lacks_is_0_and_what_it_keeps_is_held() {
+    let known = measured(tx40_physical(), |_, torque| torque);
+    let left_out = ["fv_m6", "off1", "mx4"];
+    let rows: Vec<usize> = (0..known.names.len())
+        .filter(|&row| !left_out.contains(&known.names[row].as_str()))
+        .collect();
+    let names: Vec<String> = rows.iter().map(|&row| known.names[row].clone()).collect();
+    let values: Vec<f64> = rows.iter().map(|&row| known.values[row]).collect();
+    let covariance = known.covariance.select_rows(&rows).select_columns(&rows);
+    let held = [Held { name: "mx4".into(), value: 0.0145, deviation: 1e-5 }];
+    let estimate =
+        Estimate { names: &names, values: &values, covariance: &covariance, held: &held };
+    let prior = Prior::geometric(&known.robot, TOTAL_MASS_KG).unwrap();
+    let outcome = solve(&known.robot, &known.base, &estimate, &prior, 2.0).unwrap();
+    let of = |name: &str| outcome.parameters.iter().find(|own| own.name == name).unwrap();
+    for name in ["fv_m6", "off1"] {
+        let StandardParameter { value, deviation, class, .. } = *of(name);
+        assert_eq!((value, deviation, class), (0.0, 0.0, Class::Absent), "{name}");
+    }
+    assert!((of("mx4").value - 0.0145).abs() < 1e-4 && of("mx4").class == Class::Data);
+    assert_eq!(outcome.shifts.last().unwrap().name, "mx4");
+    assert!(outcome.largest_shift().unwrap().deviations.powi(2) < outcome.cost);
+
+    let bare = Estimate { held: &[], ..estimate };
+    let refused = solve(&known.robot, &known.base, &bare, &prior, 2.0).unwrap_err();
+    assert_eq!(refused, FeasibilityError::LeftOut { names: vec!["mx4".into()] });
 }
