@@ -2,7 +2,7 @@
 #![allow(clippy::panic, reason = "the same")]
 #![allow(clippy::float_cmp, reason = "small whole numbers, which arithmetic must keep exactly")]
 
-mod arms;
+pub(crate) mod arms;
 mod base_parameters;
 mod dual;
 mod energy;

@@ -78,6 +78,13 @@ impl BaseParameters {
         self.names.iter().position(|own| own == name)
     }
 
+    /// The position of a base parameter that the robot has to have.
+    pub(crate) fn require(&self, name: &str) -> Result<usize, UnknownBaseParameter> {
+        let known = || self.names.join(" ");
+        self.find(name)
+            .ok_or_else(|| UnknownBaseParameter { name: name.to_owned(), known: known() })
+    }
+
     /// What a base parameter stands for: `zz1 + ia1 + yy2 + yy3 + 0.07 mz3 + 0.05185 (m3+m4)`.
     pub fn expression(&self, name: &str) -> Option<String> {
         let row = self.find(name)?;
@@ -107,12 +114,7 @@ impl BaseParameters {
     ) -> Result<Vec<f64>, UnknownBaseParameter> {
         let mut standard = vec![0.0; self.standard_names.len()];
         for (name, value) in values {
-            let name = name.as_ref();
-            let Some(row) = self.find(name) else {
-                let known = self.names.join(" ");
-                return Err(UnknownBaseParameter { name: name.to_owned(), known });
-            };
-            standard[self.columns[row]] = value;
+            standard[self.columns[self.require(name.as_ref())?]] = value;
         }
         Ok(standard)
     }

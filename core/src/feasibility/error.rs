@@ -1,0 +1,115 @@
+//! Why there are no consistent parameters.
+
+use thiserror::Error;
+
+use crate::dynamics::UnknownBaseParameter;
+
+/// Why there are no consistent parameters; each message says what, where, and what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FeasibilityError {
+    /// A robot without nominal parameters cannot give a prior.
+    #[error(
+        "the robot \"{robot}\" has no [nominal] parameters; give the total mass of its moving links instead"
+    )]
+    NothingNominal {
+        /// Its name.
+        robot: String,
+    },
+    /// Base parameters are no bodies, nor are points and plates without thickness.
+    #[error(
+        "the nominal parameters of link {link} are not those of a body; state mass, first moments and inertia about \
+         the origin of its frame as CAD has them, or give the total mass of the moving links instead"
+    )]
+    NominalIsNoBody {
+        /// Link, counted from 1.
+        link: usize,
+    },
+    /// No mass.
+    #[error("the total mass of the moving links is {found} kg; give that of the data sheet")]
+    TotalMass {
+        /// The number found.
+        found: f64,
+    },
+    /// λ is no weight.
+    #[error(
+        "the weight of the prior is {found}; give 2/s², where s is the relative standard deviation of the prior's \
+         bodies: 2 for geometry alone, 22 for CAD"
+    )]
+    Weight {
+        /// The number found.
+        found: f64,
+    },
+    /// A prior with another number of links.
+    #[error("the prior has {found} bodies for {expected} links; make it of the same robot")]
+    OtherPrior {
+        /// Bodies of the prior.
+        found: usize,
+        /// Links of the robot.
+        expected: usize,
+    },
+    /// Base parameters of another robot.
+    #[error(
+        "the base parameters are not those of the robot \"{robot}\"; compute them from its model"
+    )]
+    OtherBaseParameters {
+        /// The robot's name.
+        robot: String,
+    },
+    /// A name of the estimate is no base parameter.
+    #[error(transparent)]
+    Unknown(#[from] UnknownBaseParameter),
+    /// A base parameter has two values.
+    #[error("`{name}` has two values; keep one, what is identified cannot be held as well")]
+    Repeated {
+        /// Its name.
+        name: String,
+    },
+    /// Names, values and covariance do not belong together.
+    #[error(
+        "{names} names have {values} values and a covariance of {rows} × {columns}; give those of one estimate"
+    )]
+    Shape {
+        /// Names.
+        names: usize,
+        /// Values.
+        values: usize,
+        /// Rows of the covariance.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+    },
+    /// A value or standard deviation is no number.
+    #[error(
+        "`{name}` has no finite value with a positive standard deviation; identify it again, or leave it out"
+    )]
+    NoValue {
+        /// Its name.
+        name: String,
+    },
+    /// The covariance has directions without variance.
+    #[error(
+        "the covariance is not positive definite; give the corrected covariance of one estimate, to all its digits"
+    )]
+    Covariance,
+    /// Some base parameters were not identified, of which the bodies are made.
+    #[error(
+        "{} are not identified: the estimate has them at a fixed value, which bodies need not allow, and without it \
+         the prior alone would decide them; identify all base parameters, or hold these at a value with a standard \
+         deviation", .names.join(" ")
+    )]
+    LeftOut {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// The minimisation did not arrive.
+    #[error(
+        "no minimum was found in {iterations} steps (at λ = {weight:.3e}); take a larger weight of the prior, and \
+         look for reversed signs if the estimate is far from any body"
+    )]
+    NotConverged {
+        /// Newton steps.
+        iterations: usize,
+        /// The weight at which it stopped.
+        weight: f64,
+    },
+}

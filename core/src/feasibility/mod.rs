@@ -1,0 +1,30 @@
+//! Physically consistent standard parameters from an estimate of the base parameters.
+//!
+//! A body exists if and only if its [pseudo-inertia](Body::pseudo_inertia) is positive definite (Wensing, Kim and
+//! Slotine, *Linear matrix inequalities for physically consistent inertial parameter identification*, 2018). Base
+//! parameters that no set of bodies explains say that something else is wrong; those that bodies explain leave much
+//! of a body open, which a [`Prior`] decides (Lee, Wensing and Park, *Geometric robot dynamic identification*, 2020).
+//! [`consistent`] minimises the sum of both costs, and says of every value where it comes from.
+
+mod block;
+mod body;
+mod drives;
+mod error;
+mod estimate;
+mod judgement;
+mod newton;
+mod outcome;
+mod posterior;
+mod prior;
+mod problem;
+mod solve;
+#[cfg(test)]
+mod tests;
+
+pub use body::Body;
+pub use error::FeasibilityError;
+pub use estimate::{Estimate, Held};
+pub use judgement::{Judgement, Shift};
+pub use outcome::{Class, Outcome, StandardParameter};
+pub use prior::{Prior, PriorSource};
+pub use solve::consistent;
