@@ -93,6 +93,7 @@ fn refused(error: &CellError) -> Vec<Finding> {
         CellError::Robot { .. } | CellError::Urdf { .. } | CellError::BaseParameters { .. } => {
             "robot"
         }
+        CellError::UrdfFriction { .. } => "urdf.friction",
         CellError::Layout { .. } => "bus.layout",
         CellError::Drives { .. } => "bus.drives",
         CellError::Axes { .. } => "bus.layout.axes",

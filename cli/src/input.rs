@@ -12,7 +12,7 @@ use didim::report::html::SampleRange;
 use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, read_bag, read_table};
 
 /// Which samples of a file count.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(super) struct Samples {
     /// Samples per second of a CSV file without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]

@@ -12,6 +12,7 @@ mod convert;
 mod convert_frames;
 mod demo;
 mod error;
+mod export;
 mod history;
 mod identify;
 mod input;
@@ -64,6 +65,8 @@ enum Command {
     Identify(identify::Arguments),
     /// Predict the torques of a recording with a stored result, nothing fitted
     Predict(predict::Arguments),
+    /// Write a stored result as a model with possible bodies: URDF, MJCF, robot file, JSON, MATLAB, C or Rust
+    Export(export::Arguments),
     /// Identify with every method and compare them
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
@@ -141,6 +144,7 @@ pub fn main() -> ExitCode {
         Command::Robot(arguments) => robot::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
         Command::Predict(arguments) => predict::execute(&arguments),
+        Command::Export(arguments) => export::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),

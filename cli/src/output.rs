@@ -59,6 +59,21 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
     std::fs::read_dir(folder).map(drop).map_err(|error| not_written(path, &error))
 }
 
+/// That a file which is to be written is none of those which are read.
+///
+/// # Errors
+/// Names it and what to do.
+pub(super) fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    let is_read = |other: &&Path| whole(path).is_some() && whole(path) == whole(other);
+    match read.iter().any(is_read) {
+        true => {
+            Err(CliError::in_file(path, "is read by this command; name another file to be written"))
+        }
+        false => Ok(()),
+    }
+}
+
 fn not_written(path: &Path, error: &std::io::Error) -> CliError {
     CliError::in_file(path, format!("{error}; name a file in a writable folder"))
 }

@@ -11,7 +11,7 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::output::{check_place, print, write_text};
 use didim::cell::Cell;
-use didim::offline::predict::StoredModel;
+use didim::offline::StoredModel;
 use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{aligned, significant};
 

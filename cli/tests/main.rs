@@ -13,6 +13,7 @@ mod program;
 
 mod command_line;
 mod data;
+mod export;
 mod known_torques;
 mod metrics;
 mod new;

@@ -129,7 +129,18 @@ fn what_a_urdf_does_not_say_is_asked_for_with_the_lines_to_paste() {
         refused(&none)
     );
     let unknown = SECTION.replace("offset = true", "offsets = true");
-    assert!(refused(&unknown).contains("offsets"), "{}", refused(&unknown));
+    let said = refused(&unknown);
+    assert!(said.contains("`urdf.friction`") && said.contains("offsets"), "{said}");
+    assert!(!said.contains("line "), "{said}");
+    let joint =
+        |name: &str, law: &str| format!("{SECTION}\n[urdf.joint_friction]\n{name} = {{ {law} }}\n");
+    let said = refused(&joint("a7", "quadratic = true"));
+    assert!(said.contains("`a7`, which is no driven joint") && said.contains("a1 a2"), "{said}");
+    let said = refused(&joint("a2", "kwadratic = true"));
+    assert!(said.contains("`urdf.friction`") && said.contains("kwadratic"), "{said}");
+    let folder = cell(&joint("a2", "quadratic = true"));
+    let said = succeed(&[&"check", &"--cell", &folder.path().join("cell.toml"), &"--elsewhere"]);
+    assert!(said.contains("59 base parameters"), "{said}");
     let other = SECTION.replace("[urdf]", "[urdf]\ntip = \"hand\"");
     assert!(refused(&other).contains("the tip `hand` is no link of the URDF"));
 }

@@ -1,4 +1,4 @@
-//! Files that other tools write and read: tables of measured signals, and arms.
+//! Files that other tools write and read: tables of measured signals, arms, and models of arms.
 //!
 //! Contract: of the project it uses `didim-core` alone. Whatever the format, of signals a [`Record`] comes out: pieces in
 //! which nothing is missing, each a [`Measurement`] on a uniform grid, with the side of the transmission that it
@@ -8,6 +8,7 @@ mod bag;
 mod code;
 mod columns;
 mod csv;
+mod export;
 mod measurement;
 mod record;
 mod uniform;
@@ -19,7 +20,10 @@ pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
 pub use csv::{
     CsvError, Table, TableNames, list_table, read_csv, read_rows, read_table, write_csv,
 };
+pub use export::{
+    ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
+};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use uniform::{Resampled, TimesError, mean_rate_hz};
-pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote};
+pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues};

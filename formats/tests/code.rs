@@ -82,7 +82,8 @@ fn compiled(compiler: &str, arguments: &[&str], folder: &Path) {
     assert!(output.status.success() && said.is_empty(), "{compiler} {arguments:?}: {said}");
 }
 
-/// All functions of both languages at random states, to 1e-12 of the largest torque.
+/// All functions of both languages at random states, to 1e-12 of the largest torque. With `DIDIM_WRITE_EXPORTS` the C goes
+/// into the folder that it names (`benches/generated`).
 fn check(robot: &Robot, standard: &[f64]) {
     let (dynamics, n) = (Model::new(robot), robot.joints());
     let base = BaseParameters::compute(&dynamics).unwrap();
@@ -105,6 +106,9 @@ fn check(robot: &Robot, standard: &[f64]) {
     fs::write(at("arm.c"), to_c(model).unwrap()).unwrap();
     fs::write(at("arm.rs"), to_rust(model).unwrap()).unwrap();
     let name: String = robot.name().to_lowercase().replace(|of: char| !of.is_alphanumeric(), "_");
+    if let Some(folder) = std::env::var_os("DIDIM_WRITE_EXPORTS") {
+        fs::copy(at("arm.c"), Path::new(&folder).join(format!("{name}.c"))).unwrap();
+    }
     fs::write(at("main.c"), c_main(&name, n)).unwrap();
     fs::write(at("main.rs"), RUST_MAIN).unwrap();
     let flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-O1", "main.c", "-o", "in_c"];

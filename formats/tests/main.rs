@@ -8,4 +8,5 @@
 
 mod bag;
 mod code;
+mod export;
 mod urdf;

@@ -1,5 +1,7 @@
 //! URDF: the same torques as Pinocchio, and a clear error for each that is no arm.
 
+use std::collections::BTreeMap;
+
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::robot::Robot;
 use didim_formats::{UrdfArm, UrdfDrives, UrdfError};
@@ -22,7 +24,12 @@ struct GoldenArm {
 /// Without what a URDF's torques do not have either.
 fn links_alone(joints: usize) -> UrdfDrives {
     let friction = "viscous = false\ncoulomb = false\noffset = false\n".to_owned();
-    UrdfDrives { drive_inertia: false, gear_ratios: vec![1.0; joints], friction }
+    UrdfDrives {
+        drive_inertia: false,
+        gear_ratios: vec![1.0; joints],
+        friction,
+        joint_friction: BTreeMap::new(),
+    }
 }
 
 #[test]

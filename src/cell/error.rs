@@ -85,6 +85,12 @@ pub enum CellError {
         /// What is wrong with it.
         source: UrdfError,
     },
+    /// The friction that is stated beside a URDF is none.
+    #[error("the friction beside the URDF: {problem}")]
+    UrdfFriction {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The base parameters of the robot cannot be determined.
     #[error("{}: {source}", file.display())]
     BaseParameters {

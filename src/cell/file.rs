@@ -1,6 +1,7 @@
 //! The cell file as it is typed. [`Cell`](super::Cell) is what the program needs.
 
 use core::fmt;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use didim_core::control::SimulatedController;
@@ -72,16 +73,23 @@ pub struct UrdfSection {
     /// As `[friction]` of a robot file.
     #[serde(default)]
     pub friction: Option<toml::Table>,
+    /// As `friction` of a joint of a robot file, by the joints' names.
+    #[serde(default)]
+    pub joint_friction: BTreeMap<String, toml::Table>,
 }
 
 impl UrdfSection {
     /// The drives, where all is stated.
     pub(super) fn drives(&self) -> Option<UrdfDrives> {
         let lines = self.friction.as_ref()?.iter().map(|(key, value)| format!("{key} = {value}\n"));
+        let own = self.joint_friction.iter();
+        let own =
+            own.map(|(joint, of)| (joint.clone(), toml::Value::Table(of.clone()).to_string()));
         Some(UrdfDrives {
             drive_inertia: self.drive_inertia?,
             gear_ratios: self.gear_ratios.clone()?,
             friction: lines.collect(),
+            joint_friction: own.collect(),
         })
     }
 }

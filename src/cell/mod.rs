@@ -24,7 +24,7 @@ use didim_core::identification::{
 };
 use didim_core::robot::{JointFriction, Robot};
 use didim_core::simulation::SetupError;
-use didim_formats::{BagSpec, Columns};
+use didim_formats::{BagSpec, Columns, UrdfArm};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
@@ -52,6 +52,8 @@ pub struct Cell {
     /// The arm as its own file describes it: what is simulated must not follow from how the cell
     /// identifies.
     pub robot_as_described: Robot,
+    /// The arm in a URDF, where that describes it.
+    pub urdf: Option<UrdfArm>,
     /// What has to be known of an arm that a URDF describes.
     pub robot_notes: Vec<String>,
     /// Its dynamics.
@@ -198,13 +200,17 @@ impl Cell {
             key,
             problem,
         };
-        let source = RobotSource::read(&robot_path, robot_text, file.urdf.as_ref())?;
+        let source = RobotSource::read(&robot_path, robot_text, file.urdf.as_ref());
+        let source = source.map_err(|error| match error {
+            CellError::UrdfFriction { problem } => wrong("urdf.friction", problem),
+            other => other,
+        })?;
         if let Some((key, problem)) = robot::misfit(&source, file.urdf.as_ref()) {
             return Err(wrong(key, problem));
         }
         let named: Vec<String> = source.joint_names().map(str::to_owned).collect();
         let robot_notes = source.notes().iter().map(ToString::to_string).collect();
-        let RobotSource { robot: robot_as_described, toml: robot_text, .. } = source;
+        let RobotSource { robot: robot_as_described, toml: robot_text, urdf } = source;
         let mut robot = robot_as_described.clone();
         if let Some(sign) = file.identification.sign {
             robot = robot.with_sign_model(sign);
@@ -345,6 +351,7 @@ impl Cell {
             },
             robot,
             robot_as_described,
+            urdf,
             robot_notes,
             model,
             base,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use didim_core::robot::Robot;
+use didim_core::robot::{Robot, RobotError};
 use didim_formats::{UrdfArm, UrdfDrives, UrdfNote};
 
 use super::CellError;
@@ -44,10 +44,16 @@ impl RobotSource {
         let drives = section.and_then(UrdfSection::drives);
         let drives = drives.filter(|drives| is_gear(&drives.gear_ratios, arm.joints()));
         let toml = arm.to_toml(&drives.unwrap_or_else(|| UrdfDrives::assumed(arm.joints())));
-        // Its lines are those of the robot file that comes of it.
-        let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
-        let wrong = |source| CellError::Robot { file: as_robot_file.into(), source };
-        let robot = Robot::from_toml(&toml).map_err(wrong)?;
+        let robot = Robot::from_toml(&toml).map_err(|source| {
+            // What is not wrong with other friction is wrong with this.
+            let plain = arm.to_toml(&UrdfDrives::assumed(arm.joints()));
+            if Robot::from_toml(&plain).is_ok() {
+                return CellError::UrdfFriction { problem: without_line(&source) };
+            }
+            // Its lines are those of the robot file that comes of it.
+            let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
+            CellError::Robot { file: as_robot_file.into(), source }
+        })?;
         Ok(Self { robot, toml, urdf: Some(arm) })
     }
 
@@ -60,6 +66,13 @@ impl RobotSource {
     pub fn notes(&self) -> &[UrdfNote] {
         self.urdf.as_ref().map_or(&[], UrdfArm::notes)
     }
+}
+
+/// What is wrong, without the line of a file that nobody has.
+fn without_line(error: &RobotError) -> String {
+    let text = error.to_string();
+    let rest = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
+    rest.map_or(text.clone(), |(_, rest)| rest.to_owned())
 }
 
 /// Whether these are gear ratios of so many joints.
@@ -86,7 +99,15 @@ pub(super) fn misfit(
         (Some(arm), Some(section)) => {
             let (joints, found) = (arm.joints(), section.gear_ratios.as_ref().map_or(0, Vec::len));
             let stated = section.drives().is_some();
+            let is_none = |name: &&String| arm.joint_names().all(|own| own != *name);
             match () {
+                () if let Some(name) = section.joint_friction.keys().find(is_none) => Some((
+                    "urdf.joint_friction",
+                    format!(
+                        "has `{name}`, which is no driven joint of the arm; these are: {}",
+                        arm.joint_names().collect::<Vec<_>>().join(" ")
+                    ),
+                )),
                 () if !stated => Some(("urdf", missing(arm))),
                 () if found != joints => Some((
                     "urdf.gear_ratios",

@@ -1,12 +1,17 @@
-//! A whole measurement at once: read from a log, identified, every method side by side.
+//! A whole measurement at once: read from a log, identified, every method side by side; and a stored result, which predicts
+//! another measurement or leaves as a model.
 
 pub mod compare;
+mod consistent;
 pub mod identify;
 mod limits;
 mod log;
-pub mod predict;
+mod predict;
 mod rate;
+mod stored;
 
+pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
 pub use rate::RateError;
+pub use stored::{ResultError, StoredModel};

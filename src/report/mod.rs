@@ -1,6 +1,7 @@
 //! Results for people: tables, plots in the terminal, and figures.
 
 pub mod comparison;
+mod consistent;
 pub mod convergence;
 pub mod cutoff;
 pub mod estimate;
@@ -18,6 +19,8 @@ use didim_core::identification::{Identification, Prediction};
 use didim_core::robot::Robot;
 
 use crate::text::significant;
+
+pub use consistent::consistent_summary;
 
 /// One joint's torque, measured and predicted, for a plot.
 #[derive(Clone, Copy, Debug)]

@@ -27,8 +27,28 @@ pub(super) struct Axis {
     pub(super) effort: f64,
     /// Viscous and Coulomb friction, where the file has them.
     pub(super) friction: Option<[f64; 2]>,
-    /// What it carries up to the next one.
-    pub(super) bodies: Vec<Body>,
+    /// The frame of the link that it moves, at q = 0.
+    pub(super) pose: IsometryMatrix3<f64>,
+    /// What it carries up to the next one, first the link that it moves.
+    pub(super) carried: Vec<Carried>,
+}
+
+/// A link that moves with an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Carried {
+    /// Its index in the file.
+    pub(super) link: usize,
+    /// Its body in the frame of the base at q = 0, where it has one.
+    pub(super) body: Option<Body>,
+    /// Whether a joint that is no part of the chain leads to it.
+    pub(super) is_held: bool,
+}
+
+impl Axis {
+    /// The bodies that it carries up to the next one.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = &Body> {
+        self.carried.iter().filter_map(|carried| carried.body.as_ref())
+    }
 }
 
 pub(super) struct Chain {
@@ -91,41 +111,44 @@ impl File {
             // Of the joint's own frame, which is that of its child at q = 0.
             let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
             let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
-            self.carry(joint.child, &moving, &poses, &mut axis, &mut chain);
+            self.carry((joint.child, false), &moving, &poses, &mut axis, &mut chain);
             chain.axes.push(axis);
         }
         Ok(chain)
     }
 
-    /// The bodies that move with a link, up to the next joints of the chain.
+    /// The links that move with a link, up to the next joints of the chain.
     fn carry(
         &self,
-        link: usize,
+        (link, is_held): (usize, bool),
         moving: &[usize],
         poses: &[Option<IsometryMatrix3<f64>>],
         axis: &mut Axis,
         chain: &mut Chain,
     ) {
-        let Link { name, body } = &self.links[link];
-        match (body, &poses[link]) {
-            (Inertial::Body(body), Some(pose)) => axis.bodies.push(body.seen_from(pose)),
+        let Link { name, body, .. } = &self.links[link];
+        let body = match (body, &poses[link]) {
+            (Inertial::Body(body), Some(pose)) => Some(body.seen_from(pose)),
             (Inertial::Impossible(problem), _) => {
                 chain.has_bodies = false;
                 let (link, problem) = (name.clone(), problem.clone());
                 chain.notes.push(UrdfNote::ImpossibleBody { link, problem });
+                None
             }
-            _ => {}
-        }
+            _ => None,
+        };
+        axis.carried.push(Carried { link, body, is_held });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
                 if joint.moves() {
                     chain.notes.push(UrdfNote::HeldStill { joint: joint.name.clone() });
                 }
-                self.carry(joint.child, moving, poses, axis, chain);
+                let child = (joint.child, is_held || joint.moves());
+                self.carry(child, moving, poses, axis, chain);
             }
         }
         // A frame without a body is no note; a driven link without any is.
-        if axis.bodies.is_empty() && moving.iter().any(|k| self.joints[*k].child == link) {
+        if axis.bodies().next().is_none() && moving.iter().any(|k| self.joints[*k].child == link) {
             let unknown = chain.notes.iter().any(|note| note.is_of_link(name));
             if !unknown {
                 chain.has_bodies = false;
@@ -267,6 +290,7 @@ fn axis_of(
         velocity: limit.velocity,
         effort: limit.effort,
         friction: joint.friction,
-        bodies: Vec::new(),
+        pose: *pose,
+        carried: Vec::new(),
     })
 }

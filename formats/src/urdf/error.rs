@@ -179,4 +179,13 @@ pub enum UrdfError {
         /// Its line.
         line: usize,
     },
+    /// What hangs on a joint that is no part of the arm has more of the identified body than there is.
+    #[error(
+        "with the inertials that the file has behind joints which are no part of the arm, nothing possible is left for the link \
+         `{link}`; correct those inertials, or remove them"
+    )]
+    NothingLeft {
+        /// The link.
+        link: String,
+    },
 }

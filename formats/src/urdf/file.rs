@@ -1,5 +1,8 @@
 //! A URDF as it stands in its file: links and joints, strictly read.
 
+use core::ops::Range;
+
+use didim_core::feasibility::Body as LinkBody;
 use nalgebra::{
     IsometryMatrix3, Matrix3, Point3, Rotation3, SymmetricEigen, Translation3, Vector3,
 };
@@ -18,6 +21,7 @@ pub(super) const MAX_LINKS: usize = 1000;
 
 pub(super) struct File {
     pub(super) name: String,
+    pub(super) place: Place,
     pub(super) links: Vec<Link>,
     pub(super) joints: Vec<FileJoint>,
 }
@@ -25,6 +29,23 @@ pub(super) struct File {
 pub(super) struct Link {
     pub(super) name: String,
     pub(super) body: Inertial,
+    pub(super) place: Place,
+    /// Where its `<inertial>` stands.
+    pub(super) inertial: Option<Range<usize>>,
+}
+
+/// Where an element stands in the text \[bytes\].
+pub(super) struct Place {
+    pub(super) whole: Range<usize>,
+    /// Where the first thing in it begins, if there is any.
+    pub(super) content: Option<usize>,
+}
+
+/// Where `<dynamics>` and the values of its attributes stand.
+pub(super) struct DynamicsPlace {
+    pub(super) whole: Range<usize>,
+    pub(super) damping: Option<Range<usize>>,
+    pub(super) friction: Option<Range<usize>>,
 }
 
 /// What the file says of a link's body.
@@ -39,10 +60,10 @@ pub(super) enum Inertial {
 
 /// A rigid body: mass, centre of mass, and inertia about that.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Body {
-    pub(super) mass_kg: f64,
-    pub(super) centre_m: Vector3<f64>,
-    pub(super) inertia_kg_m2: Matrix3<f64>,
+pub(crate) struct Body {
+    pub(crate) mass_kg: f64,
+    pub(crate) centre_m: Vector3<f64>,
+    pub(crate) inertia_kg_m2: Matrix3<f64>,
 }
 
 pub(super) struct FileJoint {
@@ -61,6 +82,8 @@ pub(super) struct FileJoint {
     pub(super) friction: Option<[f64; 2]>,
     /// The joint that it follows.
     pub(super) mimics: Option<String>,
+    pub(super) place: Place,
+    pub(super) dynamics: Option<DynamicsPlace>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,6 +106,32 @@ pub(super) struct Limit {
 }
 
 impl Body {
+    /// From a body about the origin of a link's frame; none without mass.
+    pub(crate) fn about_centre(body: &LinkBody) -> Option<Self> {
+        Some(Self {
+            mass_kg: body.mass_kg,
+            centre_m: body.centre_of_mass_m()?,
+            inertia_kg_m2: body.inertia_about_centre()?,
+        })
+    }
+
+    /// As an `<inertial>` on a line that begins with `tab`.
+    pub(crate) fn element(&self, tab: &str) -> String {
+        let [x, y, z]: [f64; 3] = self.centre_m.into();
+        let j = |row, column| self.inertia_kg_m2[(row, column)];
+        format!(
+            "<inertial>\n{tab}  <origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"0 0 0\"/>\n{tab}  <mass value=\"{:?}\"/>\n\
+             {tab}  <inertia ixx=\"{:?}\" ixy=\"{:?}\" ixz=\"{:?}\" iyy=\"{:?}\" iyz=\"{:?}\" izz=\"{:?}\"/>\n{tab}</inertial>",
+            self.mass_kg,
+            j(0, 0),
+            j(0, 1),
+            j(0, 2),
+            j(1, 1),
+            j(1, 2),
+            j(2, 2),
+        )
+    }
+
     /// Seen from the frame in which this one's has the pose.
     pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
         let rotation = pose.rotation;
@@ -145,7 +194,9 @@ impl File {
                     line: line(node),
                 });
             }
-            links.push(Link { name, body: inertial(node)? });
+            let (body, place) = (inertial(node)?, place(node));
+            let inertial = child(node, "inertial")?.map(|inertial| inertial.range());
+            links.push(Link { name, body, place, inertial });
         }
         if links.is_empty() {
             return Err(UrdfError::Missing {
@@ -166,7 +217,7 @@ impl File {
             }
             joints.push(joint);
         }
-        Ok(Self { name: name.to_owned(), links, joints })
+        Ok(Self { name: name.to_owned(), place: place(root), links, joints })
     }
 
     /// The names of its links, for an error.
@@ -177,6 +228,10 @@ impl File {
 
 fn line(node: Node<'_, '_>) -> usize {
     node.document().text_pos_at(node.range().start).row as usize
+}
+
+fn place(node: Node<'_, '_>) -> Place {
+    Place { whole: node.range(), content: node.first_child().map(|first| first.range().start) }
 }
 
 fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
@@ -348,6 +403,11 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let friction = part("dynamics")?
         .map(|dynamics| Ok([number(dynamics, "damping")?, number(dynamics, "friction")?]))
         .transpose()?;
+    let dynamics = part("dynamics")?.map(|dynamics| {
+        let value = |name| Some(dynamics.attribute_node(name)?.range_value());
+        let [damping, friction] = [value("damping"), value("friction")];
+        DynamicsPlace { whole: dynamics.range(), damping, friction }
+    });
     let mimics = part("mimic")?.map(|mimic| attribute(mimic, "joint").map(str::to_owned));
     Ok(FileJoint {
         origin: origin(node)?,
@@ -360,5 +420,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
         axis,
         limit,
         friction,
+        place: place(node),
+        dynamics,
     })
 }

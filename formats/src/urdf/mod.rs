@@ -1,16 +1,20 @@
 //! URDF: an arm as ROS describes it, turned into a robot file.
 
 mod chain;
+mod edit;
 mod error;
 mod file;
 mod modified_dh;
 mod note;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
+pub use edit::UrdfValues;
 pub use error::UrdfError;
+pub(crate) use file::Body;
 pub use note::UrdfNote;
 
 use chain::{Axis, Chain};
@@ -25,6 +29,8 @@ const LINK: [&str; 10] = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", 
 /// The serial arm in a URDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfArm {
+    /// Its file.
+    text: String,
     name: String,
     base: String,
     tip: String,
@@ -45,6 +51,8 @@ pub struct UrdfDrives {
     pub gear_ratios: Vec<f64>,
     /// The lines of a robot file's `[friction]`.
     pub friction: String,
+    /// The `friction` of single joints in a robot file, by their names.
+    pub joint_friction: BTreeMap<String, String>,
 }
 
 impl UrdfDrives {
@@ -56,6 +64,7 @@ impl UrdfDrives {
             drive_inertia: true,
             gear_ratios: vec![1.0; joints],
             friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
+            joint_friction: BTreeMap::new(),
         }
     }
 }
@@ -72,7 +81,19 @@ impl UrdfArm {
             file.chain(base, tip)?;
         let placed = place(&axes, &mut notes);
         let tip_position_m = tip_pose.translation.vector;
-        Ok(Self { name: file.name, base, tip, axes, placed, tip_position_m, up, has_bodies, notes })
+        let text = text.to_owned();
+        Ok(Self {
+            text,
+            name: file.name,
+            base,
+            tip,
+            axes,
+            placed,
+            tip_position_m,
+            up,
+            has_bodies,
+            notes,
+        })
     }
 
     /// Number of driven joints.
@@ -138,6 +159,9 @@ impl UrdfArm {
             writeln!(out, "position_max_{position} = {high:?}")?;
             writeln!(out, "{velocity} = {:?}", axis.velocity)?;
             writeln!(out, "{effort} = {:?}", axis.effort)?;
+            if let Some(friction) = drives.joint_friction.get(&axis.name) {
+                writeln!(out, "friction = {friction}")?;
+            }
         }
         writeln!(out, "\n[transmission]\nrows = [")?;
         for motor in 0..self.joints() {
@@ -153,7 +177,7 @@ impl UrdfArm {
         writeln!(out, "[nominal]")?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
             let number = number + 1;
-            for (name, value) in LINK.iter().zip(placed.parameters(&axis.bodies)) {
+            for (name, value) in LINK.iter().zip(placed.parameters(axis.bodies())) {
                 writeln!(out, "{name}{number} = {value:?}")?;
             }
             for (name, value) in ["fv", "fc"].iter().zip(axis.friction.into_iter().flatten()) {

@@ -1,7 +1,7 @@
 //! From axes anywhere in space to modified Denavit–Hartenberg parameters (Khalil and Dombre, *Modeling, Identification and
 //! Control of Robots*, ch. 3): x of each frame along the common normal to the next axis.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
 use super::chain::Axis;
 use super::file::Body;
@@ -36,6 +36,12 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// This frame in that of the base.
+    pub(super) fn pose(&self) -> IsometryMatrix3<f64> {
+        let rotation = Rotation3::from_matrix_unchecked(self.rows().transpose());
+        IsometryMatrix3::from_parts(Translation3::from(self.origin), rotation)
+    }
+
     /// A vector of the base's frame in this one.
     pub(super) fn seen(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         self.rows() * vector
@@ -54,7 +60,7 @@ impl Placed {
     }
 
     /// Inertia about the frame's origin, first moments and mass of bodies together, as xx xy xz yy yz zz mx my mz m.
-    pub(super) fn parameters(&self, bodies: &[Body]) -> [f64; 10] {
+    pub(super) fn parameters<'a>(&self, bodies: impl Iterator<Item = &'a Body>) -> [f64; 10] {
         let rows = self.frame.rows();
         let (mut inertia, mut moment, mut mass) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
         for body in bodies {

@@ -1,0 +1,76 @@
+//! `didim export`: a stored result as a model that other tools read.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::CliError;
+use super::input::{Samples, pairs};
+use super::output::{check_is_new, check_place, print, write_text};
+use didim::cell::Cell;
+use didim::offline::{Consistent, Format, StoredModel};
+use didim::report::consistent_summary;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The result: a file that the service stored, or what `didim identify --json` printed
+    #[arg(long, value_name = "FILE")]
+    result: PathBuf,
+    /// What is written
+    #[arg(long, value_name = "FORMAT", value_parser = formats())]
+    to: Format,
+    /// The file; standard output without it
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Mass of all links that move \[kg\], of the data sheet: for a robot whose file has no nominal bodies, or wrong ones
+    #[arg(long, value_name = "KG")]
+    total_mass_kg: Option<f64>,
+    /// A recording, best one that the result is not from: its error before and after
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
+}
+
+fn formats() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::ALL.map(Format::name))
+        .try_map(|name| Format::named(&name).ok_or("no such format"))
+}
+
+#[expect(clippy::print_stderr, reason = "what is said beside the model")]
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { cell, result, to, out, total_mass_kg, input } = arguments;
+    if let Some(out) = out {
+        check_place(out)?;
+        check_is_new(out, &[cell, result])?;
+    }
+    let cell = Cell::read(cell).map_err(CliError::configuration)?;
+    let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
+    let consistent = Consistent::of(&cell, &model, *total_mass_kg)
+        .map_err(|error| CliError::in_file(result, error))?;
+    let name = out.as_deref().and_then(|path| path.file_stem()?.to_str()).unwrap_or("arm");
+    let exported =
+        consistent.written(*to, name).map_err(|error| CliError::in_file(result, error))?;
+    let costs = input.as_deref().map(|input| {
+        let pieces = Samples::default().read(input, &cell)?;
+        let predictions = consistent.predictions(&pairs(&pieces));
+        let predictions = predictions.map_err(|error| CliError::in_file(input, error))?;
+        let [identified, possible] = predictions.map(|of| 100.0 * of.error.relative_error);
+        Ok(format!(
+            "error on {}: {identified:.2} % as identified, {possible:.2} % consistent\n",
+            input.display()
+        ))
+    });
+    let costs = costs.transpose()?;
+    match out {
+        Some(path) => write_text(path, &exported.text)?,
+        None => print(&exported.text)?,
+    }
+    eprint!("{}{}", consistent_summary(&consistent.outcome), costs.unwrap_or_default());
+    for left_out in &exported.left_out {
+        eprintln!("left out: {left_out}");
+    }
+    Ok(())
+}

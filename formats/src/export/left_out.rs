@@ -1,0 +1,86 @@
+//! What a format cannot hold.
+
+use core::fmt;
+
+use didim_core::robot::{ParameterKind, Robot};
+
+use super::model::ExportModel;
+
+/// What holds an exported arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holder {
+    /// URDF: bodies, viscous and Coulomb friction.
+    Urdf,
+    /// MJCF: drive inertias and coupled motors too.
+    Mjcf,
+}
+
+/// A part of the model that a format has no place for, with its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// The parameter's name; none of what has no parameter.
+    pub name: Option<String>,
+    /// Its SI value.
+    pub value: Option<f64>,
+    /// Its SI unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// The joint or motor, counted from 1.
+    pub joint: usize,
+}
+
+impl LeftOut {
+    /// All that a format leaves out of an arm, in the order of its parameters.
+    pub fn of(model: &ExportModel<'_>, holder: Holder) -> Vec<Self> {
+        let ExportModel { robot, standard, .. } = model;
+        let table = robot.parameters();
+        let parameters = table.parameters().iter().zip(table.names()).zip(*standard);
+        let mut left: Vec<Self> = parameters
+            .filter_map(|((parameter, name), value)| {
+                let what = place(robot, parameter.kind, holder)?;
+                let unit = parameter.kind.unit(robot.chain()[parameter.joint].kind);
+                let (name, value) = (Some(name.clone()), Some(*value));
+                Some(Self { name, value, unit, what, joint: parameter.joint + 1 })
+            })
+            .collect();
+        let known = robot.known_torques().iter().enumerate().filter(|(_, known)| known.is_some());
+        left.extend(known.map(|(joint, _)| Self {
+            name: None,
+            value: None,
+            unit: robot.chain()[joint].kind.torque_unit(),
+            what: "torque beside the model that the robot's file states",
+            joint: joint + 1,
+        }));
+        left
+    }
+}
+
+/// What a parameter is that has no place in a format; none where it has one.
+fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static str> {
+    use ParameterKind::{FcMotor, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off};
+
+    let coupled = (0..robot.joints()).any(|motor| robot.transmission().is_coupled(motor));
+    match (kind, holder) {
+        (Ia, Holder::Urdf) => Some("drive inertia"),
+        (FvMotor, Holder::Urdf) if coupled => Some("viscous friction of a coupled motor"),
+        (FcMotor, Holder::Urdf) if coupled => Some("Coulomb friction of a coupled motor"),
+        (Off, _) => Some("offset of the torque"),
+        (FvQuadratic, _) => Some("viscous friction with the square of the speed"),
+        (FvCubic, _) => Some("viscous friction with the cube of the speed"),
+        (FvAsymmetric, _) => Some("difference of viscous friction between the directions"),
+        (Fs, _) => Some("Stribeck friction"),
+        _ => None,
+    }
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, value, unit, what, joint } = self;
+        write!(f, "{what}, joint {joint}")?;
+        if let (Some(name), Some(value)) = (name, value) {
+            write!(f, ": {name} = {value:?} {unit}")?;
+        }
+        Ok(())
+    }
+}

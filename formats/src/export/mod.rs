@@ -1,0 +1,15 @@
+//! An arm with a value for each standard parameter, as other tools read it.
+
+mod left_out;
+mod matlab;
+mod mjcf;
+mod model;
+mod robot_file;
+mod urdf;
+
+pub use left_out::{Holder, LeftOut};
+pub use matlab::to_matlab;
+pub use mjcf::to_mjcf;
+pub use model::{ExportError, ExportModel};
+pub use robot_file::to_robot_file;
+pub use urdf::to_urdf;

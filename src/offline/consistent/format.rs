@@ -1,0 +1,168 @@
+//! A consistent model in the formats of other tools.
+
+use didim_core::feasibility::{Class, Outcome};
+use didim_core::robot::ParameterKind;
+use didim_formats::{
+    CodeError, CodeModel, ExportError, ExportModel, Holder, LeftOut, UrdfError, UrdfValues, to_c,
+    to_matlab, to_mjcf, to_robot_file, to_rust, to_urdf,
+};
+
+use super::model::Consistent;
+
+/// What a model is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// The robot's own URDF with new inertials, damping and friction; a new one of a robot file.
+    Urdf,
+    /// MuJoCo's format.
+    Mjcf,
+    /// The robot's file with new nominal values.
+    Toml,
+    /// Every standard parameter with its uncertainty and what decides it.
+    Json,
+    /// A function file of MATLAB.
+    Matlab,
+    /// Inverse dynamics as one C99 file.
+    C,
+    /// Inverse dynamics as one Rust file without the standard library.
+    Rust,
+}
+
+impl Format {
+    /// All, in the order in which they are offered.
+    pub const ALL: [Self; 7] =
+        [Self::Urdf, Self::Mjcf, Self::Toml, Self::Json, Self::Matlab, Self::C, Self::Rust];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Urdf => "urdf",
+            Self::Mjcf => "mjcf",
+            Self::Toml => "toml",
+            Self::Json => "json",
+            Self::Matlab => "matlab",
+            Self::C => "c",
+            Self::Rust => "rust",
+        }
+    }
+
+    /// The format of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+}
+
+/// Why a consistent model cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// Not in this format.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// Not as code.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+    /// Not into the robot's URDF.
+    #[error(transparent)]
+    Urdf(#[from] UrdfError),
+    /// Not as JSON.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+/// A model in a format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exported {
+    /// The file's content.
+    pub text: String,
+    /// What the format has no place for.
+    pub left_out: Vec<LeftOut>,
+}
+
+impl Consistent<'_> {
+    /// The model in a format. `name` is that of the file without its ending, which MATLAB calls the function by.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn written(&self, format: Format, name: &str) -> Result<Exported, WriteError> {
+        let (robot, standard, origin) = (&self.cell.robot, self.outcome.standard(), self.origin());
+        let model = ExportModel { robot, standard: &standard, origin: &origin };
+        let holder = match format {
+            Format::Urdf => Some(Holder::Urdf),
+            Format::Mjcf => Some(Holder::Mjcf),
+            _ => None,
+        };
+        let left_out = holder.map_or_else(Vec::new, |holder| LeftOut::of(&model, holder));
+        let identified: Vec<&str> =
+            self.model.parameters.iter().map(|(name, _)| name.as_str()).collect();
+        let code = CodeModel {
+            robot,
+            base: &self.cell.base,
+            standard: &standard,
+            identified: &identified,
+            covariance: &self.covariance,
+            origin: &origin,
+        };
+        let text = match (format, &self.cell.urdf) {
+            (Format::Urdf, Some(arm)) => {
+                let left_out = left_out.iter().map(|left| format!("left out: {left}"));
+                let remarks: Vec<String> = origin.iter().cloned().chain(left_out).collect();
+                arm.with_values(&self.urdf_values(&model), &remarks)?
+            }
+            (Format::Urdf, None) => to_urdf(&model)?,
+            (Format::Mjcf, _) => to_mjcf(&model)?,
+            (Format::Toml, _) => to_robot_file(&model, &self.cell.configuration.robot)?,
+            (Format::Json, _) => self.json()?,
+            (Format::Matlab, _) => to_matlab(&model, name)?,
+            (Format::C, _) => to_c(code)?,
+            (Format::Rust, _) => to_rust(code)?,
+        };
+        Ok(Exported { text, left_out })
+    }
+
+    fn urdf_values(&self, model: &ExportModel<'_>) -> UrdfValues {
+        let joints = 0..self.cell.robot.joints();
+        let of = |kind| joints.clone().map(|joint| model.value(kind, joint)).collect();
+        UrdfValues {
+            bodies: self.outcome.bodies.clone(),
+            damping: of(ParameterKind::Fv),
+            friction: of(ParameterKind::Fc),
+        }
+    }
+
+    /// Where the model comes from, and how far its masses are to be believed.
+    fn origin(&self) -> Vec<String> {
+        let Outcome { cost, threshold, prior, parameters, judgement, .. } = &self.outcome;
+        let mut lines = vec![
+            format!(
+                "{}, identified by {}, made consistent by didim {}: {judgement}.",
+                self.cell.robot.name(),
+                self.model.method,
+                env!("CARGO_PKG_VERSION")
+            ),
+            format!(
+                "Cost {cost:.1} (below {threshold:.0} for true bodies, 99 %); where the data do not decide, {prior} do."
+            ),
+        ];
+        let masses = parameters.iter().zip(self.cell.robot.parameters().parameters());
+        let masses = masses.filter(|(_, parameter)| parameter.kind == ParameterKind::M);
+        lines.extend(masses.map(|(mass, parameter)| {
+            format!(
+                "Mass of link {}: {:.4} kg, decided by {}.",
+                parameter.joint + 1,
+                mass.value,
+                decided_by(mass.class)
+            )
+        }));
+        lines
+    }
+}
+
+/// What decides a parameter, for people.
+fn decided_by(class: Class) -> &'static str {
+    match class {
+        Class::Data => "the data",
+        Class::Prior => "the prior",
+        Class::Combination => "the prior within a sum that the data decide",
+        Class::Absent => "nothing: the model does not have it",
+    }
+}

@@ -1,0 +1,143 @@
+//! A consistent model as JSON.
+
+use didim_core::feasibility::{Class, Judgement, Outcome};
+use didim_core::robot::Parameter as RobotParameter;
+use serde::Serialize;
+
+use super::model::Consistent;
+
+/// Version of the record's layout.
+const SCHEMA: u32 = 1;
+
+/// A consistent model. Its JSON is a contract.
+#[derive(Debug, Serialize)]
+struct Record<'a> {
+    schema: u32,
+    robot: &'a str,
+    /// The method that identified it.
+    method: &'a str,
+    /// What decides where the data do not.
+    prior: String,
+    /// λ, the weight of the prior.
+    prior_weight: f64,
+    /// J, the squared distance from the result in its standard deviations.
+    cost: f64,
+    /// What the cost of true bodies stays below (χ², 99 %).
+    cost_limit: f64,
+    judgement: &'static str,
+    /// How many base parameters the data decide.
+    effective_parameters: f64,
+    parameters: Vec<Parameter<'a>>,
+    bodies: Vec<LinkBody>,
+    /// By how much each base parameter was moved, in its standard deviations.
+    shifts: Vec<Moved<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Parameter<'a> {
+    name: &'a str,
+    unit: &'static str,
+    value: f64,
+    /// What data and prior leave open together.
+    standard_deviation: f64,
+    /// What decides it.
+    decided_by: &'static str,
+    share_of_data: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct LinkBody {
+    mass_kg: f64,
+    /// In the frame of the link.
+    centre_of_mass_m: [f64; 3],
+    /// About the centre of mass: xx xy xz yy yz zz.
+    inertia_kg_m2: [f64; 6],
+    /// Distance from the prior \[nats\].
+    divergence: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Moved<'a> {
+    name: &'a str,
+    standard_deviations: f64,
+}
+
+impl Consistent<'_> {
+    /// The model with what is known of it, as JSON.
+    ///
+    /// # Errors
+    /// As [`serde_json::to_string_pretty`].
+    pub(super) fn json(&self) -> Result<String, serde_json::Error> {
+        let Outcome { parameters, bodies, shifts, divergence_per_link, .. } = &self.outcome;
+        let robot = &self.cell.robot;
+        let kinds = robot.parameters().parameters().iter();
+        let unit = |of: &RobotParameter| of.kind.unit(robot.chain()[of.joint].kind);
+        let record = Record {
+            schema: SCHEMA,
+            robot: robot.name(),
+            method: &self.model.method,
+            prior: self.outcome.prior.to_string(),
+            prior_weight: self.outcome.weight,
+            cost: self.outcome.cost,
+            cost_limit: self.outcome.threshold,
+            judgement: judgement(self.outcome.judgement),
+            effective_parameters: self.outcome.effective_parameters,
+            parameters: parameters
+                .iter()
+                .zip(kinds)
+                .map(|(of, kind)| Parameter {
+                    name: &of.name,
+                    unit: unit(kind),
+                    value: of.value,
+                    standard_deviation: of.deviation,
+                    decided_by: class(of.class),
+                    share_of_data: of.share_of_data,
+                })
+                .collect(),
+            bodies: bodies
+                .iter()
+                .zip(divergence_per_link)
+                .map(|(body, divergence)| {
+                    let centre = body.centre_of_mass_m().unwrap_or_default();
+                    let j = body.inertia_about_centre().unwrap_or_default();
+                    LinkBody {
+                        mass_kg: body.mass_kg,
+                        centre_of_mass_m: centre.into(),
+                        inertia_kg_m2: [
+                            j[(0, 0)],
+                            j[(0, 1)],
+                            j[(0, 2)],
+                            j[(1, 1)],
+                            j[(1, 2)],
+                            j[(2, 2)],
+                        ],
+                        divergence: *divergence,
+                    }
+                })
+                .collect(),
+            shifts: shifts
+                .iter()
+                .map(|of| Moved { name: &of.name, standard_deviations: of.deviations })
+                .collect(),
+        };
+        serde_json::to_string_pretty(&record).map(|text| text + "\n")
+    }
+}
+
+fn class(class: Class) -> &'static str {
+    match class {
+        Class::Data => "data",
+        Class::Prior => "prior",
+        Class::Combination => "combination",
+        Class::Absent => "absent",
+    }
+}
+
+fn judgement(judgement: Judgement) -> &'static str {
+    match judgement {
+        Judgement::Feasible => "feasible",
+        Judgement::Stretched => "stretched",
+        Judgement::Infeasible => "infeasible",
+        Judgement::ContradictsPrior => "contradicts-prior",
+    }
+}

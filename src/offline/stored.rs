@@ -1,0 +1,199 @@
+//! A stored result, with the cell that it belongs to.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use didim_core::identification::{ModelUncertainty, ParameterCovariance};
+use didim_core::robot::JointFriction;
+use serde::Deserialize;
+
+use crate::cell::Cell;
+
+/// Why a result cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultError {
+    /// The file cannot be read. Check its name and permissions.
+    #[error("{}: {source}; check its name and permissions", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is no result. Take one that the service stored, or the output of
+    /// `didim identify --json`.
+    #[error(
+        "{}: {source}; give a result that the service stored, or the output of `didim identify \
+         --json`", file.display()
+    )]
+    NoResult {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+    /// The parameters of the result are not those of the robot. Take the cell that it was identified with.
+    #[error(
+        "{}: {what}: give the result as it was stored, and the cell that it was identified with",
+        file.display()
+    )]
+    Parameters {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// The result is of another robot. Take the cell that it was identified with.
+    #[error("{}: the result is of the robot {found}, the cell's is {robot}; give the cell \
+             that it was identified with", file.display())]
+    OtherRobot {
+        /// The file.
+        file: PathBuf,
+        /// The robot of the result.
+        found: String,
+        /// That of the cell.
+        robot: String,
+    },
+}
+
+/// What a stored result says of an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredModel {
+    pub(in crate::offline) parameters: Vec<(String, f64)>,
+    /// Those beside them that kept their nominal values.
+    pub(super) kept: Vec<(String, f64)>,
+    /// Name of the method.
+    pub method: String,
+    /// Hash of the configuration that it was identified with, where it says so.
+    pub configuration: Option<String>,
+    pub(super) uncertainty: Option<ModelUncertainty>,
+    pub(super) covariance: Option<ParameterCovariance>,
+}
+
+#[derive(Deserialize)]
+struct Stored {
+    configuration: Option<String>,
+    estimate: Option<StoredEstimate>,
+    #[serde(flatten)]
+    alone: serde_json::Value,
+}
+
+#[derive(Deserialize)]
+struct StoredEstimate {
+    robot: String,
+    #[serde(default)]
+    method: String,
+    /// Where the data chose the cut-off.
+    position_cutoff: Option<StoredCutoff>,
+    /// Where the data chose the laws.
+    friction: Option<StoredFriction>,
+    parameters: Vec<StoredParameter>,
+    #[serde(default)]
+    kept: Vec<StoredParameter>,
+    /// Results of earlier versions have none.
+    model_uncertainty: Option<ModelUncertainty>,
+    /// Neither have they one.
+    covariance: Option<ParameterCovariance>,
+}
+
+#[derive(Deserialize)]
+struct StoredCutoff {
+    cutoff_hz: f64,
+}
+
+#[derive(Deserialize)]
+struct StoredFriction {
+    friction: Vec<JointFriction>,
+}
+
+#[derive(Deserialize)]
+struct StoredParameter {
+    name: String,
+    value: f64,
+}
+
+impl StoredModel {
+    /// Reads a result file, or what `didim identify --json` printed. Returned with the cell that predicts by
+    /// it: position filter and friction laws are those of the result, where the data chose them.
+    ///
+    /// # Errors
+    /// [`ResultError`].
+    pub fn read(file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
+        let text = fs::read(file)
+            .map_err(|source| ResultError::Read { file: file.to_path_buf(), source })?;
+        let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
+        let stored: Stored = serde_json::from_slice(&text).map_err(wrong)?;
+        let estimate = match stored.estimate {
+            Some(estimate) => estimate,
+            None => serde_json::from_value(stored.alone).map_err(wrong)?,
+        };
+        let robot = cell.robot.name();
+        if estimate.robot != robot {
+            return Err(ResultError::OtherRobot {
+                file: file.to_path_buf(),
+                found: estimate.robot,
+                robot: robot.to_owned(),
+            });
+        }
+        let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
+        match estimate.position_cutoff {
+            Some(StoredCutoff { cutoff_hz }) => {
+                cell.options.position_filter.cutoff_hz = cutoff_hz;
+                let design = cell.options.position_filter.design(cell.sample_rate_hz());
+                design.map_err(|error| {
+                    unfit(format!("`position_cutoff` has {cutoff_hz} Hz: {error}"))
+                })?;
+            }
+            None if cell.chooses_cutoff => {
+                let what = "the cell leaves the cut-off of the position filter to the data, and the \
+                            result does not say which it was";
+                return Err(unfit(what.to_owned()));
+            }
+            None => {}
+        }
+        if let Some(StoredFriction { friction }) = estimate.friction {
+            let (found, joints) = (friction.len(), cell.robot.joints());
+            if found != joints {
+                return Err(unfit(format!(
+                    "it has the friction of {found} joints, not of {joints}"
+                )));
+            }
+            cell = cell.with_friction(friction).map_err(|error| unfit(error.to_string()))?;
+        }
+        let [parameters, kept] = [estimate.parameters, estimate.kept]
+            .map(|of| of.into_iter().map(|p| (p.name, p.value)).collect::<Vec<_>>());
+        check_names(&parameters, &kept, &cell).map_err(unfit)?;
+        let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
+        let (method, covariance) = (estimate.method, estimate.covariance);
+        let model = Self { parameters, kept, method, configuration, uncertainty, covariance };
+        Ok((model, cell))
+    }
+
+    /// Base parameters of the robot that the result does not have: they count as 0.
+    pub fn missing<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
+        let names = cell.base.names().iter().map(String::as_str);
+        let all = || self.parameters.iter().chain(&self.kept);
+        names.filter(|name| all().all(|(own, _)| own != name)).collect()
+    }
+}
+
+/// Every parameter is one of the robot's, and stands there once.
+fn check_names(
+    parameters: &[(String, f64)],
+    kept: &[(String, f64)],
+    cell: &Cell,
+) -> Result<(), String> {
+    if parameters.is_empty() {
+        return Err("it has no parameters".to_owned());
+    }
+    let all = || parameters.iter().chain(kept);
+    for (index, (name, _)) in all().enumerate() {
+        if cell.base.find(name).is_none() {
+            return Err(format!("{} has no base parameter `{name}`", cell.robot.name()));
+        }
+        if all().take(index).any(|(other, _)| other == name) {
+            return Err(format!("`{name}` stands there twice"));
+        }
+    }
+    Ok(())
+}
