@@ -7,4 +7,6 @@
 )]
 
 mod bag;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod urdf;
