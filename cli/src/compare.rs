@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The experiment: a CSV file, or a candump log or an MCAP recording of the cell's bus
+    /// The experiment: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE", required_unless_present = "scenario")]
     input: Option<PathBuf>,
     /// A simulated experiment instead, whose parameters are known: a scenario file, or the name of a

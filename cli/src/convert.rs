@@ -1,4 +1,4 @@
-//! `didim convert`: between a CSV experiment, a candump log and an MCAP recording of a cell's bus.
+//! `didim convert`: between a table, a candump log and an MCAP recording of a cell's bus.
 
 use std::path::{Path, PathBuf};
 
@@ -15,18 +15,18 @@ use super::input::{check_rate, positive, read_input};
 use super::output::{print, write_whole};
 use didim::cell::{Cell, CellBus};
 use didim::live::recording::is_mcap;
-use didim_formats::{Measurement, Side, write_csv};
+use didim_formats::{Measurement, Side, is_parquet, write_csv};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell whose layout and gains the frames of the log have
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The input: a CSV experiment (*.csv), a candump log or an MCAP recording
+    /// The input: a table (CSV, Parquet), a candump log or an MCAP recording
     input: PathBuf,
     /// The output: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
-    /// Samples per second of a CSV file without a time_s column
+    /// Samples per second of a table without a time_s column
     #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
 }
@@ -35,17 +35,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let (input, output) = (&arguments.input, &arguments.output);
     let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
-    let (from_csv, to_csv) = (ends(input, "csv"), ends(output, "csv"));
+    let (from_table, to_csv) = (ends(input, "csv") || is_parquet(input), ends(output, "csv"));
     let (from_mcap, to_mcap) = (is_mcap(input), ends(output, "mcap"));
     // Frames stay as they are, where no experiment is read or written.
     if to_mcap || (from_mcap && !to_csv) {
-        if from_csv {
+        if from_table {
             return Err(CliError::Usage(
-                "convert the CSV to a candump log first, then that to an MCAP recording".into(),
+                "convert the table to a candump log first, then that to an MCAP recording".into(),
             ));
         }
         if arguments.sample_rate.is_some() {
-            return Err(CliError::Usage("--sample-rate is for CSV files only".into()));
+            return Err(CliError::Usage("--sample-rate is for tables only".into()));
         }
         if to_mcap {
             write_mcap(input, output, (&cell.name, &cell.configuration_sha256))?;

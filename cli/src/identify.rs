@@ -1,4 +1,4 @@
-//! `didim identify`: offline, on a CSV experiment or a candump log.
+//! `didim identify`: offline, on a table or a log of frames.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The experiment: a CSV file, or a log (candump, ASC, TRC) or an MCAP recording of the cell's bus; given again,
+    /// The experiment: a table (CSV, Parquet), or a log (candump, ASC, TRC) or an MCAP recording of the cell's bus; given again,
     /// further ones of the same arm, for one identification
     #[arg(long, value_name = "FILE", required = true)]
     input: Vec<PathBuf>,

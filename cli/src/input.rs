@@ -9,12 +9,12 @@ use super::CliError;
 use didim::cell::Cell;
 use didim::offline::{check_limits, read_log};
 use didim::report::html::SampleRange;
-use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, read_bag, read_table};
+use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, is_parquet, read_bag, read_table};
 
 /// Which samples of a file count.
 #[derive(Debug, Default, Args)]
 pub(super) struct Samples {
-    /// Samples per second of a CSV file without a time_s column
+    /// Samples per second of a table without a column of the time
     #[arg(long, value_name = "HZ", value_parser = positive)]
     sample_rate: Option<f64>,
     /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
@@ -113,7 +113,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// A file whose name ends in `.csv` or `.csv.gz` is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
+/// A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
 /// log (candump, ASC, TRC) or an MCAP recording; without a bus, a table too.
 pub(super) fn read_input(
     path: &Path,
@@ -127,7 +127,8 @@ pub(super) fn read_input(
     }
     // Without a bus there is nothing else that a file could be, but for the logs of one.
     let has_bus = cell.bus().is_ok();
-    let is_table = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
+    let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
+    let is_table = is_text || is_parquet(path);
     if is_table || !(has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is)) {
         // Such a cell says how far the rows of its tables are apart.
         let stated = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
@@ -136,7 +137,7 @@ pub(super) fn read_input(
     }
     if sample_rate_hz.is_some() {
         return Err(CliError::Usage(
-            "--sample-rate is for CSV files only; a log has the sample rate of the cell's layout"
+            "--sample-rate is for tables only; a log has the sample rate of the cell's layout"
                 .into(),
         ));
     }

@@ -61,7 +61,7 @@ enum Command {
     Sim(sim::Arguments),
     /// Send a candump log or an MCAP recording through the same pipeline as `run`
     Replay(replay::Arguments),
-    /// Identify offline, from a CSV experiment, a candump log or an MCAP recording
+    /// Identify offline, from a table, a candump log or an MCAP recording
     Identify(identify::Arguments),
     /// Predict the torques of a recording with a stored result, nothing fitted
     Predict(predict::Arguments),
@@ -75,7 +75,7 @@ enum Command {
     New(new::Arguments),
     /// Show the arm that a robot file or a URDF describes: axes, reach, base parameters, a picture
     Robot(robot::Arguments),
-    /// Convert between a CSV experiment, a candump log and an MCAP recording
+    /// Convert between a table, a candump log and an MCAP recording
     Convert(convert::Arguments),
     /// Show the status of a running service
     Status(status::Arguments),

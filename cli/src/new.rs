@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// The link of a URDF at which it ends
     #[arg(long, value_name = "LINK")]
     tip: Option<String>,
-    /// A table of the arm in motion (CSV); with --dbc a log or a recording of the bus
+    /// A table of the arm in motion (CSV, Parquet); with --dbc a log or a recording of the bus
     #[arg(long, value_name = "FILE", required_unless_present_any = ["bag", "dbc"])]
     log: Option<PathBuf>,
     /// A ROS 2 bag of the arm in motion: an MCAP file, or the folder of a split bag
@@ -52,8 +52,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (robot, base, tip) = (robot.clone(), base.clone(), tip.clone());
     let is_bag = log.as_ref().is_some_and(|log| dbc.is_none() && (log.is_dir() || is_mcap(log)));
     if is_bag {
-        let what =
-            "--log is a table (CSV), and this is a bag; name it with --bag, or the bus with --dbc";
+        let what = "--log is a table, and this is a bag; name it with --bag, or the bus with --dbc";
         return Err(CliError::Usage(what.to_owned()));
     }
     let (table, log) = if dbc.is_some() { (None, log.clone()) } else { (log.clone(), None) };

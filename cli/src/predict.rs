@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     /// The result: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]
     result: PathBuf,
-    /// The recording: a CSV file, or a candump log or an MCAP recording of the cell's bus
+    /// The recording: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE")]
     input: PathBuf,
     #[command(flatten)]

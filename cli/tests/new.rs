@@ -289,6 +289,48 @@ fn from_urdf_and_log_to_the_report_in_three_commands() {
     }
 }
 
+/// The name says ms, the type us; the file is known by its first bytes, also where it is converted.
+#[cfg(feature = "parquet")]
+#[test]
+fn a_parquet_file_is_a_table_whose_types_tell_the_unit_of_the_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let [cell, robot, out, log] =
+        ["cell.toml", "arm.urdf", "out.csv", "motion.log"].map(|name| folder.path().join(name));
+    fs::write(&robot, URDF).unwrap();
+    fs::copy(repository("formats/tests/golden/parquet_stamps_us.parquet"), &log).unwrap();
+    let answers = [
+        "urdf.drive_inertia=false",
+        "urdf.gear_ratios=[1.0, 1.0]",
+        "data.side=joint",
+        "data.position.unit=rad",
+        "data.torque.unit=Nm",
+        "data.torque.sign=1",
+    ];
+    let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =
+        vec![&"new", &cell, &"--robot", &robot, &"--log", &log];
+    answers.iter().for_each(|answer| arguments.extend([&"--set" as &dyn AsRef<_>, answer]));
+    let said = succeed(&arguments);
+    for found in
+        ["data.rate_hz = 250.0", "data.time.unit = \"us\"", "data.torque.column = \"tau_{index}\""]
+    {
+        assert!(said.contains(&format!("found    {found}")), "{said}");
+    }
+    succeed(&[&"convert", &"--cell", &cell, &log, &out]);
+    assert_eq!(didim_formats::read_csv(&out, None).unwrap().samples(), 120);
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn without_the_feature_a_parquet_file_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.csv");
+    fs::write(folder.path().join("arm.urdf"), URDF).unwrap();
+    fs::write(&log, b"PAR1").unwrap();
+    let Finished { code, stderr, .. } = new(folder.path(), &[]);
+    assert_eq!(code, Some(78), "{stderr}");
+    assert!(stderr.contains("cargo build --release --features parquet"), "{stderr}");
+}
+
 /// What a DBC file tells of the shipped buses, held against their cells: nothing is found or assumed otherwise.
 #[test]
 fn a_dbc_file_tells_signals_and_what_marks_a_sample() {

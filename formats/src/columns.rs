@@ -57,13 +57,13 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// A time alone, as it stands.
-    pub fn of_time(name: String) -> Self {
+    /// A time alone, with the seconds to its 1.
+    pub fn of_time(name: String, second: f64) -> Self {
         let none = || AxisColumns { names: Vec::new(), scales: Vec::new() };
         Self {
             side: Side::Joint,
             axes: 0,
-            time: Some((name, 1.0)),
+            time: Some((name, second)),
             position: none(),
             torque: none(),
             reference: None,
@@ -90,6 +90,12 @@ impl Columns {
                 .collect(),
             names => names.to_vec(),
         }
+    }
+
+    /// The names of all columns.
+    pub(crate) fn all_names(&self) -> Vec<String> {
+        let names = Quantity::ALL.into_iter().flat_map(|quantity| self.names(quantity));
+        names.chain(self.time_name().map(str::to_owned)).collect()
     }
 
     pub(crate) fn scale(&self, quantity: Quantity, axis: usize) -> f64 {

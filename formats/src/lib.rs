@@ -2,28 +2,30 @@
 //!
 //! Contract: of the project it uses `didim-core` alone. Whatever the format, of signals a [`Record`] comes out: pieces in
 //! which nothing is missing, each a [`Measurement`] on a uniform grid, with the side of the transmission that it
-//! describes. Every error names the file and, where there is one, the line.
+//! describes. Every error names the file and, where there is one, the line
+//! or the row.
 
 mod bag;
 mod code;
 mod columns;
-mod csv;
 mod export;
 mod measurement;
 mod record;
+mod table;
 mod uniform;
 mod urdf;
 
 pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
 pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
-pub use csv::{
-    CsvError, Table, TableNames, list_table, read_csv, read_rows, read_table, write_csv,
-};
 pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
+pub use table::{
+    Place, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows, read_table,
+    write_csv,
+};
 pub use uniform::{Resampled, TimesError, mean_rate_hz};
 pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues};

@@ -9,4 +9,6 @@
 mod bag;
 mod code;
 mod export;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod urdf;

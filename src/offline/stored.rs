@@ -59,7 +59,7 @@ pub enum ResultError {
 /// What a stored result says of an arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredModel {
-    pub(in crate::offline) parameters: Vec<(String, f64)>,
+    pub(super) parameters: Vec<(String, f64)>,
     /// Those beside them that kept their nominal values.
     pub(super) kept: Vec<(String, f64)>,
     /// Name of the method.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use didim_drivers::layout::LayoutError;
 use didim_drivers::source::SourceError;
-use didim_formats::{BagContents, BagError, CsvError, TableNames, list_bag, list_table};
+use didim_formats::{BagContents, BagError, TableError, TableNames, list_bag, list_table};
 
 use crate::cell::{CellError, Library, RobotSource, UrdfSection};
 
@@ -17,7 +17,7 @@ pub struct Sources {
     pub base: Option<String>,
     /// The link of a URDF at which it ends.
     pub tip: Option<String>,
-    /// A table (CSV).
+    /// A table (CSV or Parquet).
     pub table: Option<PathBuf>,
     /// A ROS 2 bag, a file or a folder.
     pub bag: Option<PathBuf>,
@@ -35,7 +35,7 @@ pub enum ProposalError {
     File(Box<CellError>),
     /// The table cannot be read.
     #[error(transparent)]
-    Table(#[from] CsvError),
+    Table(#[from] TableError),
     /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] BagError),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use didim_formats::{AxisColumns, Columns, CsvError, Side, TableNames, mean_rate_hz, read_rows};
+use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, mean_rate_hz, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
@@ -97,10 +97,13 @@ impl Table<'_> {
                     }));
                 }
             };
-        let times = match read_rows(self.file, Some(&Columns::of_time(name.clone()))) {
+        let mut types = self.names.columns.iter().zip(&self.names.seconds);
+        let by_type = types.find(|(own, _)| **own == name).and_then(|(_, second)| *second);
+        let second = by_type.unwrap_or(1.0);
+        let times = match read_rows(self.file, Some(&Columns::of_time(name.clone(), second))) {
             Ok(table) => table.time.unwrap_or_default(),
             // A date, or whatever is no number.
-            Err(CsvError::NotANumber { .. }) => return Ok(None),
+            Err(TableError::NotANumber { .. } | TableError::NoNumbers { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
         if let Some(row) = times.windows(2).position(|pair| pair[1] < pair[0]) {
@@ -108,9 +111,12 @@ impl Table<'_> {
             return Err(ProposalError::Backwards { file, column, row });
         }
         let Some(rate_hz) = mean_rate_hz(&times) else { return Ok(None) };
-        let of = |second: f64| rate_hz / second;
-        let stated = draft.answered_text("data.time.unit");
-        let stated = stated.map(Ok).or_else(|| Some(unit(&name, TIME_UNITS)?.map(str::to_owned)));
+        // By the unit of its type the times are seconds already.
+        let of = |unit: f64| rate_hz * second / unit;
+        let by_type = TIMES.into_iter().find(|(_, second)| by_type == Some(*second));
+        let by_type = by_type.map(|(unit, _)| Ok(unit.to_owned()));
+        let stated = draft.answered_text("data.time.unit").map(Ok).or(by_type);
+        let stated = stated.or_else(|| Some(unit(&name, TIME_UNITS)?.map(str::to_owned)));
         let is_stated = matches!(stated, Some(Ok(_)));
         let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
         let fits = match stated {
@@ -125,7 +131,7 @@ impl Table<'_> {
     }
 
     /// Positions and torques as they stand.
-    fn columns(&self, position: &Group, torque: &Group) -> Result<[Vec<Vec<f64>>; 3], CsvError> {
+    fn columns(&self, position: &Group, torque: &Group) -> Result<[Vec<Vec<f64>>; 3], TableError> {
         let axes = self.robot.joints();
         let of = |group: &Group| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
         let columns = Columns {

@@ -1,0 +1,170 @@
+//! Why a table could not be read or written.
+
+use std::path::PathBuf;
+
+use super::place::Place;
+use crate::measurement::MAX_SAMPLES;
+use crate::uniform::TimesError;
+
+/// Why a table could not be read or written. Every variant names the file and, where there is one, the
+/// line or the row.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// The file cannot be opened, read or written: check path and permissions.
+    #[error("{}: {source}; check the path and the permissions", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A Parquet file, and a build without the feature `parquet`: take the package, or build with it.
+    #[error("{}: a Parquet file, which this build of didim cannot read; the Debian package can, and so can a build with `cargo build --release --features parquet`", file.display())]
+    NoParquet {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A Parquet file that is damaged, cut off or of a kind that is not read: write it again.
+    #[error("{}: the Parquet file cannot be read, it is damaged, encrypted or compressed in an unknown way ({what}); write it again, with snappy, gzip, zstd or lz4", file.display())]
+    Parquet {
+        /// The file.
+        file: PathBuf,
+        /// What its reader said.
+        what: String,
+    },
+    /// A column whose type has no numbers: convert it.
+    #[error("{}: column `{column}` holds {what}, and numbers are wanted; write it as DOUBLE", file.display())]
+    NoNumbers {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: String,
+        /// What its type says.
+        what: &'static str,
+    },
+    /// A time whose type says another unit than what is stated: correct `data.time.unit`.
+    #[error("{}: column `{column}` counts {found} by its type, and {stated} are stated; correct the unit in data.time", file.display())]
+    TimeUnit {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: String,
+        /// The unit of its type.
+        found: &'static str,
+        /// The unit that the cell, or the name `time_s`, states.
+        stated: &'static str,
+    },
+    /// Not a CSV table, or a row with another number of fields than the header.
+    #[error("{}: {source}", file.display())]
+    Table {
+        /// The file.
+        file: PathBuf,
+        /// What the parser said, with the line.
+        source: csv::Error,
+    },
+    /// A header name that the format does not know: rename or remove the column.
+    #[error("{}: column `{column}` is not known; expected time_s and motor_position_rad_1, motor_torque_nm_1, motor_reference_rad_1 and so on, or the same with joint_", file.display())]
+    UnknownColumn {
+        /// The file.
+        file: PathBuf,
+        /// The header name.
+        column: String,
+    },
+    /// One column for two signals.
+    #[error("{}: column `{column}` is asked for twice; name each column once", file.display())]
+    AskedTwice {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// Columns that were asked for are missing or there twice.
+    #[error("{}: column `{column}` is missing or appears twice; the header has {known}", file.display())]
+    NoSuchColumn {
+        /// The file.
+        file: PathBuf,
+        /// The column that is expected exactly once.
+        column: String,
+        /// Those there are.
+        known: String,
+    },
+    /// Columns of one quantity are missing, repeated or numbered with gaps.
+    #[error("{}: column `{column}` is missing or appears twice; every axis from 1 to {axes} needs one", file.display())]
+    Columns {
+        /// The file.
+        file: PathBuf,
+        /// The column that is expected exactly once.
+        column: String,
+        /// The number of axes that the header implies.
+        axes: usize,
+    },
+    /// Motor-side and joint-side columns in one file: keep one side.
+    #[error("{}: the header mixes motor_ and joint_ columns; keep one side", file.display())]
+    MixedSides {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A field that is not a finite number.
+    #[error("{}: {place}, column `{column}`: `{text}` is not a finite number", file.display())]
+    NotANumber {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// Neither a `time_s` column nor a sample rate was given: give one of them.
+    #[error("{}: there is no time_s column; give the sampling frequency with --sample-rate HZ", file.display())]
+    NoTime {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The times of the rows are none of a record.
+    #[error("{}: {source}", file.display())]
+    Times {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with them.
+        source: TimesError,
+    },
+    /// Time does not advance by one period per row: samples are missing or repeated there.
+    #[error("{}: {place}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated", file.display())]
+    NotUniform {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The time that stands there \[s\].
+        time_s: f64,
+        /// The time that the grid has there \[s\].
+        expected_s: f64,
+        /// The grid's frequency \[Hz\].
+        sample_rate_hz: f64,
+    },
+    /// The rate that was given and the file's own differ by more than [`RATE_TOLERANCE`](crate::RATE_TOLERANCE), as far as its
+    /// times tell: drop one of them.
+    #[error("{}: the times say {found_hz:.6} Hz and {given_hz} Hz are stated; correct --sample-rate or data.rate_hz, or leave the option out", file.display())]
+    RateMismatch {
+        /// The file.
+        file: PathBuf,
+        /// The rate of the time column \[Hz\].
+        found_hz: f64,
+        /// The rate that was given \[Hz\].
+        given_hz: f64,
+    },
+    /// More samples than are held in memory: cut the measurement.
+    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the measurement", file.display())]
+    TooLong {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Fewer than two rows.
+    #[error("{}: fewer than two samples", file.display())]
+    TooShort {
+        /// The file.
+        file: PathBuf,
+    },
+}

@@ -1,0 +1,404 @@
+//! Tables of measured signals: one row per sample, read the same way whatever they are written in.
+//!
+//! didim's own have SI units in the names: `time_s` (optional when the sample rate is given), then
+//! `motor_position_rad_1..n`, `motor_torque_nm_1..n` and optionally `motor_reference_rad_1..n`; or the same with
+//! `joint_`. Those of others are read by the names and units of their [`Columns`]. A file gives names and numbers, by
+//! its kind: text, which gzip may have compressed, or Parquet.
+
+mod error;
+mod grid;
+mod header;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod place;
+mod source;
+mod text;
+mod write;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use didim_core::identification::Signals;
+use flate2::bufread::MultiGzDecoder;
+
+use crate::columns::{Columns, Quantity};
+use crate::measurement::{Measurement, Side};
+use crate::record::Record;
+use crate::uniform::{Rows, resample};
+use grid::{Grid, grid};
+use header::{Column, Header};
+use source::{Source, Values};
+use text::Text;
+
+pub use error::TableError;
+pub use place::Place;
+pub use write::write_csv;
+
+/// Reads a whole experiment with didim's own columns, its times on a uniform grid.
+///
+/// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, TableError> {
+    let table = read(open(path, None)?, path, sample_rate_hz.is_none(), None)?;
+    let rate_hz = table.grid(sample_rate_hz, path)?.rate_hz;
+    Ok(table.measurement(rate_hz))
+}
+
+/// Reads a table of didim's own columns, or of others. Times that jitter are resampled to `nominal_hz`, and cut where samples are
+/// missing.
+///
+/// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn read_table(
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    nominal_hz: f64,
+    columns: Option<&Columns>,
+) -> Result<Record, TableError> {
+    let mut table = read(open(path, columns)?, path, sample_rate_hz.is_none(), columns)?;
+    let Table { side, axes, first_row, resolution_s, .. } = table;
+    // Off the grid by more than the digits that they are written with, times jitter.
+    match table.grid(sample_rate_hz, path) {
+        Ok(Grid { rate_hz, off_s }) if off_s <= (2.0 * resolution_s).max(STILL / rate_hz) => {
+            Ok(table.measurement(rate_hz).into())
+        }
+        Ok(_) | Err(TableError::NotUniform { .. }) => {
+            let times_s = table.time.take().unwrap_or_default();
+            let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
+            let rate = sample_rate_hz.unwrap_or(nominal_hz);
+            let uniform = resample(Rows { times_s, columns }, rate)
+                .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
+            Ok(Record::resampled(uniform, |columns| {
+                let mut columns = columns.into_iter();
+                let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
+                Table { side, axes, first_row, time: None, resolution_s, signals }.measurement(rate)
+            }))
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The first bytes of what gzip compressed (RFC 1952).
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// The first bytes of a Parquet file.
+const PARQUET: [u8; 4] = *b"PAR1";
+
+/// Whether a file is one of Parquet, by its first bytes.
+pub fn is_parquet(path: &Path) -> bool {
+    let mut begin = [0; PARQUET.len()];
+    File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok() && begin == PARQUET
+}
+
+/// A table of either kind, told by its first bytes.
+fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, TableError> {
+    let wrong = |source| TableError::Io { file: path.to_path_buf(), source };
+    let mut file = BufReader::new(File::open(path).map_err(wrong)?);
+    let begin = file.fill_buf().map_err(wrong)?;
+    if begin.starts_with(&PARQUET) {
+        #[cfg(feature = "parquet")]
+        return Ok(Box::new(parquet::Parquet::open(file.into_inner(), path)?));
+        #[cfg(not(feature = "parquet"))]
+        return Err(TableError::NoParquet { file: path.to_path_buf() });
+    }
+    let input: Box<dyn BufRead> = if begin.starts_with(&GZIP) {
+        Box::new(BufReader::new(MultiGzDecoder::new(file)))
+    } else {
+        Box::new(file)
+    };
+    let wanted = columns.map(Columns::all_names).unwrap_or_default();
+    Ok(Box::new(Text::open(input, path, &wanted)?))
+}
+
+/// The header of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableNames {
+    /// Its columns.
+    pub columns: Vec<String>,
+    /// Seconds to a 1 of each whose type is one of times.
+    pub seconds: Vec<Option<f64>>,
+    /// The side of the transmission and whether there is a time, where all columns are didim's own.
+    pub own: Option<(Side, bool)>,
+}
+
+/// Reads the header of a table.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
+    let source = open(path, None)?;
+    let columns = source.names().to_vec();
+    let seconds = (0..columns.len()).map(|column| source.second(column)).collect();
+    let own = Header::parse(&columns, path).ok().map(|header| (header.side, header.has_time));
+    Ok(TableNames { columns, seconds, own })
+}
+
+/// Reads a table without asking for a rate: its rows as they come.
+///
+/// # Errors
+/// See [`TableError`].
+pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, TableError> {
+    read(open(path, columns)?, path, false, columns)
+}
+
+/// A table as it stands in the file, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    side: Side,
+    axes: usize,
+    first_row: Place,
+    /// The time of each row, where there is one \[s\].
+    pub time: Option<Vec<f64>>,
+    /// What the last digit of the finest of them is worth \[s\].
+    resolution_s: f64,
+    /// Positions, torques and references by axis; no references where there are none.
+    pub signals: [Vec<Vec<f64>>; 3],
+}
+
+/// Times that are off the grid by less of a period are on it for whoever derives positions.
+const STILL: f64 = 0.01;
+
+impl Table {
+    fn grid(&self, given: Option<f64>, path: &Path) -> Result<Grid, TableError> {
+        grid(self.time.as_deref(), self.first_row, given, path)
+    }
+
+    fn measurement(self, sample_rate_hz: f64) -> Measurement {
+        let [position_rad, torque_nm, reference] = self.signals;
+        let reference_rad = (!reference.is_empty()).then_some(reference);
+        let signals = Signals { sample_rate_hz, position_rad, torque_nm, reference_rad };
+        Measurement { side: self.side, rate_unchecked: false, signals }
+    }
+}
+
+/// The columns that are asked for, in SI units.
+fn read(
+    source: Box<dyn Source>,
+    path: &Path,
+    needs_time: bool,
+    columns: Option<&Columns>,
+) -> Result<Table, TableError> {
+    let file = || path.to_path_buf();
+    let header = match columns {
+        None => Header::parse(source.names(), path)?,
+        Some(columns) => Header::of_columns(source.names(), columns, path)?,
+    };
+    if needs_time && !header.has_time {
+        return Err(TableError::NoTime { file: file() });
+    }
+    let second = columns.map_or(1.0, Columns::time_scale);
+    if let Some(index) = header.columns.iter().position(|column| *column == Column::Time)
+        && let Some(own) = source.second(index)
+        && (own / second - 1.0).abs() > f64::EPSILON
+    {
+        let column = source.names()[index].clone();
+        let (found, stated) = (unit_of_time(own), unit_of_time(second));
+        return Err(TableError::TimeUnit { file: file(), column, found, stated });
+    }
+    let first_row = source.first_row();
+    let Values { columns: numbers, resolution } = source.read(&header.columns)?;
+    let (mut time, mut rows) = (None, 0);
+    let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
+    if !header.has_reference {
+        signals[Quantity::Reference as usize].clear();
+    }
+    for (column, mut numbers) in header.columns.iter().zip(numbers) {
+        rows = rows.max(numbers.len());
+        match *column {
+            Column::Time => {
+                numbers.iter_mut().for_each(|time| *time *= second);
+                time = Some(numbers);
+            }
+            Column::Signal(quantity, axis) => {
+                let scale = columns.map_or(1.0, |columns| columns.scale(quantity, axis));
+                numbers.iter_mut().for_each(|value| *value *= scale);
+                signals[quantity as usize][axis] = numbers;
+            }
+            Column::Other => {}
+        }
+    }
+    if rows < 2 {
+        return Err(TableError::TooShort { file: file() });
+    }
+    let resolution_s = second * resolution;
+    let Header { side, axes, .. } = header;
+    Ok(Table { side, axes, first_row, time, resolution_s, signals })
+}
+
+/// A unit of time in words, by the seconds to a 1 of it.
+fn unit_of_time(second: f64) -> &'static str {
+    match second {
+        1.0.. => "seconds (s)",
+        1e-3.. => "milliseconds (ms)",
+        1e-6.. => "microseconds (us)",
+        _ => "nanoseconds (ns)",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::AxisColumns;
+
+    fn whole(
+        text: &[u8],
+        given: Option<f64>,
+        columns: Option<&Columns>,
+    ) -> Result<Measurement, TableError> {
+        let path = Path::new("x.csv");
+        let input = Box::new(std::io::Cursor::new(text.to_vec()));
+        let wanted = columns.map(Columns::all_names).unwrap_or_default();
+        let source = Box::new(Text::open(input, path, &wanted)?);
+        let table = read(source, path, given.is_none(), columns)?;
+        let rate_hz = table.grid(given, path)?.rate_hz;
+        Ok(table.measurement(rate_hz))
+    }
+
+    fn of_text(text: &str, rate: Option<f64>) -> Result<Measurement, TableError> {
+        whole(text.as_bytes(), rate, None)
+    }
+
+    fn message(text: &str, rate: Option<f64>) -> String {
+        of_text(text, rate).expect_err("must be refused").to_string()
+    }
+
+    const HEADER: &str = "time_s,joint_position_rad_1,joint_torque_nm_1\n";
+
+    #[test]
+    fn what_was_written_is_read_back_bit_for_bit() {
+        let measurement = Measurement {
+            side: Side::Motor,
+            rate_unchecked: false,
+            signals: Signals {
+                sample_rate_hz: 5000.0,
+                position_rad: vec![vec![0.1, 1.0 / 3.0, 7e-9], vec![-1.0, 2.0, 3.0]],
+                torque_nm: vec![vec![1.5, -0.25, 1e300], vec![0.0, 1.0, 2.0]],
+                reference_rad: Some(vec![vec![0.1, 0.2, 0.3], vec![1.0, 2.0, 3.0]]),
+            },
+        };
+        let mut bytes = Vec::new();
+        write_csv(&measurement, &mut bytes, Path::new("x.csv")).unwrap();
+        let read = whole(&bytes, Some(5000.0), None).unwrap();
+        assert_eq!(read, measurement);
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order() {
+        let read =
+            of_text("joint_torque_nm_1,joint_position_rad_1\n1,2\n3,4\n", Some(10.0)).unwrap();
+        assert_eq!(read.signals.torque_nm, [[1.0, 3.0]]);
+        assert_eq!(read.signals.position_rad, [[2.0, 4.0]]);
+        assert_eq!((read.side, read.signals.reference_rad), (Side::Joint, None));
+    }
+
+    #[test]
+    fn a_dropped_row_is_named_by_its_line() {
+        let rows: String = [0, 1, 2, 4, 5, 6].iter().map(|k| format!("0.{k},0,0\n")).collect();
+        let text = message(&format!("{HEADER}{rows}"), None);
+        assert!(text.contains("line 5") && text.contains("10.0"), "{text}");
+    }
+
+    #[test]
+    fn rounded_times_are_a_uniform_grid() {
+        let rows: String =
+            (0..1000).map(|k| format!("{:.4},0,0\n", f64::from(k) / 3000.0)).collect();
+        let read = of_text(&format!("{HEADER}{rows}"), None).unwrap();
+        assert!(
+            (read.signals.sample_rate_hz - 3000.0).abs() < 0.5,
+            "{}",
+            read.signals.sample_rate_hz
+        );
+    }
+
+    #[test]
+    fn a_rate_that_is_given_is_the_tables_own_within_what_rounding_leaves_open() {
+        let table = |rate: f64, decimals: usize| {
+            let row = |k| format!("{:.decimals$},0,0\n", f64::from(k) / rate);
+            format!("{HEADER}{}", (0..1000).map(row).collect::<String>())
+        };
+        for (rate, decimals, same) in
+            [(3000.0, 9, true), (3000.6, 9, true), (3001.5, 9, false), (3001.5, 4, true)]
+        {
+            let read = of_text(&table(rate, decimals), Some(3000.0));
+            assert_eq!(read.is_ok(), same, "{rate} {decimals}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn bad_tables_say_what_and_where() {
+        let cases = [
+            (format!("{HEADER}0,1,2\n0.1,NaN,2\n"), "line 3, column `joint_position_rad_1`: `NaN`"),
+            (format!("{HEADER}0,1,2\n0.1,1\n"), "line: 3"),
+            ("time_s,joint_position_deg_1\n".into(), "`joint_position_deg_1` is not known"),
+            ("joint_position_rad_9,time_s\n".into(), "`joint_position_rad_9` is not known"),
+            ("time_s,joint_position_rad_1\n".into(), "`joint_torque_nm_1` is missing"),
+            ("motor_position_rad_1,joint_torque_nm_1\n".into(), "mixes motor_ and joint_"),
+            (format!("{HEADER}0,1,2\n"), "fewer than two"),
+            (format!("{HEADER}0,1,2\n0,1,2\n"), "leaves the uniform grid"),
+        ];
+        for (text, expected) in cases {
+            let found = message(&text, None);
+            assert!(found.starts_with("x.csv: ") || found.contains(expected), "{found}");
+            assert!(found.contains(expected), "{found} should contain {expected}");
+        }
+        assert!(
+            message("joint_position_rad_1,joint_torque_nm_1\n1,2\n1,2\n", None)
+                .contains("--sample-rate")
+        );
+        assert!(message(&format!("{HEADER}0,1,2\n0.1,1,2\n"), Some(20.0)).contains("10.0"));
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    #[test]
+    fn a_parquet_file_is_told_by_its_first_bytes_and_refused_with_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("motion.csv");
+        std::fs::write(&path, b"PAR1 and more").unwrap();
+        assert!(is_parquet(&path) && !is_parquet(folder.path()));
+        let said = read_table(&path, None, 100.0, None).unwrap_err().to_string();
+        assert!(said.contains("cargo build --release --features parquet"), "{said}");
+    }
+
+    fn of_others(names: &[&str], scale: f64) -> AxisColumns {
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        AxisColumns { names, scales: vec![scale, -scale] }
+    }
+
+    #[test]
+    fn columns_of_others_are_read_by_name_unit_and_sign() {
+        let columns = Columns {
+            side: Side::Joint,
+            axes: 2,
+            time: Some(("t".into(), 1e-3)),
+            position: of_others(&["actual_q_{index}"], 0.5),
+            torque: of_others(&["tau_{axis}"], 1.0),
+            reference: Some(of_others(&["goal", "aim"], 1.0)),
+        };
+        let read = |text: &str| whole(text.as_bytes(), None, Some(&columns));
+        let header = "t;actual_q_1;actual_q_0;mode;tau_1;tau_2;aim;goal\n";
+        let table = format!("{header}0;1;2;auto;3;4;5;6\n10;1,5;2;auto;3;4;5;6\n");
+        for table in
+            [table.clone(), table.replace(';', "\t"), table.replace(',', ".").replace(';', ",")]
+        {
+            let signals = read(&table).unwrap().signals;
+            assert!((signals.sample_rate_hz - 100.0).abs() < 1e-9);
+            assert_eq!(signals.position_rad, [[1.0, 1.0], [-0.5, -0.75]]);
+            assert_eq!(signals.torque_nm, [[3.0, 3.0], [-4.0, -4.0]]);
+            assert_eq!(signals.reference_rad.unwrap(), [[6.0, 6.0], [-5.0, -5.0]]);
+        }
+        let said = |text: &str| read(text).unwrap_err().to_string();
+        let missing = said(&table.replace("tau_2", "tau_3"));
+        assert!(
+            missing.contains(
+                "column `tau_2` is missing or appears twice; the header has t actual_q_1"
+            ),
+            "{missing}"
+        );
+        assert!(said(&table.replace("mode", "tau_1")).contains("`tau_1`"));
+        assert!(said(&table.replace("1,5", "x")).contains("line 3, column `actual_q_1`: `x`"));
+    }
+}

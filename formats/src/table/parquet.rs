@@ -1,0 +1,265 @@
+//! Parquet files: the names of their columns, and the numbers of those that are asked for, row group by row group.
+
+use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+
+use super::error::TableError;
+use super::header::Column;
+use super::place::Place;
+use super::source::{Source, Values, resolution};
+use crate::measurement::MAX_SAMPLES;
+
+/// Values that are decoded at once.
+const BATCH: usize = 1 << 13;
+
+/// What a column holds, by its type.
+enum Holds {
+    /// Numbers, of which this is the leaf, and whether they are unsigned.
+    Numbers { leaf: usize, unsigned: bool },
+    /// Times, with the seconds to their 1.
+    Times { leaf: usize, second: f64 },
+    /// Something else: what.
+    Other(&'static str),
+}
+
+/// A file behind its footer.
+pub(super) struct Parquet {
+    path: PathBuf,
+    reader: SerializedFileReader<File>,
+    names: Vec<String>,
+    holds: Vec<Holds>,
+}
+
+impl Parquet {
+    /// Reads the footer.
+    pub(super) fn open(file: File, path: &Path) -> Result<Self, TableError> {
+        guarded(path, || {
+            let damaged = |error: ParquetError| error_of(path, &error);
+            let reader = SerializedFileReader::new(file).map_err(damaged)?;
+            let schema = reader.metadata().file_metadata().schema_descr_ptr();
+            let fields = schema.root_schema().get_fields();
+            let mut holds: Vec<Holds> =
+                fields.iter().map(|_| Holds::Other("nested values")).collect();
+            for leaf in 0..schema.num_columns() {
+                let (field, column) = (schema.get_column_root_idx(leaf), schema.column(leaf));
+                if fields.get(field).is_some_and(|field| field.is_primitive()) {
+                    holds[field] = of_type(leaf, &column);
+                }
+            }
+            let names = fields.iter().map(|field| field.name().to_owned()).collect();
+            Ok(Self { path: path.to_path_buf(), reader, names, holds })
+        })
+    }
+
+    /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
+    fn column(&self, index: usize, is_time: bool) -> Result<(Vec<f64>, f64), TableError> {
+        let (leaf, unsigned) = match self.holds[index] {
+            Holds::Numbers { leaf, unsigned } => (leaf, unsigned),
+            Holds::Times { leaf, .. } => (leaf, false),
+            Holds::Other(what) => {
+                let (file, column) = (self.path.clone(), self.names[index].clone());
+                return Err(TableError::NoNumbers { file, column, what });
+            }
+        };
+        let damaged = |error: ParquetError| error_of(&self.path, &error);
+        let mut numbers = Numbers { values: Vec::new(), is_time, finest: f64::INFINITY };
+        let mut rows = 0;
+        for group in 0..self.reader.num_row_groups() {
+            let group = self.reader.get_row_group(group).map_err(damaged)?;
+            // The library panics on these; it would say so on standard error.
+            let chunk = group.metadata().column(leaf);
+            let first = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+            if first < 0 || chunk.compressed_size() < 0 {
+                let what = "a column begins or ends before the file".to_owned();
+                return Err(TableError::Parquet { file: self.path.clone(), what });
+            }
+            rows += usize::try_from(group.metadata().num_rows()).unwrap_or(usize::MAX);
+            #[expect(clippy::cast_precision_loss, reason = "numbers of tables are below 2^53")]
+            #[expect(clippy::cast_sign_loss, reason = "what an unsigned type means by these bits")]
+            let read = match group.get_column_reader(leaf).map_err(damaged)? {
+                ColumnReader::DoubleColumnReader(from) => numbers.read(from, |value| value),
+                ColumnReader::FloatColumnReader(from) => numbers.read(from, f64::from),
+                ColumnReader::Int32ColumnReader(from) if unsigned => {
+                    numbers.read(from, |value| f64::from(value as u32))
+                }
+                ColumnReader::Int32ColumnReader(from) => numbers.read(from, f64::from),
+                ColumnReader::Int64ColumnReader(from) if unsigned => {
+                    numbers.read(from, |value| value as u64 as f64)
+                }
+                ColumnReader::Int64ColumnReader(from) => numbers.read(from, |value| value as f64),
+                _ => Err(Stop::Damaged("a column has another type than the header says".into())),
+            };
+            read.map_err(|stop| match stop {
+                Stop::NotANumber(text) => TableError::NotANumber {
+                    file: self.path.clone(),
+                    place: self.first_row().after(numbers.values.len()),
+                    column: self.names[index].clone(),
+                    text,
+                },
+                Stop::Damaged(what) => TableError::Parquet { file: self.path.clone(), what },
+            })?;
+            if numbers.values.len() != rows {
+                let what = format!("{} of {rows} rows are there", numbers.values.len());
+                return Err(TableError::Parquet { file: self.path.clone(), what });
+            }
+        }
+        Ok((numbers.values, numbers.finest))
+    }
+}
+
+impl Source for Parquet {
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn second(&self, column: usize) -> Option<f64> {
+        match self.holds.get(column) {
+            Some(Holds::Times { second, .. }) => Some(*second),
+            _ => None,
+        }
+    }
+
+    fn first_row(&self) -> Place {
+        Place::Row(1)
+    }
+
+    fn read(self: Box<Self>, columns: &[Column]) -> Result<Values, TableError> {
+        let groups = self.reader.metadata().row_groups().iter();
+        let rows = groups.map(|group| usize::try_from(group.num_rows()).unwrap_or(usize::MAX));
+        if rows.fold(0, usize::saturating_add) > MAX_SAMPLES {
+            return Err(TableError::TooLong { file: self.path.clone() });
+        }
+        let mut values = Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0 };
+        for (index, column) in columns.iter().enumerate() {
+            if *column == Column::Other {
+                continue;
+            }
+            let is_time = *column == Column::Time;
+            let (numbers, finest) = guarded(&self.path, || self.column(index, is_time))?;
+            values.columns[index] = numbers;
+            if is_time {
+                values.resolution = finest;
+            }
+        }
+        Ok(values)
+    }
+}
+
+fn of_type(leaf: usize, column: &ColumnDescriptor) -> Holds {
+    use parquet::basic::Type;
+    if column.max_rep_level() > 0 {
+        return Holds::Other("lists");
+    }
+    let second = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => 1e-3,
+        TimeUnit::MICROS => 1e-6,
+        TimeUnit::NANOS => 1e-9,
+    };
+    match (column.physical_type(), column.logical_type_ref(), column.converted_type()) {
+        (Type::INT64, Some(LogicalType::Timestamp(of)), _) => {
+            Holds::Times { leaf, second: second(&of.unit) }
+        }
+        (Type::INT32 | Type::INT64, Some(LogicalType::Time(of)), _) => {
+            Holds::Times { leaf, second: second(&of.unit) }
+        }
+        // As files of before format 2.4 say it.
+        (_, None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => {
+            Holds::Times { leaf, second: 1e-3 }
+        }
+        (_, None, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => {
+            Holds::Times { leaf, second: 1e-6 }
+        }
+        (_, Some(LogicalType::Date), _) | (_, _, ConvertedType::DATE) => Holds::Other("dates"),
+        (_, Some(LogicalType::Decimal(_)), _) | (_, _, ConvertedType::DECIMAL) => {
+            Holds::Other("decimals of a fixed scale")
+        }
+        (Type::DOUBLE | Type::FLOAT, ..) => Holds::Numbers { leaf, unsigned: false },
+        (Type::INT32 | Type::INT64, _, converted) => {
+            use ConvertedType::{UINT_8, UINT_16, UINT_32, UINT_64};
+            let unsigned = matches!(converted, UINT_8 | UINT_16 | UINT_32 | UINT_64);
+            Holds::Numbers { leaf, unsigned }
+        }
+        (Type::BOOLEAN, ..) => Holds::Other("what is true or false"),
+        (Type::INT96, ..) => Holds::Other("times of the outdated type INT96"),
+        (_, Some(LogicalType::Float16), _) => Holds::Other("numbers of half precision"),
+        (Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY, ..) => Holds::Other("text or bytes"),
+    }
+}
+
+/// Why the numbers of a column end.
+enum Stop {
+    /// At what stands there.
+    NotANumber(String),
+    Damaged(String),
+}
+
+impl From<ParquetError> for Stop {
+    fn from(error: ParquetError) -> Self {
+        Self::Damaged(error.to_string())
+    }
+}
+
+/// The numbers of a column so far.
+struct Numbers {
+    values: Vec<f64>,
+    is_time: bool,
+    finest: f64,
+}
+
+impl Numbers {
+    fn read<T: DataType>(
+        &mut self,
+        mut from: ColumnReaderImpl<T>,
+        number: impl Fn(T::T) -> f64,
+    ) -> Result<(), Stop> {
+        let (mut read, mut levels): (Vec<T::T>, Vec<i16>) = (Vec::new(), Vec::new());
+        loop {
+            read.clear();
+            levels.clear();
+            // Levels tell what is null; they are filled where a column may have nulls.
+            let (rows, ..) = from.read_records(BATCH, Some(&mut levels), None, &mut read)?;
+            if rows == 0 {
+                return Ok(());
+            }
+            let null = (read.len() < rows).then(|| levels.iter().position(|level| *level == 0));
+            for value in read.drain(..).take(null.flatten().unwrap_or(rows)) {
+                let text = self.is_time.then(|| value.to_string());
+                let value = number(value);
+                if !value.is_finite() {
+                    return Err(Stop::NotANumber(value.to_string()));
+                }
+                if let Some(text) = text {
+                    self.finest = self.finest.min(resolution(&text));
+                }
+                self.values.push(value);
+            }
+            if null.is_some() {
+                return Err(Stop::NotANumber("null".to_owned()));
+            }
+            if self.values.len() > MAX_SAMPLES {
+                return Err(Stop::Damaged("more rows than the footer says".to_owned()));
+            }
+        }
+    }
+}
+
+fn error_of(path: &Path, error: &ParquetError) -> TableError {
+    TableError::Parquet { file: path.to_path_buf(), what: error.to_string() }
+}
+
+/// Calls the library where it may panic: it asserts what only a whole file has.
+fn guarded<T>(path: &Path, call: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
+    // What it was given is dropped with the error, so that nothing half changed is left.
+    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|_| {
+        let what = "its reader gave up".to_owned();
+        Err(TableError::Parquet { file: path.to_path_buf(), what })
+    })
+}

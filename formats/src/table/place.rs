@@ -1,0 +1,31 @@
+//! Where a row of a table stands, for people.
+
+use core::fmt;
+
+/// Where a row stands in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A line of text, the header being line 1.
+    Line(u64),
+    /// A row of a file without lines, from 1.
+    Row(u64),
+}
+
+impl Place {
+    /// So many rows later, where each has a line of its own.
+    pub(super) fn after(self, rows: usize) -> Self {
+        match self {
+            Self::Line(line) => Self::Line(line + rows as u64),
+            Self::Row(row) => Self::Row(row + rows as u64),
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Row(row) => write!(f, "row {row}"),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! What a table of whatever kind is asked for: its header, and the numbers of some columns.
+
+use super::error::TableError;
+use super::header::Column;
+use super::place::Place;
+
+/// A table that is open behind its header.
+pub(super) trait Source {
+    /// The names of the columns.
+    fn names(&self) -> &[String];
+
+    /// Seconds to a 1 of a column whose type is one of times.
+    fn second(&self, column: usize) -> Option<f64>;
+
+    /// Where its first row stands.
+    fn first_row(&self) -> Place;
+
+    /// The numbers of the columns that are asked for.
+    ///
+    /// # Errors
+    /// See [`TableError`]; [`TableError::NotANumber`] at the first field that is none.
+    fn read(self: Box<Self>, columns: &[Column]) -> Result<Values, TableError>;
+}
+
+/// The numbers of a table, as they stand.
+pub(super) struct Values {
+    /// One entry per column of the file, empty where it is not asked for.
+    pub(super) columns: Vec<Vec<f64>>,
+    /// What the last digit of the finest time is worth.
+    pub(super) resolution: f64,
+}
+
+/// What the last digit of a number is worth.
+pub(super) fn resolution(number: &str) -> f64 {
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let decimals = mantissa.split_once(['.', ',']).map_or(0, |(_, decimals)| decimals.len());
+    let decimals = i32::try_from(decimals).unwrap_or(i32::MAX);
+    exponent.parse::<i32>().map_or(0.0, |exponent| 10f64.powi(exponent.saturating_sub(decimals)))
+}

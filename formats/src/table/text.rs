@@ -1,0 +1,117 @@
+//! Tables as text: a header, one row per line, fields separated by commas, semicolons or tabs; where not by commas, a
+//! number may have a decimal comma.
+
+use std::io::{BufRead, Chain, Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use super::error::TableError;
+use super::header::Column;
+use super::place::Place;
+use super::source::{Source, Values, resolution};
+use crate::measurement::MAX_SAMPLES;
+
+/// A header beyond that is none \[bytes\].
+const LONGEST_HEADER: u64 = 1 << 20;
+
+/// What was read to tell the separator, and the rest.
+type Input = Chain<Cursor<Vec<u8>>, Box<dyn BufRead>>;
+
+/// A table behind its header.
+pub(super) struct Text {
+    path: PathBuf,
+    reader: csv::Reader<Input>,
+    names: Vec<String>,
+    delimiter: u8,
+}
+
+impl Text {
+    /// Reads the header. `wanted` are columns that are looked for, by which the separator is told.
+    pub(super) fn open(
+        mut input: Box<dyn BufRead>,
+        path: &Path,
+        wanted: &[String],
+    ) -> Result<Self, TableError> {
+        let path = path.to_path_buf();
+        let mut begin = Vec::new();
+        let read = (&mut input).take(LONGEST_HEADER).read_until(b'\n', &mut begin);
+        read.map_err(|source| TableError::Io { file: path.clone(), source })?;
+        let delimiter = separator(&begin, wanted);
+        let input = Cursor::new(begin).chain(input);
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
+        let header = reader.headers();
+        let header = header.map_err(|source| TableError::Table { file: path.clone(), source })?;
+        let names = header.iter().map(str::to_owned).collect();
+        Ok(Self { path, reader, names, delimiter })
+    }
+}
+
+impl Source for Text {
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn second(&self, _: usize) -> Option<f64> {
+        None
+    }
+
+    fn first_row(&self) -> Place {
+        Place::Line(2)
+    }
+
+    fn read(mut self: Box<Self>, columns: &[Column]) -> Result<Values, TableError> {
+        let file = || self.path.clone();
+        let mut values = vec![Vec::new(); columns.len()];
+        let mut finest = f64::INFINITY;
+        let mut record = csv::StringRecord::new();
+        let mut rows = 0;
+        while self
+            .reader
+            .read_record(&mut record)
+            .map_err(|source| TableError::Table { file: file(), source })?
+        {
+            if rows == MAX_SAMPLES {
+                return Err(TableError::TooLong { file: file() });
+            }
+            rows += 1;
+            for (index, (column, text)) in columns.iter().zip(record.iter()).enumerate() {
+                if *column == Column::Other {
+                    continue;
+                }
+                let point =
+                    (self.delimiter != b',' && text.contains(',')).then(|| text.replace(',', "."));
+                let number = point.as_deref().unwrap_or(text).parse::<f64>();
+                let value = number.ok().filter(|v| v.is_finite()).ok_or_else(|| {
+                    TableError::NotANumber {
+                        file: file(),
+                        place: Place::Line(record.position().map_or(0, csv::Position::line)),
+                        column: self.names[index].clone(),
+                        text: text.to_owned(),
+                    }
+                })?;
+                values[index].push(value);
+                if *column == Column::Time {
+                    finest = finest.min(resolution(text));
+                }
+            }
+        }
+        Ok(Values { columns: values, resolution: finest })
+    }
+}
+
+/// What separates the fields of a header line: that with which most of the wanted columns are there, or with which there are most
+/// fields.
+fn separator(line: &[u8], wanted: &[String]) -> u8 {
+    let fields = |separator: u8| -> (usize, usize) {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .trim(csv::Trim::All)
+            .delimiter(separator)
+            .from_reader(line);
+        let Some(Ok(record)) = reader.records().next() else { return (0, 0) };
+        let found = record.iter().filter(|field| wanted.iter().any(|name| name == field));
+        (found.count(), record.len())
+    };
+    // The last of several equal ones is a comma.
+    [b'\t', b';', b','].into_iter().max_by_key(|separator| fields(*separator)).unwrap_or(b',')
+}
