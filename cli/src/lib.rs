@@ -71,7 +71,7 @@ enum Command {
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
     Study(study::Arguments),
-    /// Write a cell file from a URDF and a table, a bag or a DBC file: what is found, assumed and missing
+    /// Write a cell file from a URDF and a table, a bag, a DBC file or device files: what is found, assumed and missing
     New(new::Arguments),
     /// Show the arm that a robot file or a URDF describes: axes, reach, base parameters, a picture
     Robot(robot::Arguments),

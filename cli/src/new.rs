@@ -25,8 +25,8 @@ pub(super) struct Arguments {
     /// The link of a URDF at which it ends
     #[arg(long, value_name = "LINK")]
     tip: Option<String>,
-    /// A table of the arm in motion (CSV, Parquet); with --dbc a log or a recording of the bus
-    #[arg(long, value_name = "FILE", required_unless_present_any = ["bag", "dbc"])]
+    /// A table of the arm in motion (CSV, Parquet); with --dbc or --eds a log or a recording of the bus
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["bag", "dbc", "eds"])]
     log: Option<PathBuf>,
     /// A ROS 2 bag of the arm in motion: an MCAP file, or the folder of a split bag
     #[arg(long, value_name = "FILE", conflicts_with = "log")]
@@ -34,6 +34,9 @@ pub(super) struct Arguments {
     /// The DBC file of the drives' bus
     #[arg(long, value_name = "FILE", conflicts_with = "bag")]
     dbc: Option<PathBuf>,
+    /// A device file (EDS, DCF) of CANopen drives: one for all of them, or given again, one for each
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["bag", "dbc"])]
+    eds: Vec<PathBuf>,
     /// Answer a question: a key of the cell file and its value, as data.side=joint; given again, further ones
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = answer)]
     answers: Vec<(String, String)>,
@@ -46,17 +49,19 @@ fn answer(text: &str) -> Result<(String, String), String> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let Arguments { out, robot, base, tip, log, bag, dbc, answers } = arguments;
+    let Arguments { out, robot, base, tip, log, bag, dbc, eds, answers } = arguments;
     let description = Evidence::description_path(out);
     let input = log.as_ref().or(bag.as_ref());
     let (robot, base, tip) = (robot.clone(), base.clone(), tip.clone());
-    let is_bag = log.as_ref().is_some_and(|log| dbc.is_none() && (log.is_dir() || is_mcap(log)));
+    let is_bus = dbc.is_some() || !eds.is_empty();
+    let is_bag = log.as_ref().is_some_and(|log| !is_bus && (log.is_dir() || is_mcap(log)));
     if is_bag {
-        let what = "--log is a table, and this is a bag; name it with --bag, or the bus with --dbc";
+        let what = "--log is a table, and this is a bag; name it with --bag, or the bus with --dbc or --eds";
         return Err(CliError::Usage(what.to_owned()));
     }
-    let (table, log) = if dbc.is_some() { (None, log.clone()) } else { (log.clone(), None) };
-    let sources = Sources { robot, base, tip, table, bag: bag.clone(), dbc: dbc.clone(), log };
+    let (table, log) = if is_bus { (None, log.clone()) } else { (log.clone(), None) };
+    let (bag, dbc, eds) = (bag.clone(), dbc.clone(), eds.clone());
+    let sources = Sources { robot, base, tip, table, bag, dbc, eds, log };
     // Before the questions, whose answers would be lost.
     check_place(out)?;
     let evidence = Evidence::read(sources).map_err(CliError::configuration)?;

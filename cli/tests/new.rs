@@ -380,6 +380,70 @@ fn a_dbc_file_tells_signals_and_what_marks_a_sample() {
     }
 }
 
+/// What a device file tells of the shipped drives, held against their cell; with its questions answered, the layout is that cell's.
+#[test]
+fn device_files_tell_objects_and_ask_for_nodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let config = |path: &str| repository("config").join(path);
+    let (log, shipped) = (at("drive.log"), config("cells/tx40-cia402-eds.toml"));
+    let (robot, eds) = (config("robots/tx40.toml"), config("eds/cia402_drive.eds"));
+    succeed(&[&"sim", &"--cell", &shipped, &"--bus", &format!("log:{}", log.display())]);
+    let read = |file: &Path| -> toml::Table {
+        toml::from_str(&fs::read_to_string(file).unwrap()).unwrap()
+    };
+    let layout = |of: &toml::Table| of["bus"]["layout"].as_table().unwrap().clone();
+    let stated = layout(&read(&shipped));
+    let cell = at("cell.toml");
+    let said = succeed(&[&"new", &cell, &"--robot", &robot, &"--eds", &eds, &"--log", &log]);
+    assert!(said.contains("missing  bus.layout.nodes.6.node_id: the number of axis 6's drive"));
+    let made = layout(&read(&cell));
+    for key in ["axes", "rate_hz", "reference", "status_word"] {
+        assert_eq!(made[key], stated[key], "{key}");
+    }
+    assert_eq!(made["position"], stated["position"]);
+    // A demand is held, for how long nobody knows from the file.
+    assert_eq!(made["torque"]["object"], stated["torque"]["object"]);
+    assert_eq!(made["torque"]["unit"], stated["torque"]["unit"]);
+    assert_eq!(made["torque"]["valid"].as_str(), Some("?"));
+    let check = didim(&[&"check", &"--cell", &cell, &"--elsewhere"]);
+    for open in ["bus.layout.nodes.1.node_id: ", "bus.drives.6.torque.scale: "] {
+        assert!(check.stderr.contains(open), "{}", check.stderr);
+    }
+
+    // A DCF tells its node, and what it carries by events is not taken.
+    let text = fs::read_to_string(&eds).unwrap();
+    let dcf = |node: usize| {
+        let file = at(&format!("drive-{node}.dcf"));
+        fs::write(&file, format!("{text}\n[DeviceComissioning]\nNodeID={node}\n")).unwrap();
+        file
+    };
+    let files: Vec<_> = (11..17).map(dcf).collect();
+    let by_events = text.replace("ParameterName=Transmission type\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=1", "ParameterName=Transmission type\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=255");
+    assert_ne!(by_events, text);
+    fs::write(at("events.eds"), by_events).unwrap();
+    let of = |cell: &str, files: &[std::path::PathBuf]| {
+        let cell = at(cell);
+        let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =
+            vec![&"new", &cell, &"--robot", &robot];
+        files.iter().for_each(|file| arguments.extend([&"--eds" as &dyn AsRef<_>, file]));
+        didim(&arguments)
+    };
+    let made = of("dcf.toml", &files);
+    assert!(made.stdout.contains("found    bus.layout.nodes.6.node_id = 16"), "{}", made.stdout);
+    assert!(made.stdout.contains("found    bus.layout.nodes.1.dcf = \"drive-11.dcf\""));
+    let made = of("events.toml", &[at("events.eds")]);
+    let why = "type 255 does not go by the SYNC";
+    assert!(
+        made.stdout.contains("missing  bus.layout.position.object: ") && made.stdout.contains(why)
+    );
+    assert!(!made.stdout.contains("bus.layout.reference"), "{}", made.stdout);
+    let refused = of("two.toml", &files[..2]);
+    assert_eq!(refused.code, Some(78));
+    assert!(refused.stderr.contains("2 device files for 6 joints"), "{}", refused.stderr);
+    assert_eq!(of("one.toml", &files[..1]).code, Some(78), "a DCF is of one node");
+}
+
 #[test]
 fn what_cannot_be_done_is_said() {
     let names = ["time", "q1", "q2", "tau1", "tau2"];

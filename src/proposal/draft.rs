@@ -39,10 +39,25 @@ pub struct Proposal {
 }
 
 /// Of the file, in their order, those of the drives by their axis.
-const SECTIONS: [&str; 9] =
-    ["", "urdf", "data", "data.bag", "bus", "bus.layout", "bus.drives", "window", "identification"];
-/// Those of the drives, one for each axis.
-const DRIVES: &str = "bus.drives.";
+const SECTIONS: [&str; 10] = [
+    "",
+    "urdf",
+    "data",
+    "data.bag",
+    "bus",
+    "bus.layout",
+    "bus.layout.nodes",
+    "bus.drives",
+    "window",
+    "identification",
+];
+/// Those that are there once for each axis.
+const EACH: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
+
+/// A section of an axis, in two: its list and the number.
+fn of_axis(section: &str) -> Option<(&str, &str)> {
+    section.rsplit_once('.').filter(|(list, _)| EACH.contains(list))
+}
 
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
@@ -137,10 +152,8 @@ impl<'a> Draft<'a> {
         let mut entries = self.entries;
         // The file's order: what the cell is, its data or bus, how they are identified.
         let place = |section: &str| {
-            let (section, axis) = match section.strip_prefix(DRIVES) {
-                Some(axis) => (DRIVES.trim_end_matches('.'), axis.parse().unwrap_or(0)),
-                None => (section, 0),
-            };
+            let (section, axis) = of_axis(section)
+                .map_or((section, 0), |(list, axis)| (list, axis.parse().unwrap_or(0)));
             (SECTIONS.iter().position(|own| *own == section), axis)
         };
         entries.sort_by_key(|entry| -> (Option<usize>, usize) { place(&entry.section) });
@@ -171,8 +184,8 @@ impl Proposal {
             if entry.section != section {
                 section = &entry.section;
                 // Writing to a String cannot fail.
-                let _ = match section.strip_prefix(DRIVES) {
-                    Some(axis) => writeln!(text, "\n[[{}]] # {axis}", DRIVES.trim_end_matches('.')),
+                let _ = match of_axis(section) {
+                    Some((list, axis)) => writeln!(text, "\n[[{list}]] # {axis}"),
                     None => writeln!(text, "\n[{section}]"),
                 };
             }

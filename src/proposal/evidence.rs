@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use didim_drivers::layout::LayoutError;
+use didim_drivers::layout::{DeviceContents, EdsError, LayoutError};
 use didim_drivers::source::SourceError;
 use didim_formats::{BagContents, BagError, TableError, TableNames, list_bag, list_table};
 
@@ -23,6 +23,8 @@ pub struct Sources {
     pub bag: Option<PathBuf>,
     /// A DBC file.
     pub dbc: Option<PathBuf>,
+    /// Device files (EDS, DCF): one of each drive, or an EDS of all.
+    pub eds: Vec<PathBuf>,
     /// A log or a recording of its bus.
     pub log: Option<PathBuf>,
 }
@@ -67,6 +69,19 @@ pub enum ProposalError {
         /// What is wrong with it.
         source: Box<LayoutError>,
     },
+    /// A device file is none.
+    #[error(transparent)]
+    Eds(Box<EdsError>),
+    /// Neither one device file for each drive nor one for all.
+    #[error(
+        "{files} device files for {axes} joints; name one for each with --eds, in their order, or one EDS for all of them"
+    )]
+    Devices {
+        /// Files that were named.
+        files: usize,
+        /// Joints of the robot.
+        axes: usize,
+    },
     /// The log cannot be read.
     #[error(transparent)]
     Log {
@@ -99,6 +114,7 @@ pub struct Evidence {
     pub(super) table: Option<(PathBuf, TableNames)>,
     pub(super) bag: Option<(PathBuf, BagContents)>,
     pub(super) dbc: Option<(PathBuf, String)>,
+    pub(super) eds: Vec<(PathBuf, DeviceContents)>,
     pub(super) log: Option<PathBuf>,
     /// The URDF that a bag published, where no other robot was named.
     pub description: Option<String>,
@@ -110,7 +126,7 @@ impl Evidence {
     /// # Errors
     /// [`ProposalError`].
     pub fn read(sources: Sources) -> Result<Self, ProposalError> {
-        let Sources { robot: robot_file, base, tip, table, bag, dbc, log } = sources;
+        let Sources { robot: robot_file, base, tip, table, bag, dbc, eds, log } = sources;
         let read = |file: &Path| {
             Library::Files.read(file).map_err(|error| ProposalError::File(Box::new(error)))
         };
@@ -131,7 +147,15 @@ impl Evidence {
             .map_err(|error| ProposalError::File(Box::new(error)))?;
         let table = table.map(|file| list_table(&file).map(|names| (file, names))).transpose()?;
         let dbc = dbc.map(|file| read(&file).map(|text| (file, text))).transpose()?;
-        Ok(Self { robot, robot_file, base, tip, table, bag, dbc, log, description })
+        let device = |file: PathBuf| {
+            let text = Library::Files.read_device_file(&file);
+            let text = text.map_err(|error| ProposalError::File(Box::new(error)))?;
+            let contents = DeviceContents::read(&text, &file, is_dcf(&file));
+            let contents = contents.map_err(|error| ProposalError::Eds(Box::new(error)))?;
+            Ok((file, contents))
+        };
+        let eds = eds.into_iter().map(device).collect::<Result<_, ProposalError>>()?;
+        Ok(Self { robot, robot_file, base, tip, table, bag, dbc, eds, log, description })
     }
 
     /// The robot as the cell file names it, and whether it is written beside that.
@@ -149,6 +173,11 @@ impl Evidence {
     pub fn description_path(out: &Path) -> PathBuf {
         out.with_extension("urdf")
     }
+}
+
+/// Whether a device file is a DCF, by the ending of its name.
+pub(super) fn is_dcf(file: &Path) -> bool {
+    file.extension().is_some_and(|own| own.eq_ignore_ascii_case("dcf"))
 }
 
 /// A path as the cell file names it: relative to its folder where it lies below, else absolute.

@@ -1,13 +1,15 @@
-//! A cell file from what an engineer has: an arm, and a table, a bag or a DBC file of it.
+//! A cell file from what an engineer has: an arm, and a table, a bag, a DBC file or device files of it.
 //!
 //! What the files tell is found, what is usual is assumed and said so, and what nobody can know from them is left open:
 //! nothing physical is guessed.
 
 mod bag;
 mod bus;
+mod dbc;
 mod draft;
 mod evidence;
 mod names;
+mod nodes;
 mod plausible;
 mod table;
 mod value;
@@ -47,7 +49,10 @@ pub fn propose(
         (None, None) => {}
     }
     if let Some(file) = &evidence.dbc {
-        bus::propose(&mut draft, evidence, file, out)?;
+        dbc::propose(&mut draft, evidence, file, out)?;
+    }
+    if !evidence.eds.is_empty() {
+        nodes::propose(&mut draft, evidence, out)?;
     }
     drives(&mut draft, evidence);
     identification(&mut draft);

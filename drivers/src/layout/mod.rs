@@ -10,6 +10,7 @@
 
 mod compile;
 mod compile_nodes;
+mod contents;
 mod dbc;
 mod eds;
 mod encode;
@@ -18,6 +19,7 @@ mod field;
 mod plan;
 mod spec;
 
+pub use contents::{CarriedObject, DeviceContents};
 pub use dbc::{Database, MessageFormat, NamedSignal, SignalFormat};
 pub use eds::{EdsError, MAX_DEVICE_FILE_BYTES};
 pub use encode::{AxisValues, CycleValues, EncodeError};

@@ -38,14 +38,30 @@ impl<'a> Dictionary<'a> {
         Ok(own)
     }
 
-    /// A DCF belongs to one node; the section's name is spelt so in the standard.
-    fn check_node(&self) -> Result<(), EdsError> {
+    /// The node that a DCF was made for, if it says so.
+    pub(in crate::layout) fn commissioned(
+        text: &'a str,
+        file: &'a Path,
+    ) -> Result<Option<u8>, EdsError> {
+        // Any node: a number of the file's own does not refer to it.
+        let own = Self { file, node: 1, configured: true, sections: ini::parse(text, file)? };
+        let node = own.made_for()?.and_then(|found| u8::try_from(found.number).ok());
+        Ok(node.filter(|node| (1..=127).contains(node)))
+    }
+
+    /// The node of a DCF; the section's name is spelt so in the standard.
+    fn made_for(&self) -> Result<Option<Value>, EdsError> {
         let section = ["devicecomissioning", "devicecommissioning"]
             .into_iter()
             .find_map(|name| self.sections.get(name));
-        let Some(section) = section.filter(|_| self.configured) else { return Ok(()) };
-        let Some(entry) = section.get("nodeid") else { return Ok(()) };
-        let found = self.number(section, "NodeID", entry)?;
+        let Some(section) = section.filter(|_| self.configured) else { return Ok(None) };
+        let Some(entry) = section.get("nodeid") else { return Ok(None) };
+        self.number(section, "NodeID", entry).map(Some)
+    }
+
+    /// A DCF belongs to one node.
+    fn check_node(&self) -> Result<(), EdsError> {
+        let Some(found) = self.made_for()? else { return Ok(()) };
         if found.number == u64::from(self.node) {
             return Ok(());
         }

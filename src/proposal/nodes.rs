@@ -1,0 +1,116 @@
+//! `[bus]` of device files (EDS, DCF): which objects, of which nodes.
+
+use std::path::{Path, PathBuf};
+
+use didim_drivers::layout::DeviceContents;
+
+use super::bus::{WHICH_VALIDITY, drives, rate, rate_hz, surroundings};
+use super::draft::Draft;
+use super::evidence::{Evidence, ProposalError, is_dcf, relative};
+use super::value::{Guess, quoted};
+
+const LAYOUT: &str = "bus.layout";
+/// Objects of CiA 402.
+const POSITION: &str = "6064:00";
+const TORQUE_MEASURED: &str = "6077:00";
+const TORQUE_DEMANDED: &str = "6074:00";
+const TARGET_POSITION: &str = "607A:00";
+const STATUS_WORD: &str = "6041:00";
+
+pub(super) fn propose(
+    draft: &mut Draft<'_>,
+    evidence: &Evidence,
+    out: &Path,
+) -> Result<(), ProposalError> {
+    let (files, axes) = (&evidence.eds, evidence.robot.robot.joints());
+    let for_all = matches!(files.as_slice(), [(file, _)] if !is_dcf(file));
+    if files.len() != axes && !for_all {
+        return Err(ProposalError::Devices { files: files.len(), axes });
+    }
+    surroundings(draft);
+    draft.put(LAYOUT, "axes", Guess::found(axes.to_string(), "joints of the robot"));
+    let sync = files.iter().find_map(|(_, contents)| contents.sync);
+    let rate_hz = match (sync, evidence.log.as_deref()) {
+        (Some(id), Some(log)) => rate_hz(log, id)?,
+        _ => None,
+    };
+    draft.put(LAYOUT, "rate_hz", rate(rate_hz));
+    for (axis, (file, contents)) in (1..=axes).zip(files.iter().cycle()) {
+        node(draft, axis, file, contents, out);
+    }
+    objects(draft, files);
+    // A device file has no units that would tell a gain.
+    drives(draft, axes, |_, _, _| None);
+    Ok(())
+}
+
+fn node(draft: &mut Draft<'_>, axis: usize, file: &Path, contents: &DeviceContents, out: &Path) {
+    let section = format!("bus.layout.nodes.{axis}");
+    let node_id = match contents.node_id {
+        Some(node_id) => Guess::found(node_id.to_string(), "the DCF was made for this node"),
+        None => Guess::open(&format!("the number of axis {axis}'s drive on the bus, 1 to 127")),
+    };
+    draft.put(&section, "node_id", node_id);
+    let path = quoted(&relative(file, out).display().to_string());
+    let key = if is_dcf(file) { "dcf" } else { "eds" };
+    draft.put(&section, key, Guess::found(path, "as named"));
+}
+
+fn objects(draft: &mut Draft<'_>, files: &[(PathBuf, DeviceContents)]) {
+    let usable = |object, is_sent| usable(files, object, is_sent);
+    let named = |draft: &mut Draft<'_>, what: &str, object, found: Result<(), String>| {
+        let guess = match found {
+            Ok(()) => Guess::found(quoted(object), "by CiA 402; it goes by every SYNC"),
+            Err(why) => Guess::open(&format!(
+                "the object of the {what} in a PDO that goes by every SYNC, as {object:?}; {why}"
+            )),
+        };
+        draft.put(LAYOUT, &format!("{what}.object"), guess);
+    };
+    named(draft, "position", POSITION, usable(POSITION, true));
+    let count = "CiA 402 leaves it to the drive: its position unit, which the gain is for";
+    draft.put(LAYOUT, "position.unit", Guess::assumed(quoted("count"), count));
+    let instant = "the instant of the sample";
+    draft.put(LAYOUT, "position.valid", Guess::assumed(quoted("instant"), instant));
+    let measured = usable(TORQUE_MEASURED, true);
+    let demanded = usable(TORQUE_DEMANDED, true);
+    let (object, found) = match (&measured, &demanded) {
+        (Err(_), Ok(())) => (TORQUE_DEMANDED, demanded),
+        _ => (TORQUE_MEASURED, measured),
+    };
+    let valid = match object == TORQUE_MEASURED && found.is_ok() {
+        true => Guess::assumed(quoted("instant"), "measured, at the instant of the sample"),
+        false => Guess::open(WHICH_VALIDITY),
+    };
+    named(draft, "torque", object, found);
+    let rated = "both torques of CiA 402 are in thousandths of the rated one (6076h)";
+    draft.put(LAYOUT, "torque.unit", Guess::found(quoted("per mille"), rated));
+    draft.put(LAYOUT, "torque.valid", valid);
+    if usable(TARGET_POSITION, false).is_ok() {
+        named(draft, "reference", TARGET_POSITION, Ok(()));
+        draft.put(LAYOUT, "reference.unit", Guess::assumed(quoted("count"), "as of the positions"));
+        let why = "a target takes effect at the next SYNC (CiA 301)";
+        draft.put(LAYOUT, "reference.valid", Guess::assumed(quoted("next-sync"), why));
+    }
+    if usable(STATUS_WORD, true).is_ok() {
+        let why = "the status word of CiA 402";
+        draft.put(LAYOUT, "status_word", Guess::found(quoted(STATUS_WORD), why));
+    }
+}
+
+/// Whether every file has an object in a PDO that goes by every SYNC, or what speaks against it first.
+fn usable(files: &[(PathBuf, DeviceContents)], object: &str, is_sent: bool) -> Result<(), String> {
+    for (file, DeviceContents { carried, .. }) in files {
+        let own = || carried.iter().filter(|own| own.is_sent == is_sent);
+        let mut found = own().filter(|own| own.name == object).map(|own| &own.unusable);
+        let Some(first) = found.next() else {
+            let others: Vec<&str> = own().map(|own| own.name.as_str()).collect();
+            let others = if others.is_empty() { "nothing".to_owned() } else { others.join(" ") };
+            return Err(format!("the PDOs of {} carry {others}", file.display()));
+        };
+        if let Some(why) = first.as_ref().filter(|_| found.all(Option::is_some)) {
+            return Err(why.clone());
+        }
+    }
+    Ok(())
+}
