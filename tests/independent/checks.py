@@ -14,6 +14,7 @@ import threading
 import unittest
 import urllib.request
 
+import numpy as np
 import prometheus_client.parser
 
 import compare
@@ -21,6 +22,9 @@ import decode
 from recordings import Recordings as Recordings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "docs" / "python"))
+import results
+
 AXES = range(1, 7)
 ENABLED, SWITCHED_ON = 0x0637, 0x0633
 
@@ -261,6 +265,48 @@ class TheMetrics(unittest.TestCase):
             self.assertEqual(samples[("didim_estimate_parameter", *labels)], value["value"])
         p99 = samples[("didim_frame_to_buffer_seconds", ("quantile", "0.99"))]
         self.assertAlmostEqual(p99, 1e-9 * status["acquisition"]["frame_to_buffer"]["p99_ns"], delta=1e-15)
+
+
+class TheExampleInPandas(unittest.TestCase):
+    """docs/python/results.py on what the program writes."""
+
+    def identified(self):
+        recordings = ROOT / "tests" / "data" / "kr300"
+        command = [os.environ["DIDIM_PROGRAM"], "identify", "--json", "--cell", recordings / "cell.toml"]
+        for name in ["a", "b"]:
+            command += ["--input", recordings / f"{name}.csv"]
+        run = subprocess.run(command, capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run.stdout
+
+    def test_a_result(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "result.json"
+            file.write_text(self.identified())
+            estimate = results.read_estimate(file)
+            printed = self.printed(file)
+        table, matrix = results.parameters(estimate), results.covariance(estimate)
+        sigma = table["standard_deviation"].to_numpy()
+        np.testing.assert_allclose(np.sqrt(np.diag(matrix)), sigma, rtol=1e-9)
+        self.assertGreater(np.linalg.eigvalsh(matrix / np.outer(sigma, sigma)).min(), 0.0)
+        worst = results.correlations(matrix)
+        self.assertEqual(len(worst), len(table) * (len(table) - 1) // 2)
+        self.assertTrue(worst["correlation"].abs().between(0.0, 1.0).all())
+        self.assertIn(f"{worst.loc[0, 'first']} ", printed)
+
+    def test_a_history(self):
+        state = ROOT / "tests" / "data" / "stored" / "state"
+        history = results.read_history(state / "history.jsonl")
+        (result,) = state.glob("result-*.json")
+        table = results.parameters(results.read_estimate(result))
+        self.assertEqual(history["value"].to_list(), table["value"].to_list())
+        self.assertTrue(history["good"].all())
+        self.assertIn("2026-11-22 16:27:03", self.printed(result, state / "history.jsonl"))
+
+    def printed(self, *files):
+        run = subprocess.run([sys.executable, "-B", results.__file__, *files], capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run.stdout
 
 
 class TheGoldenFile(unittest.TestCase):
