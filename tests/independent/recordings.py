@@ -64,8 +64,9 @@ class Recordings(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = pathlib.Path(temporary.name)
-        # Of the whole workspace, as tests/run builds it: of one package, its dependencies are built anew.
-        cargo = ["cargo", "test", "--quiet", "--workspace", "--test", "tests", "--", "--ignored", WRITE]
+        # As tests/run builds it: of one package, or without the feature, much is built anew.
+        cargo = ["cargo", "test", "--quiet", "--workspace", "--features", "parquet", "--locked", "--test", "tests"]
+        cargo += ["--", "--ignored", WRITE]
         subprocess.run(cargo, cwd=ROOT, check=True, env=os.environ | {"DIDIM_RECORDINGS": cls.folder}, stdout=subprocess.DEVNULL)
 
     def lines(self, name):
