@@ -1,16 +1,18 @@
 //! A consistent model in words.
 
-use didim_core::feasibility::{Class, Judgement, Outcome};
+use didim_core::feasibility::{Class, Outcome};
 
 use crate::text::significant;
 
 /// What consistent parameters cost, what decides them, and what a person has to know of them.
 pub fn consistent_summary(outcome: &Outcome) -> String {
-    let Outcome { judgement, cost, threshold, prior, .. } = outcome;
+    let Outcome { judgement, cost, least_cost, threshold, prior, .. } = outcome;
     let mut text = format!(
-        "{judgement}: cost {} (true ones stay below {}, 99 %)\nwhere the data do not decide, {prior} do: ",
-        significant(*cost, 3),
-        significant(*threshold, 3)
+        "{judgement}: the nearest ones cost {} (true ones stay below {}, 99 %), those written, near the prior, {}\n\
+         where the data do not decide, {prior} do: ",
+        significant(*least_cost, 3),
+        significant(*threshold, 3),
+        significant(*cost, 3)
     );
     let count = |class| outcome.parameters.iter().filter(|of| of.class == class).count();
     text += &format!(
@@ -26,15 +28,8 @@ pub fn consistent_summary(outcome: &Outcome) -> String {
             significant(largest.deviations, 2)
         );
     }
-    if *judgement == Judgement::ContradictsPrior {
-        let far = outcome.divergence_per_link.iter().enumerate();
-        if let Some((link, nats)) = far.max_by(|a, b| a.1.total_cmp(b.1)) {
-            text += &format!(
-                "note: link {} is farthest from the prior ({} nats); look for a spring or counterbalance that the robot's file does not state, at the signs of gravity and of its axis, or at the prior\n",
-                link + 1,
-                significant(*nats, 2)
-            );
-        }
+    if let Some(far) = outcome.far_body() {
+        text += &format!("note: {far}\n");
     }
     text
 }

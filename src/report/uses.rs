@@ -1,6 +1,7 @@
 //! The verdict for each use, in words.
 
-use didim_core::identification::{Estimate, Use};
+use didim_core::feasibility::Judgement;
+use didim_core::identification::{Bodies, Estimate, Use};
 
 use crate::text::significant;
 
@@ -15,9 +16,9 @@ pub(super) struct UseLine {
     pub(super) meaning: &'static str,
 }
 
-/// Every use of a result.
+/// Every use of a result, and beside the last what bodies cost, where that is known.
 pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
-    Use::ALL.into_iter().map(|of| {
+    let uses = Use::ALL.into_iter().map(|of| {
         let found = estimate.verdict.uses.of(of);
         let answer = match found.applicable {
             Some(true) => "yes",
@@ -41,5 +42,16 @@ pub(super) fn lines(estimate: &Estimate) -> impl Iterator<Item = UseLine> {
             Use::RigidBody => "how far the mass matrix is from positive definite",
         };
         UseLine { of, answer, figure: shown(found.figure), limit: shown(found.limit), meaning }
-    })
+    });
+    uses.chain(estimate.bodies.as_ref().map(of_bodies))
+}
+
+fn of_bodies(bodies: &Bodies) -> UseLine {
+    UseLine {
+        of: Use::RigidBody,
+        answer: if bodies.judgement == Judgement::Infeasible { "no" } else { "yes" },
+        figure: format!("{} σ²", significant(bodies.cost, 2)),
+        limit: format!("{} σ²", significant(bodies.cost_limit, 2)),
+        meaning: "squared distance from parameters that bodies have",
+    }
 }

@@ -24,8 +24,8 @@ pub enum FeasibilityError {
         /// Link, counted from 1.
         link: usize,
     },
-    /// No mass.
-    #[error("the total mass of the moving links is {found} kg; give that of the data sheet")]
+    /// No mass of an arm: a gram to a thousand tonnes.
+    #[error("the total mass of the moving links is {found} kg; give that of the data sheet, in kg")]
     TotalMass {
         /// The number found.
         found: f64,

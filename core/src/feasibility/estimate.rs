@@ -6,6 +6,11 @@ use super::error::FeasibilityError;
 use crate::dynamics::BaseParameters;
 use crate::robot::{Parameter, ParameterKind};
 
+/// How well a nominal value is known, relative to it: as the prior of nominal bodies.
+const KEPT: f64 = 0.3;
+/// A nominal value of nothing is known to this, in its unit.
+const KEPT_AT_ZERO: f64 = 1e-6;
+
 /// An estimate of base parameters. A base parameter that is neither identified nor held has to be one that the model
 /// may lack: a friction term, offset or drive inertia that nothing is regrouped into is 0 then.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +34,13 @@ pub struct Held {
     pub value: f64,
     /// Standard deviation of that value.
     pub deviation: f64,
+}
+
+impl Held {
+    /// A base parameter that was kept at its nominal value.
+    pub fn nominal(name: String, value: f64) -> Self {
+        Self { name, value, deviation: (KEPT * value.abs()).max(KEPT_AT_ZERO) }
+    }
 }
 
 /// The rows of the problem: base parameters with values and covariance, those that are held after the others.

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::estimate::Rows;
@@ -28,7 +29,8 @@ pub struct Shift {
 /// Whether bodies explain the estimate. The cost reveals reversed signs and delays; a gravity or an axis reversed on
 /// both sides keeps it low and shows as bodies far from the prior. Neither reveals wrong friction laws, gains or
 /// lengths: residuals and held-out samples do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Judgement {
     /// Bodies explain it, and the nearest ones move none of its values by more than 3 σ.
     Feasible,

@@ -1,11 +1,14 @@
 //! Consistent standard parameters, where each comes from, and what they cost.
 
+use serde::Serialize;
+
 use super::body::Body;
 use super::judgement::{Judgement, Shift};
 use super::prior::PriorSource;
 
 /// What decides a standard parameter, by the regrouping alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Class {
     /// The data: it is a base parameter of its own, identified or held.
     Data,

@@ -12,6 +12,8 @@ use crate::robot::{Joint, JointKind, ParameterKind, Robot};
 const LIGHTER: f64 = 0.7;
 /// Density of a link \[kg/m³\]: light metal with the air in it, and motors.
 const DENSITY_KG_M3: f64 = 2000.0;
+/// Total masses that arms have, from tweezers to cranes \[kg\].
+const MASSES_KG: core::ops::RangeInclusive<f64> = 1e-3..=1e6;
 /// Length of the last link along z \[m\].
 const LAST_LENGTH_M: f64 = 0.1;
 /// A nominal body thinner than this has no inside from which a minimisation could start.
@@ -87,7 +89,7 @@ impl Prior {
     /// # Errors
     /// [`FeasibilityError::TotalMass`].
     pub fn geometric(robot: &Robot, total_mass_kg: f64) -> Result<Self, FeasibilityError> {
-        if !(total_mass_kg.is_finite() && total_mass_kg > 0.0) {
+        if !MASSES_KG.contains(&total_mass_kg) {
             return Err(FeasibilityError::TotalMass { found: total_mass_kg });
         }
         let chain = robot.chain();

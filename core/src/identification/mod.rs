@@ -40,11 +40,12 @@ pub use given::{
 };
 pub use identify::identify;
 pub use judgement::{
-    ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutoffTrial, Elsewhere,
-    Estimate, Fit, Foretold, Freedom, FreedomEstimate, FrictionChange, FrictionGain, FrictionScore,
-    HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note, Output,
-    ParameterCovariance, ParameterEstimate, PositionBias, Quantity, Reason, ReferenceSource,
-    ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses, Verdict,
+    Bodies, ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutoffTrial,
+    Elsewhere, Estimate, Fit, Foretold, Freedom, FreedomEstimate, FrictionChange, FrictionGain,
+    FrictionScore, HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note,
+    Output, ParameterCovariance, ParameterEstimate, PositionBias, Quantity, Reason,
+    ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses,
+    Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};

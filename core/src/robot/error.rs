@@ -21,6 +21,14 @@ pub enum RobotError {
         /// Line, counted from 1.
         line: usize,
     },
+    /// The name of the robot is not one line of text.
+    #[error(
+        "line {line}: `name` has control characters; write it on one line, other files carry it"
+    )]
+    ControlInName {
+        /// Line, counted from 1.
+        line: usize,
+    },
     /// Too few or too many joints.
     #[error("the arm has {found} joints; give 1 to {largest} `[[joint]]` tables")]
     JointCount {

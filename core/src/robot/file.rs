@@ -108,6 +108,9 @@ impl Robot {
         if raw.name.get_ref().trim().is_empty() {
             return Err(RobotError::EmptyName { line: text.line_of(&raw.name) });
         }
+        if raw.name.get_ref().contains(char::is_control) {
+            return Err(RobotError::ControlInName { line: text.line_of(&raw.name) });
+        }
         if raw.gravity_m_s2.get_ref().iter().any(|component| !component.is_finite()) {
             let line = text.line_of(&raw.gravity_m_s2);
             return Err(RobotError::NotFinite { key: "gravity_m_s2".into(), line });

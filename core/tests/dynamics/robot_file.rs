@@ -95,6 +95,8 @@ fn numbers_that_make_no_arm_are_refused() {
 
     let (error, line) = refused("name = \"tx40\"", "name = \" \"");
     assert_eq!(error, RobotError::EmptyName { line });
+    let (error, line) = refused("name = \"tx40\"", "name = \"tx\\n40\"");
+    assert_eq!(error, RobotError::ControlInName { line });
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use didim_core::feasibility::{
-    Estimate, FeasibilityError, Held, Judgement, Outcome, Prior, Shift, consistent,
+    Estimate, FeasibilityError, Held, NoBodies, Outcome, Prior, consistent,
 };
 use didim_core::identification::Prediction;
 use didim_formats::Measurement;
@@ -12,12 +12,6 @@ use nalgebra::DMatrix;
 use crate::cell::Cell;
 use crate::offline::identify::IdentifyError;
 use crate::offline::stored::StoredModel;
-
-/// How well a value is known that was kept at its nominal one, relative to it: as the prior of bodies that CAD states.
-const KEPT: f64 = 0.3;
-
-/// A value of nothing that was kept is known to this, in its unit.
-const KEPT_AT_ZERO: f64 = 1e-6;
 
 /// Why a result is no model that can be handed on.
 #[derive(Debug, thiserror::Error)]
@@ -31,9 +25,9 @@ pub enum ConsistentError {
     /// No bodies are found, or none of them agree.
     #[error(transparent)]
     Feasibility(#[from] FeasibilityError),
-    /// No bodies explain the result.
-    #[error("{}", infeasible(.0))]
-    Infeasible(Box<Outcome>),
+    /// No bodies explain the result. Look at the signs of torques and positions.
+    #[error("{0}")]
+    NoBodies(NoBodies),
 }
 
 /// A stored result, and the consistent parameters nearest to it.
@@ -61,12 +55,8 @@ impl<'a> Consistent<'a> {
         let covariance = stored.and_then(|stored| stored.matrix(model.parameters.len()));
         let covariance = covariance.ok_or(ConsistentError::NoCovariance)?;
         let (names, values): (Vec<String>, Vec<f64>) = model.parameters.iter().cloned().unzip();
-        let held = |(name, value): &(String, f64)| Held {
-            name: name.clone(),
-            value: *value,
-            deviation: (KEPT * value.abs()).max(KEPT_AT_ZERO),
-        };
-        let held: Vec<Held> = model.kept.iter().map(held).collect();
+        let held = model.kept.iter().map(|(name, value)| Held::nominal(name.clone(), *value));
+        let held: Vec<Held> = held.collect();
         let estimate =
             Estimate { names: &names, values: &values, covariance: &covariance, held: &held };
         let prior = match total_mass_kg {
@@ -75,8 +65,8 @@ impl<'a> Consistent<'a> {
         };
         let weight = prior.default_weight();
         let outcome = consistent(&cell.robot, &cell.base, &estimate, &prior, weight)?;
-        if outcome.judgement == Judgement::Infeasible {
-            return Err(ConsistentError::Infeasible(Box::new(outcome)));
+        if let Some(no_bodies) = outcome.no_bodies() {
+            return Err(ConsistentError::NoBodies(no_bodies));
         }
         Ok(Self { cell, model, covariance, outcome })
     }
@@ -107,23 +97,4 @@ impl Consistent<'_> {
             consistent.predict(self.cell, measurements)?,
         ])
     }
-}
-
-/// What is wrong, the most telling first.
-fn infeasible(outcome: &Outcome) -> String {
-    let list = |shifts: &[Shift]| {
-        let each = shifts.iter().map(|of| format!("{} by {:.1} σ", of.name, of.deviations.abs()));
-        each.collect::<Vec<_>>().join(", ")
-    };
-    let what = match (&outcome.negative[..], outcome.largest_shift()) {
-        ([], Some(largest)) => {
-            format!("most of all {}", list(core::slice::from_ref(largest)))
-        }
-        (negative, _) => format!("below 0 are {}", list(negative)),
-    };
-    format!(
-        "no bodies explain the result: their cost is {:.0} where that of true ones stays below {:.0} (χ², 99 %); {what}; look for \
-         reversed signs of torques or positions, and for a delay of the torque, before its parameters are used",
-        outcome.least_cost, outcome.threshold
-    )
 }

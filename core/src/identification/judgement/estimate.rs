@@ -4,6 +4,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::bias::PositionBias;
+use super::bodies::Bodies;
 use super::chosen_cutoff::ChosenCutoff;
 use super::chosen_friction::ChosenFriction;
 use super::elsewhere::Elsewhere;
@@ -255,6 +256,9 @@ pub struct Estimate {
     /// instruments: 1 where they say the same, 0 where a combination of parameters has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_instrument_correlation: Option<f64>,
+    /// What it costs that the parameters be those of bodies, where the robot's file has nominal ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<Bodies>,
     /// Whether the result may be used.
     pub verdict: Verdict,
 }

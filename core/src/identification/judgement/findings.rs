@@ -4,6 +4,7 @@ use core::ops::Range;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
+use super::bodies::Bodies;
 use super::checks::{Checks, FittedModel, PositionError};
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, Identification, KeptParameter, ParameterEstimate,
@@ -18,6 +19,7 @@ use super::uncertainty::Uncertainty;
 use super::uses::Verdict;
 use super::verdict::Known;
 use super::workspace::indefinite_posture;
+use crate::feasibility::Held;
 use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::observation::{BesideObservation, Motion};
 use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
@@ -181,8 +183,13 @@ impl Findings<'_> {
             simulated_torque_error_per_joint: iteration.torque_error_per_joint.clone(),
             controller_error_per_joint: checks.controller_error_per_joint,
             smallest_instrument_correlation: iteration.instrument_correlation,
+            bodies: None,
             verdict: Verdict::default(),
         };
+        let held = estimate.kept.iter().map(|kept| Held::nominal(kept.name.clone(), kept.value));
+        let held: Vec<Held> = held.collect();
+        let bodies = Bodies::nearest(context, solution.parameters.as_slice(), &covariance, &held);
+        estimate.bodies = bodies.as_ref().map(|of| Bodies::of(of, estimate.parameters.len()));
         let indefinite = indefinite_posture(
             context.robot,
             &context.model,
@@ -196,11 +203,12 @@ impl Findings<'_> {
             largest_torque: largest_torques(context),
             carried: carried(torque, &solution.parameters),
             indefinite,
+            bodies,
             further: other.into_iter().collect(),
         };
         let uses = limits.uses(&known, &estimate);
         let time_s = context.time_s();
-        let mut notes = limits.notes(context, &estimate);
+        let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
         notes.extend(checks.notes);
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);

@@ -2,6 +2,7 @@
 //! be used.
 
 mod bias;
+mod bodies;
 mod checks;
 mod chosen_cutoff;
 mod chosen_friction;
@@ -24,6 +25,7 @@ mod verdict;
 mod workspace;
 
 pub use bias::PositionBias;
+pub use bodies::Bodies;
 pub(crate) use checks::PositionError;
 pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};

@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::bias::PositionBias;
 use super::freedoms::{Freedom, FreedomEstimate};
+use crate::feasibility::{FarBody, NoBodies};
 use crate::identification::given::Failure;
 
 /// What speaks against the use of a result. Joints are numbered from 1; errors and deviations are
@@ -36,6 +37,8 @@ pub enum Reason {
     /// The mass matrix is not positive definite at a posture \[rad or m\], by so many standard
     /// deviations.
     Indefinite { posture: Vec<f64>, deviations: f64 },
+    /// No bodies have these parameters.
+    NoBodies(NoBodies),
     /// The controller that is described commands the opposite of what was recorded, or three times as much.
     OppositeCommand { joint: usize },
     /// So many parameters that cannot be negative are.
@@ -95,6 +98,8 @@ pub enum Note {
     DownweightedThroughout { joints: Vec<(usize, usize)>, of: usize },
     /// What the model lacks most, where that is more than a little.
     Lacking { freedom: FreedomEstimate },
+    /// Bodies that have these parameters are far from the nominal ones.
+    FarFromNominal { far: FarBody },
     /// The bus's layout lets the frames count, whatever their stamps.
     RateUnchecked,
 }
@@ -211,6 +216,7 @@ impl Display for Reason {
                  fewer parameters",
                 listed(posture.iter().map(|q| format!("{q:.2}")))
             ),
+            Self::NoBodies(no_bodies) => no_bodies.fmt(f),
             Self::WrongSigns { negative, of } => write!(
                 f,
                 "{negative} of {of} drive inertias and friction coefficients are negative: the \
@@ -368,6 +374,7 @@ impl Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Lacking { freedom } => lacking(f, freedom),
+            Self::FarFromNominal { far } => far.fmt(f),
             Self::NoReference => f.write_str(
                 "no reference was recorded: the filtered measured position is used instead, which \
                  the simulated loop follows with a lag of its own; at best this result is nearly \

@@ -7,6 +7,7 @@ use super::freedoms::{Freedom, FreedomEstimate};
 use super::reasons::{Note, Reason};
 use super::uses::{UseVerdict, Uses};
 use super::workspace::Indefinite;
+use crate::feasibility::Outcome;
 use crate::identification::given::{Context, Tolerances, VerdictLimits};
 use crate::robot::{FrictionLaw, Parameter, ParameterKind};
 
@@ -46,6 +47,8 @@ pub(super) struct Known<'a> {
     pub(super) carried: Vec<f64>,
     /// The posture where the mass matrix is furthest from positive definite, if it is not everywhere.
     pub(super) indefinite: Option<Indefinite>,
+    /// The nearest bodies, where the robot's file has nominal ones.
+    pub(super) bodies: Option<Outcome>,
     /// What only some methods find.
     pub(super) further: Vec<Reason>,
 }
@@ -243,7 +246,7 @@ impl VerdictLimits {
         UseVerdict::new(largest(&figures), "1", Some(limit), reasons)
     }
 
-    /// By the mass matrix.
+    /// By the mass matrix, and by whether bodies explain it.
     fn rigid_body(&self, known: &Known<'_>, wrong: &[Reason]) -> UseVerdict {
         let mut reasons = wrong.to_vec();
         let limit = self.negative_deviations;
@@ -255,6 +258,8 @@ impl VerdictLimits {
             let posture = found.posture.clone();
             reasons.push(Reason::Indefinite { posture, deviations: figure });
         }
+        let no_bodies = known.bodies.as_ref().and_then(Outcome::no_bodies);
+        reasons.extend(no_bodies.filter(|_| !follows).map(Reason::NoBodies));
         UseVerdict::new(Some(figure), "standard deviations below zero", Some(limit), reasons)
     }
 
@@ -275,8 +280,15 @@ impl VerdictLimits {
     }
 
     /// What must be known with a result and does not speak against its use.
-    pub(super) fn notes(&self, context: &Context<'_>, estimate: &Estimate) -> Vec<Note> {
+    pub(super) fn notes(
+        &self,
+        context: &Context<'_>,
+        estimate: &Estimate,
+        bodies: Option<&Outcome>,
+    ) -> Vec<Note> {
         let mut notes = Vec::new();
+        let far = bodies.and_then(Outcome::far_body);
+        notes.extend(far.map(|far| Note::FarFromNominal { far }));
         if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
             notes.push(Note::NoReference);
         }
