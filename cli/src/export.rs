@@ -9,7 +9,7 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::output::{check_is_new, check_place, print, write_text};
 use didim::cell::Cell;
-use didim::offline::{Consistent, Format, StoredModel};
+use didim::offline::{Consistent, Format, OTHER_CONFIGURATION, StoredModel};
 use didim::report::consistent_summary;
 
 #[derive(Debug, Args)]
@@ -42,11 +42,13 @@ fn formats() -> impl TypedValueParser<Value = Format> {
 #[expect(clippy::print_stderr, reason = "what is said beside the model")]
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell, result, to, out, total_mass_kg, input } = arguments;
+    let cell_file = cell;
+    let cell = Cell::read(cell).map_err(CliError::configuration)?;
     if let Some(out) = out {
         check_place(out)?;
-        check_is_new(out, &[cell, result])?;
+        let read = [cell_file, result, &cell.robot_file].into_iter().chain(input);
+        check_is_new(out, read.map(PathBuf::as_path))?;
     }
-    let cell = Cell::read(cell).map_err(CliError::configuration)?;
     let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
     let consistent = Consistent::of(&cell, &model, *total_mass_kg)
         .map_err(|error| CliError::in_file(result, error))?;
@@ -69,6 +71,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         None => print(&exported.text)?,
     }
     eprint!("{}{}", consistent_summary(&consistent.outcome), costs.unwrap_or_default());
+    if model.is_of(&cell) == Some(false) {
+        eprintln!("note: {OTHER_CONFIGURATION}");
+    }
     for left_out in &exported.left_out {
         eprintln!("left out: {left_out}");
     }

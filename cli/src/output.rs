@@ -63,10 +63,12 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
 ///
 /// # Errors
 /// Names it and what to do.
-pub(super) fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
+pub(super) fn check_is_new<'a>(
+    path: &Path,
+    mut read: impl Iterator<Item = &'a Path>,
+) -> Result<(), CliError> {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
-    let is_read = |other: &&Path| whole(path).is_some() && whole(path) == whole(other);
-    match read.iter().any(is_read) {
+    match read.any(|other| whole(path).is_some() && whole(path) == whole(other)) {
         true => {
             Err(CliError::in_file(path, "is read by this command; name another file to be written"))
         }

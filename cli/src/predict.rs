@@ -11,7 +11,7 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::output::{check_place, print, write_text};
 use didim::cell::Cell;
-use didim::offline::StoredModel;
+use didim::offline::{OTHER_CONFIGURATION, StoredModel};
 use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{aligned, significant};
 
@@ -60,8 +60,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let what = "no finite torque comes of its parameters; give the result as it was stored";
         return Err(CliError::in_file(&arguments.result, what));
     }
-    let same_configuration =
-        model.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256);
+    let same_configuration = model.is_of(&cell);
     let notes = notes(&model, &cell, &prediction, same_configuration);
     if arguments.json {
         let output = Output { prediction: &prediction, same_configuration, notes: &notes };
@@ -103,7 +102,7 @@ fn notes(
         notes.push(format!("not in the result, and taken as 0: {}", missing.join(", ")));
     }
     if same_configuration == Some(false) {
-        notes.push("the result was identified with another configuration".to_owned());
+        notes.push(OTHER_CONFIGURATION.to_owned());
     }
     notes
 }

@@ -64,7 +64,9 @@ fn a_real_arm_leaves_in_every_format() {
     let text = |key: &str| model[key].as_str().unwrap().to_owned();
     assert_eq!(text("robot"), "kr300");
     let number = |value: &Value| value.as_f64().unwrap();
-    assert!(number(&model["cost"]) < number(&model["cost_limit"]));
+    assert!(number(&model["least_cost"]) < number(&model["cost_limit"]));
+    assert!(number(&model["least_cost"]) <= number(&model["cost"]));
+    assert_eq!(model["left_out"].as_array().unwrap().len(), 0);
     let parameters = model["parameters"].as_array().unwrap();
     let masses: f64 = parameters
         .iter()
@@ -95,6 +97,14 @@ fn a_real_arm_leaves_in_every_format() {
     let own = folder.path().join("cell.toml");
     let again = succeed(&[&"export", &"--cell", &own, &"--result", &result, &"--to", &"json"]);
     assert_eq!(json(&again)["prior"], "the robot's nominal parameters");
+    // Its own robot file is read, too.
+    let file = folder.path().join("robot.toml");
+    let kept = fs::read(&file).unwrap();
+    let fixed: [&dyn AsRef<OsStr>; 7] =
+        [&"export", &"--cell", &own, &"--result", &result, &"--to", &"toml"];
+    let said = didim(&[&fixed[..], &[&"--out", &file]].concat());
+    assert!(said.stderr.contains("is read by this command"), "{}", said.stderr);
+    assert_eq!(fs::read(&file).unwrap(), kept);
 }
 
 #[test]
@@ -131,6 +141,10 @@ fn what_is_no_model_is_refused() {
         said.stderr
     );
     assert_eq!(fs::read(&result).unwrap(), kept);
+    // Whose method would be code.
+    let other = changed("other.json", &|content| content["method"] = "idim-ls\nfn evil".into());
+    let said = export(&other, &at("other.urdf"));
+    assert!(said.code == Some(1) && said.stderr.contains("unknown method"), "{}", said.stderr);
     // Of an earlier version.
     let old = changed("old.json", &|content| {
         content.as_object_mut().unwrap().remove("covariance").unwrap();

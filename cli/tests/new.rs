@@ -432,6 +432,11 @@ fn device_files_tell_objects_and_ask_for_nodes() {
     let made = of("dcf.toml", &files);
     assert!(made.stdout.contains("found    bus.layout.nodes.6.node_id = 16"), "{}", made.stdout);
     assert!(made.stdout.contains("found    bus.layout.nodes.1.dcf = \"drive-11.dcf\""));
+    let made = of("twice.toml", &[&files[..5], &files[..1]].concat());
+    let why = "missing  bus.layout.nodes.6.node_id: the number of axis 6's drive on the bus; its DCF was made for node 11";
+    assert!(made.stdout.contains(why), "{}", made.stdout);
+    let refused = of("none.toml", &[dcf(200)]);
+    assert!(refused.stderr.contains("NodeID is 200, no node's number"), "{}", refused.stderr);
     let made = of("events.toml", &[at("events.eds")]);
     let why = "type 255 does not go by the SYNC";
     assert!(

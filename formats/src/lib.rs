@@ -14,6 +14,7 @@ mod record;
 mod table;
 mod uniform;
 mod urdf;
+mod xml;
 
 pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
 pub use code::{CodeError, CodeModel, to_c, to_rust};
@@ -28,4 +29,4 @@ pub use table::{
     write_csv,
 };
 pub use uniform::{Resampled, TimesError, mean_rate_hz};
-pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues};
+pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues, WRITTEN_BY};

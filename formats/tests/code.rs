@@ -115,7 +115,7 @@ fn check(robot: &Robot, standard: &[f64]) {
     compiled("cc", &flags, folder.path());
     // By itself it needs no standard library.
     let alone =
-        ["--edition=2024", "--crate-type=lib", "--emit=metadata", "-o", "alone.rmeta", "lib.rs"];
+        ["--edition=2015", "--crate-type=lib", "--emit=metadata", "-o", "alone.rmeta", "lib.rs"];
     fs::write(at("lib.rs"), "#![no_std]\n#[path = \"arm.rs\"]\npub mod arm;\n").unwrap();
     compiled("rustc", &alone, folder.path());
     compiled(
@@ -206,6 +206,32 @@ fn generated_code_of_an_arm_with_every_friction_law_is_the_library() {
     let mut seed = 3;
     let parameters = robot.parameters().names().len();
     check(&robot, &(0..parameters).map(|_| random(&mut seed)).collect::<Vec<_>>());
+}
+
+#[test]
+fn generated_code_of_an_arm_without_gravity_and_friction_has_no_warnings() {
+    let text = r#"name = "one"
+gravity_m_s2 = [0.0, 0.0, -9.81]
+[[joint]]
+type = "revolute"
+alpha_deg = 0.0
+d_m = 0.0
+theta_deg = 0.0
+r_m = 0.0
+drive_inertia = true
+position_min_deg = -90.0
+position_max_deg = 90.0
+velocity_max_rad_s = 2.0
+torque_max_nm = 50.0
+[transmission]
+rows = [[1.0]]
+[friction]
+viscous = false
+coulomb = false
+offset = false
+"#;
+    let robot = Robot::from_toml(text).unwrap();
+    check(&robot, &vec![1.0; robot.parameters().names().len()]);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use didim_core::feasibility::Body;
 use didim_core::robot::{ParameterKind, Robot};
 use didim_formats::{
     ExportError, ExportModel, Holder, LeftOut, UrdfArm, UrdfDrives, UrdfError, UrdfNote,
-    UrdfValues, to_matlab, to_mjcf, to_robot_file, to_urdf,
+    UrdfValues, WRITTEN_BY, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 use nalgebra::Matrix4;
 use serde::Deserialize;
@@ -257,6 +257,28 @@ fn all_else_in_a_file_of_ones_own_stays_as_it_was() {
     };
     let written = arm.with_values(&values, &["A remark.".to_owned()]).unwrap();
     assert_eq!(written, WRITTEN, "{written}");
+
+    let dos = |text: &str| text.replace('\n', "\r\n");
+    let arm = UrdfArm::read(&dos(OWN), None, None).unwrap();
+    let written = arm.with_values(&values, &["A remark.".to_owned()]).unwrap();
+    assert_eq!(written, dos(WRITTEN), "{written}");
+}
+
+#[test]
+fn an_export_takes_the_place_of_an_earlier_one() {
+    let body = Body::from_parameters([3.0, 0.0, 0.0, 3.0, 0.0, 3.0, 0.0, 0.0, 2.0, 4.0]);
+    let both = vec![Some(0.25); 2];
+    let values = |damping| UrdfValues { bodies: vec![body, body], damping, friction: both.clone() };
+    let remarks = |text: &str| vec![WRITTEN_BY.to_owned(), text.to_owned()];
+    let arm = UrdfArm::read(OWN, None, None).unwrap();
+    let first = arm.with_values(&values(both.clone()), &remarks("a -- b")).unwrap();
+    assert!(first.contains("a - - b"), "{first}");
+    let arm = UrdfArm::read(&first, None, None).unwrap();
+    let second = arm.with_values(&values(both.clone()), &remarks("c---d")).unwrap();
+    assert_eq!(second, first.replace("a - - b", "c- - -d"));
+    // What a model lacks is in its other parameters.
+    let without = arm.with_values(&values(vec![None; 2]), &remarks("a -- b")).unwrap();
+    assert_eq!(without, first.replace("damping=\"0.25\"", "damping=\"0.0\""));
 }
 
 #[test]
@@ -279,6 +301,11 @@ fn what_hangs_on_other_joints_keeps_its_body() {
     );
     let refused = arm.with_values(&values(8.0), &[]).unwrap_err();
     assert_eq!(refused, UrdfError::NothingLeft { link: "lower".to_owned() });
+    // Nobody knows what to take off.
+    let text = text.replace("ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n  <joint name=\"grip", "ixx=\"9\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n  <joint name=\"grip");
+    let arm = UrdfArm::read(&text, None, Some("lower")).unwrap();
+    let refused = arm.with_values(&values(10.0), &[]).unwrap_err();
+    assert_eq!(refused, UrdfError::ImpossibleHeld { link: "finger".to_owned() });
 }
 
 #[test]
@@ -293,6 +320,10 @@ fn a_robot_file_has_the_new_values_and_all_else() {
     assert_eq!(read.nominal().unwrap().standard(), standard);
     assert_eq!(read.chain(), robot.chain());
     assert!(written.starts_with("# From a test.\n"));
+    let dos = to_robot_file(&model, &text.replace('\n', "\r\n")).unwrap();
+    assert_eq!(dos, written.replace('\n', "\r\n"));
+    let spaced = to_robot_file(&model, &text.replace("[nominal]", "[ nominal ] # of [1]")).unwrap();
+    assert_eq!(spaced, written);
     let comments = |of: &str| of.lines().filter(|line| line.starts_with('#')).count();
     assert!(comments(&written) > comments(&text) / 2);
 
@@ -301,8 +332,12 @@ fn a_robot_file_has_the_new_values_and_all_else() {
     let other = robot.clone().with_friction(laws);
     let values = self::standard(&other, &mut Random(4));
     let model = ExportModel { robot: &other, standard: &values, origin: &[] };
-    let again = to_robot_file(&model, &to_robot_file(&model, &text).unwrap()).unwrap();
+    let remarks = [WRITTEN_BY.to_owned(), "And more.".to_owned()];
+    let model = ExportModel { origin: &remarks, ..model };
+    let first = to_robot_file(&model, &text).unwrap();
+    let again = to_robot_file(&model, &first).unwrap();
     assert_eq!(Robot::from_toml(&again).unwrap().own_friction(), other.own_friction());
+    assert_eq!(again, first);
 }
 
 #[test]
@@ -320,6 +355,18 @@ fn what_cannot_be_exported_is_refused_or_listed() {
     assert!(!by_mjcf.contains("ia1") && !by_mjcf.contains("fv_m6") && by_mjcf.contains("off3"));
     assert!(to_mjcf(&model).unwrap().contains("<fixed name=\"motor_6\""));
     assert!(to_matlab(&model, "arm").unwrap().contains("arm.drive.fv_m6"));
+    let text = robot_text("tx40.toml");
+    let spring =
+        "[[joint]]\nknown_torque = { position_deg = [-180.0, 180.0], torque_nm = [30.0, -30.0] }";
+    let sprung = Robot::from_toml(&text.replacen("[[joint]]", spring, 1)).unwrap();
+    let sprung = ExportModel { robot: &sprung, standard: &values, origin: &[] };
+    let left = LeftOut::of(&sprung, Holder::Parameters);
+    assert!(matches!(left.as_slice(), [LeftOut { joint: 1, name: None, .. }]), "{left:?}");
+    assert!(to_matlab(&sprung, "arm").unwrap().contains("% left out: torque beside the model"));
+    for name in ["kr-300", "1st", "end", "a b", "", &"a".repeat(64)] {
+        let refused = to_matlab(&model, name).unwrap_err();
+        assert_eq!(refused, ExportError::FunctionName { name: name.to_owned() });
+    }
 
     let column = |kind, joint| robot.parameters().column(kind, joint).unwrap();
     values[column(ParameterKind::FvMotor, 5)] = 3.0;

@@ -16,7 +16,7 @@ mod robot;
 mod suggestion;
 mod values;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_core::identification::{
@@ -47,6 +47,8 @@ use crate::text::sha256;
 pub struct Cell {
     /// Name of the cell.
     pub name: String,
+    /// The file of the robot.
+    pub robot_file: PathBuf,
     /// The arm, with the sign model that the cell chose.
     pub robot: Robot,
     /// The arm as its own file describes it: what is simulated must not follow from how the cell
@@ -217,7 +219,7 @@ impl Cell {
         }
         let model = Model::new(&robot);
         let base = BaseParameters::compute(&model)
-            .map_err(|source| CellError::BaseParameters { file: robot_path, source })?;
+            .map_err(|source| CellError::BaseParameters { file: robot_path.clone(), source })?;
 
         let own = robot_as_described.own_friction();
         if file.identification.sign.is_some() && own.iter().any(|one| one.sign != own[0].sign) {
@@ -339,6 +341,7 @@ impl Cell {
             .map_err(|source| wrong(simulation_key(&source), source.to_string()))?;
         Ok(Self {
             name: file.name,
+            robot_file: robot_path,
             configuration_sha256: {
                 let mut texts = vec![text.as_str(), &robot_text];
                 texts.extend(layout_texts.iter().map(|(_, text)| text.as_str()));

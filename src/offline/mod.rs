@@ -14,4 +14,4 @@ pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
 pub use rate::RateError;
-pub use stored::{ResultError, StoredModel};
+pub use stored::{OTHER_CONFIGURATION, ResultError, StoredModel};

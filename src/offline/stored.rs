@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim_core::identification::{ModelUncertainty, ParameterCovariance};
+use didim_core::identification::{Method, ModelUncertainty, ParameterCovariance};
 use didim_core::robot::JointFriction;
 use serde::Deserialize;
 
@@ -56,6 +56,9 @@ pub enum ResultError {
     },
 }
 
+/// What has to be known of a result that [is not of](StoredModel::is_of) the cell.
+pub const OTHER_CONFIGURATION: &str = "the result was identified with another configuration";
+
 /// What a stored result says of an arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredModel {
@@ -64,8 +67,8 @@ pub struct StoredModel {
     pub(super) kept: Vec<(String, f64)>,
     /// Name of the method.
     pub method: String,
-    /// Hash of the configuration that it was identified with, where it says so.
-    pub configuration: Option<String>,
+    /// Hash of the configuration that it was identified with, where it says so; see [`Self::is_of`].
+    pub(super) configuration: Option<String>,
     pub(super) uncertainty: Option<ModelUncertainty>,
     pub(super) covariance: Option<ParameterCovariance>,
 }
@@ -164,9 +167,20 @@ impl StoredModel {
             .map(|of| of.into_iter().map(|p| (p.name, p.value)).collect::<Vec<_>>());
         check_names(&parameters, &kept, &cell).map_err(unfit)?;
         let (configuration, uncertainty) = (stored.configuration, estimate.model_uncertainty);
+        // It goes into other files, as it is.
+        if !estimate.method.is_empty()
+            && let Err(unknown) = estimate.method.parse::<Method>()
+        {
+            return Err(unfit(unknown.to_string()));
+        }
         let (method, covariance) = (estimate.method, estimate.covariance);
         let model = Self { parameters, kept, method, configuration, uncertainty, covariance };
         Ok((model, cell))
+    }
+
+    /// Whether the result was identified with the configuration of a cell; nothing where it does not say.
+    pub fn is_of(&self, cell: &Cell) -> Option<bool> {
+        self.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256)
     }
 
     /// Base parameters of the robot that the result does not have: they count as 0.

@@ -189,7 +189,9 @@ impl Proposal {
                     None => writeln!(text, "\n[{section}]"),
                 };
             }
-            let why = if entry.why.is_empty() { String::new() } else { format!(": {}", entry.why) };
+            // A name within may have more than one line, a comment has not.
+            let why = entry.why.replace(char::is_control, " ");
+            let why = if why.is_empty() { why } else { format!(": {why}") };
             let _ = writeln!(text, "# {}{why}", entry.standing.as_str());
             let _ = writeln!(text, "{} = {}", entry.name, entry.value);
         }

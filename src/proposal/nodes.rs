@@ -1,5 +1,6 @@
 //! `[bus]` of device files (EDS, DCF): which objects, of which nodes.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use didim_drivers::layout::DeviceContents;
@@ -35,8 +36,18 @@ pub(super) fn propose(
         _ => None,
     };
     draft.put(LAYOUT, "rate_hz", rate(rate_hz));
+    let mut of_axis = BTreeMap::new();
     for (axis, (file, contents)) in (1..=axes).zip(files.iter().cycle()) {
-        node(draft, axis, file, contents, out);
+        let number = match contents.node_id {
+            Some(node_id) => match of_axis.insert(node_id, axis) {
+                None => Guess::found(node_id.to_string(), "the DCF was made for this node"),
+                Some(other) => Guess::open(&format!(
+                    "the number of axis {axis}'s drive on the bus; its DCF was made for node {node_id}, as that of axis {other}"
+                )),
+            },
+            None => Guess::open(&format!("the number of axis {axis}'s drive on the bus, 1 to 127")),
+        };
+        node(draft, axis, file, number, out);
     }
     objects(draft, files);
     // A device file has no units that would tell a gain.
@@ -44,13 +55,9 @@ pub(super) fn propose(
     Ok(())
 }
 
-fn node(draft: &mut Draft<'_>, axis: usize, file: &Path, contents: &DeviceContents, out: &Path) {
+fn node(draft: &mut Draft<'_>, axis: usize, file: &Path, number: Guess, out: &Path) {
     let section = format!("bus.layout.nodes.{axis}");
-    let node_id = match contents.node_id {
-        Some(node_id) => Guess::found(node_id.to_string(), "the DCF was made for this node"),
-        None => Guess::open(&format!("the number of axis {axis}'s drive on the bus, 1 to 127")),
-    };
-    draft.put(&section, "node_id", node_id);
+    draft.put(&section, "node_id", number);
     let path = quoted(&relative(file, out).display().to_string());
     let key = if is_dcf(file) { "dcf" } else { "eds" };
     draft.put(&section, key, Guess::found(path, "as named"));

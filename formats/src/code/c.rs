@@ -30,7 +30,7 @@ pub fn to_c(model: CodeModel<'_>) -> Result<String, CodeError> {
         let results = results.map(|(joint, result)| format!("tau[{joint}] = {result};"));
         // Writing to a String cannot fail.
         let _ = writeln!(body, "/* {says} */\n{head} {{");
-        for line in lines.into_iter().chain(results) {
+        for line in perhaps_unread(head).into_iter().chain(lines).chain(results) {
             let _ = writeln!(body, "    {line}");
         }
         body.push_str("}\n\n");
@@ -44,15 +44,25 @@ pub fn to_c(model: CodeModel<'_>) -> Result<String, CodeError> {
     body.push_str(&covariance(&program, &heads[4])?);
     body.push_str(&self_test(&program, &heads[5]));
 
-    let origin = model.origin.iter().map(|line| format!(" * {}\n", line.replace("*/", "* /")));
+    let origin = model
+        .origin
+        .iter()
+        .map(|line| format!(" * {}\n", line.replace("*/", "* /").replace("/*", "/ *")));
     Ok(format!(
         "/*\n{origin} *\n * Positions [rad or m], velocities, accelerations and torques [N m or N] of the {n} joints, not of the motors; a torque\n \
          * is what the drives have to give. C99; no allocation, no library but memcpy. The self-test returns 0 where all is well.\n \
+         * Not for -ffast-math or -Ofast, with which it fails.\n \
          */\n#include <stdint.h>\n#include <string.h>\n\n{prototypes};\n\n{elementary}\n{body}",
         origin = origin.collect::<String>(),
         prototypes = heads.join(";\n"),
         elementary = called_by(&body, Language::C, name),
     ))
+}
+
+/// Not the torque of every arm depends on all that a function takes: compilers warn of the rest.
+fn perhaps_unread(head: &str) -> Vec<String> {
+    let is_taken = |name: &&str| head.contains(&format!(" {name}["));
+    ["q", "dq", "ddq"].into_iter().filter(is_taken).map(|name| format!("(void){name};")).collect()
 }
 
 /// Y C Yᵀ with C = LLᵀ.
@@ -75,7 +85,7 @@ fn covariance(program: &Program<'_>, head: &str) -> Result<String, CodeError> {
         "/* Covariance of the torques by that of the parameters, row by row [(N m)^2]. It holds for a model that is right. */\n\
          {head} {{\n    double y[{n}][{b}] = {{{{0.0}}}}, a[{n}][{b}];"
     );
-    for statement in lines {
+    for statement in perhaps_unread(head).into_iter().chain(lines) {
         let _ = writeln!(text, "    {statement}");
     }
     for ((row, column), result) in program.entries.iter().zip(results) {

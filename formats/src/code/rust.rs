@@ -68,7 +68,7 @@ pub fn to_rust(model: CodeModel<'_>) -> Result<String, CodeError> {
     Ok(format!(
         "{origin}//!\n//! Positions [rad or m], velocities, accelerations and torques [N m or N] of the {n} joints, not of the motors; a\n\
          //! torque is what the drives have to give. `core` alone, no allocation. The self-test is true where all is well.\n\
-         #![allow(clippy::all, clippy::pedantic, unused_parens)]\n\n\
+         #![allow(clippy::all, clippy::pedantic, unused_parens, unused_variables)]\n\n\
          /// Number of joints.\npub const JOINTS: usize = {n};\n\n{body}\n{elementary}"
     ))
 }
@@ -91,8 +91,9 @@ fn self_test(program: &Program<'_>) -> String {
          \x20   let expected: [[[f64; JOINTS]; 5]; {}] = [\n{}\n    ];\n\
          \x20   expected.iter().all(|[q, dq, ddq, torque, variance]| {{\n\
          \x20       let covariance = torque_covariance(q, dq, ddq);\n\
-         \x20       let joints = inverse_dynamics(q, dq, ddq).into_iter().zip(torque).zip(variance).enumerate();\n\
-         \x20       joints.into_iter().all(|(joint, ((found, torque), variance))| {{\n\
+         \x20       let found = inverse_dynamics(q, dq, ddq);\n\
+         \x20       let mut joints = found.iter().zip(torque).zip(variance).enumerate();\n\
+         \x20       joints.all(|(joint, ((found, torque), variance))| {{\n\
          \x20           let (torque_error, error) = (found - torque, covariance[joint][joint] - variance);\n\
          \x20           let largest = 1e-9 * (1.0 + torque * torque);\n\
          \x20           torque_error * torque_error <= largest * largest && error * error <= 1e-12 * variance * variance\n\

@@ -13,6 +13,8 @@ pub enum Holder {
     Urdf,
     /// MJCF: drive inertias and coupled motors too.
     Mjcf,
+    /// A list of all parameters.
+    Parameters,
 }
 
 /// A part of the model that a format has no place for, with its value.
@@ -62,6 +64,7 @@ fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static 
 
     let coupled = (0..robot.joints()).any(|motor| robot.transmission().is_coupled(motor));
     match (kind, holder) {
+        (_, Holder::Parameters) => None,
         (Ia, Holder::Urdf) => Some("drive inertia"),
         (FvMotor, Holder::Urdf) if coupled => Some("viscous friction of a coupled motor"),
         (FcMotor, Holder::Urdf) if coupled => Some("Coulomb friction of a coupled motor"),

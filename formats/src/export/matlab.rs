@@ -4,18 +4,67 @@ use std::fmt::Write as _;
 
 use didim_core::robot::ParameterKind;
 
+use super::left_out::{Holder, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic};
+
+/// Letters of a name that count.
+const LONGEST_NAME: usize = 63;
+
+/// What `iskeyword` lists in MATLAB and in Octave.
+const KEYWORDS: [&str; 36] = [
+    "break",
+    "case",
+    "catch",
+    "classdef",
+    "continue",
+    "do",
+    "else",
+    "elseif",
+    "end",
+    "end_try_catch",
+    "end_unwind_protect",
+    "endfor",
+    "endfunction",
+    "endif",
+    "endmethods",
+    "endparfor",
+    "endproperties",
+    "endswitch",
+    "endwhile",
+    "events",
+    "for",
+    "function",
+    "global",
+    "if",
+    "otherwise",
+    "parfor",
+    "persistent",
+    "return",
+    "spmd",
+    "switch",
+    "try",
+    "until",
+    "unwind_protect",
+    "unwind_protect_cleanup",
+    "while",
+    "arguments",
+];
 
 /// The arm as a function file of MATLAB, which Octave reads too: modified Denavit–Hartenberg parameters, mass, centre of mass
 /// and inertia about it of each link in its own frame, drive inertias and friction.
 ///
 /// # Errors
-/// [`ExportError::NoBody`].
+/// [`ExportError::NoBody`], [`ExportError::FunctionName`].
 pub fn to_matlab(model: &ExportModel<'_>, function: &str) -> Result<String, ExportError> {
+    if !is_function_name(function) {
+        return Err(ExportError::FunctionName { name: function.to_owned() });
+    }
     let robot = model.robot;
     let mut text = format!("function arm = {function}()\n");
+    let left_out = LeftOut::of(model, Holder::Parameters).into_iter();
     // Writing to a String cannot fail.
-    for line in model.origin {
+    for line in model.origin.iter().cloned().chain(left_out.map(|left| format!("left out: {left}")))
+    {
         let _ = writeln!(text, "% {line}");
     }
     text.push_str(
@@ -80,4 +129,13 @@ pub fn to_matlab(model: &ExportModel<'_>, function: &str) -> Result<String, Expo
     }
     text.push_str("end\n");
     Ok(text)
+}
+
+/// Whether MATLAB finds a function of this name in the file that is called so.
+fn is_function_name(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|first| first.is_ascii_alphabetic())
+        && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+        && name.len() <= LONGEST_NAME
+        && !KEYWORDS.contains(&name)
 }

@@ -7,8 +7,8 @@ use nalgebra::UnitQuaternion;
 
 use super::left_out::{Holder, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
-use super::urdf::escaped;
 use crate::urdf::Body;
+use crate::xml::{escaped, within_comment};
 
 /// The arm as MJCF: joints with `armature`, `damping` and `frictionloss`; a motor that is coupled to several joints is a
 /// fixed tendon over them with its own.
@@ -22,7 +22,7 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     let left_out = left_out.iter().map(|left| format!("left out: {left}"));
     for line in model.origin.iter().cloned().chain(left_out) {
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "  {}", line.replace("--", "- -"));
+        let _ = writeln!(text, "  {}", within_comment(&line));
     }
     let [x, y, z] = robot.gravity_m_s2();
     let _ = writeln!(

@@ -28,9 +28,23 @@ pub enum ExportError {
         /// How much of it is left.
         value: f64,
     },
+    /// MATLAB calls a function by the name of its file.
+    #[error(
+        "MATLAB calls a function by the name of its file, and `{name}` is none: name the file with letters, digits and underscores, a letter \
+         first, 63 at most, and not like a keyword"
+    )]
+    FunctionName {
+        /// That of the file.
+        name: String,
+    },
+    /// The robot's file states its nominal values otherwise than in a table of their own.
+    #[error(
+        "the robot's file states `nominal` otherwise than as a table; write it as `[nominal]`, one key a line"
+    )]
+    NoTable,
     /// The robot's file does not take the new values.
     #[error(
-        "the robot's file does not take the new values: {problem}; write its `[nominal]` as a table of its own, one key a line"
+        "the robot's file does not take the new values: {problem}; write it with one key a line"
     )]
     RobotFile {
         /// What came of it.

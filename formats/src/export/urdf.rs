@@ -7,6 +7,7 @@ use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
 
 use super::left_out::{Holder, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
+use crate::xml::{escaped, within_comment};
 
 /// The arm as a URDF: links `base_link`, `link_1`, …, joints `joint_1`, … along z of their frames. z of `world` is up.
 ///
@@ -19,7 +20,7 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     let left_out = left_out.iter().map(|left| format!("left out: {left}"));
     for line in model.origin.iter().cloned().chain(left_out) {
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "  {}", line.replace("--", "- -"));
+        let _ = writeln!(text, "  {}", within_comment(&line));
     }
     let _ = writeln!(text, "-->\n<robot name=\"{}\">", escaped(robot.name()));
     let [x, y, z] = robot.gravity_m_s2();
@@ -73,9 +74,4 @@ fn origin(pose: &IsometryMatrix3<f64>) -> String {
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
     let [x, y, z]: [f64; 3] = pose.translation.vector.into();
     format!("<origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"{roll:?} {pitch:?} {yaw:?}\"/>")
-}
-
-/// A text within quotes of XML.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

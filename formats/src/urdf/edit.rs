@@ -9,15 +9,19 @@ use super::UrdfArm;
 use super::chain::Axis;
 use super::error::UrdfError;
 use super::file::{Body, DynamicsPlace, File, FileJoint, Place};
+use crate::xml::within_comment;
+
+/// The first remark of a file that is written for another tool: when such a file is the robot's, its remarks go with the next.
+pub const WRITTEN_BY: &str = "Written by didim export.";
 
 /// What is written into a URDF, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfValues {
     /// The body of each link, in the frames of [`UrdfArm::to_toml`].
     pub bodies: Vec<LinkBody>,
-    /// Viscous friction \[N·m·s/rad or N·s/m\], where the model has it.
+    /// Viscous friction \[N·m·s/rad or N·s/m\], where the model has it; 0 is written in the place of any other.
     pub damping: Vec<Option<f64>>,
-    /// Coulomb friction \[N·m or N\], where the model has it.
+    /// Coulomb friction \[N·m or N\], likewise.
     pub friction: Vec<Option<f64>>,
 }
 
@@ -43,7 +47,9 @@ impl UrdfArm {
         let file = File::read(text)?;
         let chain = file.chain(Some(&self.base), Some(&self.tip))?;
         let comment = comment(remarks, indent(text, &file.place) + "  ");
-        let mut edits = vec![inside(text, &file.place, &comment)];
+        let mut remarks = inside(text, &file.place, &comment);
+        remarks.place.end += former_comment(&text[remarks.place.end..]);
+        let mut edits = vec![remarks];
         for (number, (axis, placed)) in chain.axes.iter().zip(&self.placed).enumerate() {
             let name = || file.links[axis.carried[0].link].name.clone();
             let impossible = || UrdfError::NothingLeft { link: name() };
@@ -55,6 +61,10 @@ impl UrdfArm {
                 let link = &file.links[carried.link];
                 let tab = indent(text, &link.place) + "  ";
                 match (&link.inertial, index, carried.is_held) {
+                    // It would stay, and the link that carries it have it once more.
+                    (Some(_), _, true) if carried.body.is_none() => {
+                        return Err(UrdfError::ImpossibleHeld { link: link.name.clone() });
+                    }
                     (Some(place), 0, _) => {
                         edits.push(Edit { place: place.clone(), text: own.element(&tab) });
                     }
@@ -123,7 +133,11 @@ fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Edit
                 edits.push(Edit { place: place.clone(), text: format!("{value:?}") });
             }
             (Some(value), None) => new.push((name, value)),
-            _ => {}
+            // What the model lacks is in its other parameters.
+            (None, Some(place)) => {
+                edits.push(Edit { place: place.clone(), text: "0.0".to_owned() })
+            }
+            (None, None) => {}
         }
     }
     let at = whole.start + "<dynamics".len();
@@ -133,8 +147,15 @@ fn friction(text: &str, joint: &FileJoint, values: [Option<f64>; 2]) -> Vec<Edit
 
 /// A comment on lines of its own.
 fn comment(lines: &[String], tab: String) -> String {
-    let lines = lines.iter().map(|line| format!("{tab}  {}\n", line.replace("--", "- -")));
+    let lines = lines.iter().map(|line| format!("{tab}  {}\n", within_comment(line)));
     format!("\n{tab}<!--\n{}{tab}-->", lines.collect::<String>())
+}
+
+/// The length of the comment of an earlier export, where there is one.
+fn former_comment(text: &str) -> usize {
+    let inner = text.trim_start().strip_prefix("<!--");
+    let own = inner.filter(|inner| inner.trim_start().starts_with(WRITTEN_BY));
+    own.and_then(|_| text.find("-->")).map_or(0, |at| at + "-->".len())
 }
 
 /// The spaces before an element on its line.
@@ -167,17 +188,19 @@ fn inside(text: &str, place: &Place, content: &str) -> Edit {
 /// An element with the rest of its line, where that is blank.
 fn with_line(text: &str, place: &Range<usize>) -> Range<usize> {
     let before = text[..place.start].trim_end_matches([' ', '\t']);
-    let is_alone = before.ends_with('\n')
-        && text[place.end..].trim_start_matches([' ', '\t', '\r']).starts_with('\n');
-    if is_alone { before.len() - 1..place.end } else { place.clone() }
+    let is_alone = text[place.end..].trim_start_matches([' ', '\t', '\r']).starts_with('\n');
+    let above = before.strip_suffix('\n').map(|above| above.strip_suffix('\r').unwrap_or(above));
+    above.filter(|_| is_alone).map_or(place.clone(), |above| above.len()..place.end)
 }
 
+/// The text with the edits, whose lines end as its own do.
 fn edited(text: &str, mut edits: Vec<Edit>) -> String {
+    let line_end = if text.contains("\r\n") { "\r\n" } else { "\n" };
     edits.sort_by_key(|edit| edit.place.start);
     let (mut out, mut at) = (String::new(), 0);
     for Edit { place, text: new } in edits {
         out.push_str(&text[at..place.start]);
-        out.push_str(&new);
+        out.push_str(&new.replace('\n', line_end));
         at = place.end;
     }
     out.push_str(&text[at..]);

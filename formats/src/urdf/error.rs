@@ -179,6 +179,15 @@ pub enum UrdfError {
         /// Its line.
         line: usize,
     },
+    /// What hangs on a joint that is no part of the arm has an inertial that no body has.
+    #[error(
+        "the link `{link}` hangs on joints which are no part of the arm, and its inertial is incomplete or of no body; correct \
+         it, or remove it"
+    )]
+    ImpossibleHeld {
+        /// The link.
+        link: String,
+    },
     /// What hangs on a joint that is no part of the arm has more of the identified body than there is.
     #[error(
         "with the inertials that the file has behind joints which are no part of the arm, nothing possible is left for the link \

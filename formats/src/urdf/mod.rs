@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 
-pub use edit::UrdfValues;
+pub use edit::{UrdfValues, WRITTEN_BY};
 pub use error::UrdfError;
 pub(crate) use file::Body;
 pub use note::UrdfNote;

@@ -3,8 +3,8 @@
 use didim_core::feasibility::{Class, Outcome};
 use didim_core::robot::ParameterKind;
 use didim_formats::{
-    CodeError, CodeModel, ExportError, ExportModel, Holder, LeftOut, UrdfError, UrdfValues, to_c,
-    to_matlab, to_mjcf, to_robot_file, to_rust, to_urdf,
+    CodeError, CodeModel, ExportError, ExportModel, Holder, LeftOut, UrdfError, UrdfValues,
+    WRITTEN_BY, to_c, to_matlab, to_mjcf, to_robot_file, to_rust, to_urdf,
 };
 
 use super::model::Consistent;
@@ -89,7 +89,8 @@ impl Consistent<'_> {
         let holder = match format {
             Format::Urdf => Some(Holder::Urdf),
             Format::Mjcf => Some(Holder::Mjcf),
-            _ => None,
+            Format::Matlab | Format::Json => Some(Holder::Parameters),
+            Format::Toml | Format::C | Format::Rust => None,
         };
         let left_out = holder.map_or_else(Vec::new, |holder| LeftOut::of(&model, holder));
         let identified: Vec<&str> =
@@ -111,7 +112,7 @@ impl Consistent<'_> {
             (Format::Urdf, None) => to_urdf(&model)?,
             (Format::Mjcf, _) => to_mjcf(&model)?,
             (Format::Toml, _) => to_robot_file(&model, &self.cell.configuration.robot)?,
-            (Format::Json, _) => self.json()?,
+            (Format::Json, _) => self.json(&left_out)?,
             (Format::Matlab, _) => to_matlab(&model, name)?,
             (Format::C, _) => to_c(code)?,
             (Format::Rust, _) => to_rust(code)?,
@@ -131,8 +132,10 @@ impl Consistent<'_> {
 
     /// Where the model comes from, and how far its masses are to be believed.
     fn origin(&self) -> Vec<String> {
-        let Outcome { cost, threshold, prior, parameters, judgement, .. } = &self.outcome;
+        let Outcome { cost, least_cost, threshold, prior, parameters, judgement, .. } =
+            &self.outcome;
         let mut lines = vec![
+            WRITTEN_BY.to_owned(),
             format!(
                 "{}, identified by {}, made consistent by didim {}: {judgement}.",
                 self.cell.robot.name(),
@@ -140,7 +143,8 @@ impl Consistent<'_> {
                 env!("CARGO_PKG_VERSION")
             ),
             format!(
-                "Cost {cost:.1} (below {threshold:.0} for true bodies, 99 %); where the data do not decide, {prior} do."
+                "Cost of the nearest bodies {least_cost:.1} (true ones stay below {threshold:.0}, 99 %), of these {cost:.1}; where the \
+                 data do not decide, {prior} do."
             ),
         ];
         let masses = parameters.iter().zip(self.cell.robot.parameters().parameters());

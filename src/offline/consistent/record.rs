@@ -2,6 +2,7 @@
 
 use didim_core::feasibility::{Class, Judgement, Outcome};
 use didim_core::robot::Parameter as RobotParameter;
+use didim_formats::LeftOut;
 use serde::Serialize;
 
 use super::model::Consistent;
@@ -22,15 +23,19 @@ struct Record<'a> {
     prior_weight: f64,
     /// J, the squared distance from the result in its standard deviations.
     cost: f64,
-    /// What the cost of true bodies stays below (χ², 99 %).
+    /// The least J of any bodies, near the prior or not.
+    least_cost: f64,
+    /// What the least cost of true bodies stays below (χ², 99 %).
     cost_limit: f64,
-    judgement: &'static str,
+    judgement: Judgement,
     /// How many base parameters the data decide.
     effective_parameters: f64,
     parameters: Vec<Parameter<'a>>,
     bodies: Vec<LinkBody>,
     /// By how much each base parameter was moved, in its standard deviations.
     shifts: Vec<Moved<'a>>,
+    /// What of the model these parameters do not hold.
+    left_out: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -41,7 +46,7 @@ struct Parameter<'a> {
     /// What data and prior leave open together.
     standard_deviation: f64,
     /// What decides it.
-    decided_by: &'static str,
+    decided_by: Class,
     share_of_data: f64,
 }
 
@@ -67,7 +72,7 @@ impl Consistent<'_> {
     ///
     /// # Errors
     /// As [`serde_json::to_string_pretty`].
-    pub(super) fn json(&self) -> Result<String, serde_json::Error> {
+    pub(super) fn json(&self, left_out: &[LeftOut]) -> Result<String, serde_json::Error> {
         let Outcome { parameters, bodies, shifts, divergence_per_link, .. } = &self.outcome;
         let robot = &self.cell.robot;
         let kinds = robot.parameters().parameters().iter();
@@ -79,8 +84,9 @@ impl Consistent<'_> {
             prior: self.outcome.prior.to_string(),
             prior_weight: self.outcome.weight,
             cost: self.outcome.cost,
+            least_cost: self.outcome.least_cost,
             cost_limit: self.outcome.threshold,
-            judgement: judgement(self.outcome.judgement),
+            judgement: self.outcome.judgement,
             effective_parameters: self.outcome.effective_parameters,
             parameters: parameters
                 .iter()
@@ -90,7 +96,7 @@ impl Consistent<'_> {
                     unit: unit(kind),
                     value: of.value,
                     standard_deviation: of.deviation,
-                    decided_by: class(of.class),
+                    decided_by: of.class,
                     share_of_data: of.share_of_data,
                 })
                 .collect(),
@@ -119,25 +125,8 @@ impl Consistent<'_> {
                 .iter()
                 .map(|of| Moved { name: &of.name, standard_deviations: of.deviations })
                 .collect(),
+            left_out: left_out.iter().map(ToString::to_string).collect(),
         };
         serde_json::to_string_pretty(&record).map(|text| text + "\n")
-    }
-}
-
-fn class(class: Class) -> &'static str {
-    match class {
-        Class::Data => "data",
-        Class::Prior => "prior",
-        Class::Combination => "combination",
-        Class::Absent => "absent",
-    }
-}
-
-fn judgement(judgement: Judgement) -> &'static str {
-    match judgement {
-        Judgement::Feasible => "feasible",
-        Judgement::Stretched => "stretched",
-        Judgement::Infeasible => "infeasible",
-        Judgement::ContradictsPrior => "contradicts-prior",
     }
 }

@@ -45,8 +45,15 @@ impl<'a> Dictionary<'a> {
     ) -> Result<Option<u8>, EdsError> {
         // Any node: a number of the file's own does not refer to it.
         let own = Self { file, node: 1, configured: true, sections: ini::parse(text, file)? };
-        let node = own.made_for()?.and_then(|found| u8::try_from(found.number).ok());
-        Ok(node.filter(|node| (1..=127).contains(node)))
+        let Some(found) = own.made_for()? else { return Ok(None) };
+        match u8::try_from(found.number) {
+            Ok(node @ 1..=127) => Ok(Some(node)),
+            _ => {
+                let reason =
+                    format!("NodeID is {}, no node's number; correct it: 1 to 127", found.number);
+                Err(own.refuse(&found, reason))
+            }
+        }
     }
 
     /// The node of a DCF; the section's name is spelt so in the standard.
