@@ -21,11 +21,11 @@ fn nonsense_is_a_usage_error() {
         ),
         (
             &["identify", "--cell", &cell, "--input", log, "--sample-rate", "5000"],
-            &["--sample-rate", "CSV", "layout"],
+            &["--sample-rate", "for tables only", "layout"],
         ),
         (
             &["convert", "--cell", &cell, log, "out.csv", "--sample-rate", "5000"],
-            &["--sample-rate", "CSV", "layout"],
+            &["--sample-rate", "for tables only", "layout"],
         ),
         (&["identify", "--cell", &cell, "--input", log, "--from", "x"], &["--from", "'x'"]),
         (
