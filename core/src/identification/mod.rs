@@ -50,6 +50,7 @@ pub use judgement::{
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{
-    Declared, Load, LoadBody, LoadParameter, Payload, PayloadError, Presence, Uncertain, payload,
+    Comparison, Declared, Distance, KnownArm, Load, LoadBody, LoadParameter, Payload, PayloadError,
+    Presence, Uncertain, payload,
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};

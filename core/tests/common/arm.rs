@@ -29,6 +29,7 @@ impl Random {
 }
 
 /// An arm with what a test needs to know about it.
+#[derive(Clone)]
 pub(crate) struct Arm {
     pub(crate) robot: Robot,
     pub(crate) model: Model,

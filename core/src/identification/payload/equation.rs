@@ -17,11 +17,9 @@ pub(super) struct LoadSums {
     /// k × 10: sums = S φ.
     pub(super) regrouping: DMatrix<f64>,
     /// Of each sum the parameter whose column stands for it, ascending.
-    pub(super) chosen: Vec<usize>,
-    /// What each sum is: `xx - yy`.
-    pub(super) names: Vec<String>,
+    chosen: Vec<usize>,
     /// Parameters that no motion shows.
-    pub(super) without_effect: Vec<usize>,
+    without_effect: Vec<usize>,
     /// b' × k: how base parameters of the selection change with each sum.
     change: DMatrix<f64>,
 }
@@ -53,23 +51,63 @@ impl LoadSums {
         if sums.kept.is_empty() {
             return Err(PayloadError::Unseen);
         }
-        let symbols = ParameterKind::LINK.map(ParameterKind::symbol);
-        let name = |row: usize| {
-            // The parameter that stands for the sum is named first.
-            let kept = sums.kept[row];
-            let others = (0..symbols.len()).filter(|column| *column != kept);
-            let terms = core::iter::once(kept).chain(others);
-            let terms = terms.map(|column| (sums.regrouping[(row, column)], symbols[column]));
-            format_sum(terms.filter(|(coefficient, _)| *coefficient != 0.0))
-        };
         let rows: Vec<usize> = identified.iter().filter_map(|name| base.find(name)).collect();
         Ok(Self {
-            names: (0..sums.kept.len()).map(name).collect(),
             change: all.select_rows(&rows).select_columns(&sums.kept),
             regrouping: sums.regrouping,
             chosen: sums.kept,
             without_effect: sums.without_effect,
         })
+    }
+
+    /// Those of them that a record tells from each other, by the observation matrix of its motion (r × b'): the others are regrouped into
+    /// these, or have no effect there.
+    ///
+    /// # Errors
+    /// [`PayloadError::Unseen`].
+    pub(super) fn told_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
+        let preference = PREFERENCE.into_iter().filter_map(|parameter| self.place(parameter));
+        // Where rounding decides, the regression says what is wrong.
+        let preference: Vec<usize> = preference.collect();
+        let Ok(told) = select(&self.along(matrix), &preference) else { return Ok(self) };
+        if told.kept.is_empty() {
+            return Err(PayloadError::Unseen);
+        }
+        Ok(Self {
+            regrouping: told.regrouping * self.regrouping,
+            chosen: told.kept.iter().map(|sum| self.chosen[*sum]).collect(),
+            change: self.change.select_columns(&told.kept),
+            ..self
+        })
+    }
+
+    /// What each sum is, the parameter that stands for it first: `xx - yy`.
+    pub(super) fn names(&self) -> Vec<String> {
+        let symbols = ParameterKind::LINK.map(ParameterKind::symbol);
+        let name = |(row, chosen): (usize, &usize)| {
+            let others = (0..symbols.len()).filter(|column| column != chosen);
+            let terms = core::iter::once(*chosen).chain(others);
+            let terms = terms.map(|column| (self.regrouping[(row, column)], symbols[column]));
+            format_sum(terms.filter(|(coefficient, _)| *coefficient != 0.0))
+        };
+        self.chosen.iter().enumerate().map(name).collect()
+    }
+
+    /// Those of the ten that no motion shows, and those that this record does not tell by themselves.
+    pub(super) fn untold(&self) -> [Vec<&'static str>; 2] {
+        let symbol = |&parameter: &usize| ParameterKind::LINK[parameter].symbol();
+        let is_open = |parameter: &usize| {
+            !self.without_effect.contains(parameter) && self.alone(*parameter).is_none()
+        };
+        [
+            self.without_effect.iter().map(symbol).collect(),
+            (0..10).filter(is_open).map(|parameter| symbol(&parameter)).collect(),
+        ]
+    }
+
+    /// The base parameters (b') of an arm with this load, from those without.
+    pub(super) fn loaded(&self, arm: &DVector<f64>, values: &DVector<f64>) -> DVector<f64> {
+        arm + &self.change * values
     }
 
     /// Z (r × k): the torques of each sum, along the motion of this observation matrix (r × b').
@@ -82,15 +120,20 @@ impl LoadSums {
         match error {
             RegressionError::ZeroColumns { columns }
             | RegressionError::DependentColumns { columns } => PayloadError::NotTold {
-                names: columns.into_iter().filter_map(|k| self.names.get(k).cloned()).collect(),
+                names: columns.into_iter().filter_map(|k| self.names().get(k).cloned()).collect(),
             },
             other => PayloadError::Regression(other),
         }
     }
 
+    /// The sum that a parameter of the ten stands for.
+    fn place(&self, parameter: usize) -> Option<usize> {
+        self.chosen.iter().position(|chosen| *chosen == parameter)
+    }
+
     /// Whether a parameter of the ten is a sum by itself, and which.
     pub(super) fn alone(&self, parameter: usize) -> Option<usize> {
-        let row = self.chosen.iter().position(|chosen| *chosen == parameter)?;
+        let row = self.place(parameter)?;
         let terms = self.regrouping.row(row).iter().filter(|entry| **entry != 0.0).count();
         (terms == 1).then_some(row)
     }

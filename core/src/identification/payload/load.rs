@@ -4,7 +4,6 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::equation::LoadSums;
-use crate::identification::prediction::PredictionError;
 
 /// A mass that is fewer of its standard deviations than this may be none, and has no centre.
 const SEEN: f64 = 3.0;
@@ -23,15 +22,6 @@ impl Uncertain {
     pub fn deviations_from(&self, stated: f64) -> f64 {
         (self.value - stated) / self.standard_deviation
     }
-}
-
-/// What somebody states of the load: compared with what is found, and where bodies are looked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Declared {
-    /// Mass \[kg\].
-    pub mass_kg: Option<f64>,
-    /// Centre of mass in the frame of the last link \[m\].
-    pub centre_m: Option<[f64; 3]>,
 }
 
 /// One of the sums of the ten parameters that this arm shows, in SI units.
@@ -56,19 +46,6 @@ pub struct Load {
     pub inertia_kg_m2: [Option<Uncertain>; 6],
 }
 
-/// Whether a load is there at all.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Presence {
-    /// Mass over its standard deviation; none where the mass is not told.
-    pub mass_deviations: Option<f64>,
-    /// χ² of all that is told of the load, if there is none.
-    pub chi_squared: f64,
-    /// Its degrees of freedom.
-    pub degrees_of_freedom: usize,
-    /// How probable so large a χ² is without a load.
-    pub probability: f64,
-}
-
 /// The body nearest to what is found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LoadBody {
@@ -82,25 +59,8 @@ pub struct LoadBody {
     pub is_the_estimate: bool,
     /// Squared distance from what is found, in the metric of its covariance.
     pub cost: f64,
-}
-
-/// A load on the last link.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Payload {
-    /// What is told of it.
-    pub load: Load,
-    /// The sums that this is formed from.
-    pub parameters: Vec<LoadParameter>,
-    /// Parameters of the ten that no motion of this arm shows.
-    pub without_effect: Vec<&'static str>,
-    /// Whether it is there.
-    pub presence: Presence,
-    /// A body that can be; none without a mass that is seen or stated.
-    pub body: Option<LoadBody>,
-    /// How far the torques are from those of the arm without load.
-    pub before: PredictionError,
-    /// The same with the load.
-    pub after: PredictionError,
+    /// What that of the true body stays below (χ², 99 %).
+    pub cost_limit: f64,
 }
 
 impl Load {

@@ -4,7 +4,9 @@ mod equation;
 mod error;
 mod find;
 mod load;
+mod presence;
 
 pub use error::PayloadError;
-pub use find::payload;
-pub use load::{Declared, Load, LoadBody, LoadParameter, Payload, Presence, Uncertain};
+pub use find::{KnownArm, Payload, payload};
+pub use load::{Load, LoadBody, LoadParameter, Uncertain};
+pub use presence::{Comparison, Declared, Distance, Presence};
