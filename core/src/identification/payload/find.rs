@@ -182,7 +182,8 @@ impl<'a> Equation<'a> {
     }
 }
 
-/// The estimate where it is a body, else the nearest one; none where no mass is seen or stated.
+/// The estimate where it is a body, else the nearest one, by what is declared where nothing is told; none where no mass is seen
+/// or declared.
 fn body(
     sums: &LoadSums,
     load: &Load,
@@ -197,9 +198,10 @@ fn body(
     let (body, cost) = if is_the_estimate {
         (estimate, 0.0)
     } else {
-        let Some(mass) = declared.mass_kg.or(seen) else { return Ok(None) };
-        let told = load.centre_m.map(|of| of.map_or(0.0, |of| of.value));
-        let centre = Vector3::from(declared.centre_m.unwrap_or(told));
+        let Some(mass) = seen.or(declared.mass_kg) else { return Ok(None) };
+        let told = |k: usize| load.centre_m[k].map(|of| of.value);
+        let stated = declared.centre_m.unwrap_or_default();
+        let centre = Vector3::from([0, 1, 2].map(|k| told(k).unwrap_or(stated[k])));
         let nearest = nearest_body(&sums.regrouping, values, covariance, mass, centre)?;
         (nearest.body, nearest.cost)
     };

@@ -113,4 +113,9 @@ impl Uncertain {
     pub fn is_seen(&self) -> bool {
         self.value > SEEN * self.standard_deviation
     }
+
+    /// Whether it is so far from 0, on either side.
+    pub fn differs_from_none(&self) -> bool {
+        self.value.abs() > SEEN * self.standard_deviation
+    }
 }

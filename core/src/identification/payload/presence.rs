@@ -15,7 +15,7 @@ const BELOW_LIMIT: f64 = 0.95;
 /// Of χ², which the cost of the true body stays below in this part of all records.
 const BODIES: f64 = 0.99;
 
-/// What somebody declares of the load: compared with what is found, and where bodies are looked for.
+/// What somebody declares of the load: compared with what is found, and where that tells nothing, where bodies are looked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Declared {
     /// Mass \[kg\].
