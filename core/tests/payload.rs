@@ -4,7 +4,8 @@ use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::feasibility::Body;
 use didim_core::identification::{
     Declared, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
-    ParameterCovariance, Payload, PayloadError, Uncertain, filtered_motion, identify, payload,
+    ParameterCovariance, Payload, PayloadError, Presence, Uncertain, filtered_motion, identify,
+    payload,
 };
 use didim_core::robot::ParameterKind;
 use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
@@ -237,6 +238,40 @@ fn no_load_is_called_so_and_limited() {
     let declared = Declared { mass_kg: Some(sigma), centre_m: Some([0.0, 0.0, 0.05]) };
     let found = known.try_find(&empty, declared).unwrap();
     assert!(found.declared.unwrap().within && found.body.unwrap().mass_kg > 0.0);
+}
+
+/// The other way round: identified with a load that is gone.
+#[test]
+fn a_negative_mass_is_none() {
+    let Known { mut random, arm, .. } = tx40(17);
+    let body = block(&mut random, 1.0);
+    let mut carrying = arm.clone();
+    carrying.truth = Known::exact(arm.clone(), Random(0)).with(&body);
+    let empty = arm.truth;
+    let mut known = Known::identified(carrying, Random(18), 0.02);
+    let record = record(&known.arm, &mut known.random, &empty, 0.02, None);
+    let found = known.find(&record);
+    let Presence { seen, mass_deviations, mass_limit_kg, from_none } = found.presence;
+    assert!(!seen && mass_deviations.unwrap() < -10.0 && from_none.is_significant());
+    assert_eq!((mass_limit_kg, found.body), (None, None));
+}
+
+/// A gain that is uncertain by a per cent, and no motion tells, is in the mass where the result says so.
+#[test]
+fn what_the_model_takes_for_known_is_in_the_uncertainty() {
+    let mut known = tx40(19);
+    let mass = mass_of_share(&known, 1.0);
+    let body = block(&mut known.random, mass);
+    let record = known.record(&body);
+    let found = known.find(&record);
+    let relative = |found: &Payload| {
+        let mass = found.load.mass_kg.unwrap();
+        mass.standard_deviation / mass.value
+    };
+    assert!(found.with_model_errors && (0.01..0.03).contains(&relative(&found)), "{found:?}");
+    known.uncertainty = None;
+    let without = known.find(&record);
+    assert!(!without.with_model_errors && relative(&without) < 0.005, "{without:?}");
 }
 
 #[test]

@@ -9,8 +9,6 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 /// Most digits of a value.
 const DIGITS: usize = 5;
-/// A mass is negative, and no chance, from here on \[σ\].
-const NEGATIVE: f64 = -3.0;
 
 /// What is found of a load, against what is declared, and what a person has to know of it.
 pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> String {
@@ -60,7 +58,10 @@ fn headline(payload: &Payload) -> String {
         (false, _, Some(limit)) => {
             format!("no load is seen: its mass is below {} kg (95 %)\n", significant(limit, 2))
         }
-        (false, ..) => "no load is seen; its mass would not be told\n".to_owned(),
+        (false, Some(deviations), None) => {
+            format!("no load is seen: the mass is {} σ\n", significant(deviations, 3))
+        }
+        (false, None, None) => "no load is seen; its mass would not be told\n".to_owned(),
     }
 }
 
@@ -105,7 +106,8 @@ fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
 /// What must be known with it.
 fn notes(payload: &Payload) -> Vec<String> {
     let (presence, mut notes) = (&payload.presence, Vec::new());
-    if presence.mass_deviations.is_some_and(|of| of < NEGATIVE) {
+    let has_mass = presence.seen || presence.mass_limit_kg.is_some();
+    if presence.mass_deviations.is_some() && !has_mass {
         notes.push(
             "the mass is negative: the arm was identified with a load that it does not carry here, or has changed; identify it \
              empty"
@@ -113,7 +115,8 @@ fn notes(payload: &Payload) -> Vec<String> {
         );
     } else if !presence.seen && presence.from_none.is_significant() {
         notes.push(
-            "no mass is seen, but the torques are not those of the arm: it has changed, or the load turns with little weight"
+            "no mass is seen, but the torques differ from those of the arm by more than its uncertainty: it has changed, its model lacks \
+             something along this motion, or what it carries is light and wide"
                 .to_owned(),
         );
     }

@@ -9,7 +9,7 @@ use super::error::PayloadError;
 use super::load::Uncertain;
 
 /// How seldom a load is called wrong or there that is not: that of 3 standard deviations.
-pub(super) const SELDOM: f64 = 0.0027;
+const SELDOM: f64 = 0.0027;
 /// Of the masses that agree with what is found, the part below the limit.
 const BELOW_LIMIT: f64 = 0.95;
 /// Of χ², which the cost of the true body stays below in this part of all records.
@@ -58,7 +58,8 @@ pub struct Presence {
     pub seen: bool,
     /// Mass over its standard deviation; none where the mass is not told.
     pub mass_deviations: Option<f64>,
-    /// Where a mass is not seen, what it is below of with a probability of 95 %, no mass being negative \[kg\].
+    /// Where a mass is not seen, what it is below of with a probability of 95 %, no mass being negative \[kg\]; none where what is found is so
+    /// negative that no mass agrees with it.
     pub mass_limit_kg: Option<f64>,
     /// All that is told of the load from nothing.
     pub from_none: Distance,
@@ -75,7 +76,7 @@ impl Presence {
         Ok(Self {
             seen,
             mass_deviations: mass_kg.map(|mass| mass.deviations_from(0.0)),
-            mass_limit_kg: mass_kg.filter(|_| !seen).map(limit),
+            mass_limit_kg: mass_kg.filter(|of| !of.differs_from_none()).map(limit),
             from_none,
         })
     }
@@ -83,10 +84,9 @@ impl Presence {
 
 /// The quantile of a normal variable that is known not to be negative.
 fn limit(mass: Uncertain) -> f64 {
-    let Ok(normal) = Normal::new(0.0, 1.0) else { return f64::INFINITY };
-    let deviations = mass.deviations_from(0.0);
+    let normal = Normal::standard();
     // Above the limit is so much of what is above 0.
-    let above = (1.0 - BELOW_LIMIT) * normal.sf(-deviations);
+    let above = (1.0 - BELOW_LIMIT) * normal.sf(-mass.deviations_from(0.0));
     mass.value - mass.standard_deviation * normal.inverse_cdf(above)
 }
 
