@@ -22,6 +22,7 @@ mod new;
 mod note;
 mod outcome;
 mod output;
+mod payload;
 mod predict;
 mod reload;
 mod replay;
@@ -65,6 +66,8 @@ enum Command {
     Identify(identify::Arguments),
     /// Predict the torques of a recording with a stored result, nothing fitted
     Predict(predict::Arguments),
+    /// Find the load that the arm carries in a recording: mass, centre, inertia, each with its uncertainty
+    Payload(payload::Arguments),
     /// Write a stored result as a model with possible bodies: URDF, MJCF, robot file, JSON, MATLAB, C or Rust
     Export(export::Arguments),
     /// Identify with every method and compare them
@@ -144,6 +147,7 @@ pub fn main() -> ExitCode {
         Command::Robot(arguments) => robot::execute(&arguments),
         Command::Identify(arguments) => identify::execute(&arguments),
         Command::Predict(arguments) => predict::execute(&arguments),
+        Command::Payload(arguments) => payload::execute(&arguments),
         Command::Export(arguments) => export::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Study(arguments) => study::execute(&arguments),

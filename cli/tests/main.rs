@@ -17,6 +17,7 @@ mod export;
 mod known_torques;
 mod metrics;
 mod new;
+mod payload;
 mod pipeline;
 mod privileges;
 mod real_arms;

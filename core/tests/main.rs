@@ -19,6 +19,7 @@ mod fence;
 mod flexible;
 mod identification;
 mod output_error;
+mod payload;
 mod regression;
 mod robust;
 mod signal;

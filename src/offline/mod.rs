@@ -1,11 +1,12 @@
 //! A whole measurement at once: read from a log, identified, every method side by side; and a stored result, which predicts
-//! another measurement or leaves as a model.
+//! another measurement, tells the load in one, or leaves as a model.
 
 pub mod compare;
 mod consistent;
 pub mod identify;
 mod limits;
 mod log;
+mod payload;
 mod predict;
 mod rate;
 mod stored;
@@ -13,5 +14,6 @@ mod stored;
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
+pub use payload::LoadError;
 pub use rate::RateError;
 pub use stored::{OTHER_CONFIGURATION, ResultError, StoredModel};

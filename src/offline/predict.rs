@@ -20,8 +20,7 @@ impl StoredModel {
         measurements: &[(&Measurement, Range<usize>)],
     ) -> Result<Prediction, IdentifyError> {
         let experiment = joined(cell, measurements)?;
-        let [parameters, kept] = [&self.parameters, &self.kept]
-            .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect::<Vec<_>>());
+        let [parameters, kept] = self.named();
         let uncertainty = self.uncertainty.as_ref();
         let model = KnownModel { parameters: &parameters, kept: &kept, uncertainty };
         Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, model)?)

@@ -183,6 +183,12 @@ impl StoredModel {
         self.configuration.as_ref().map(|hash| *hash == cell.configuration_sha256)
     }
 
+    /// Its parameters, and those that kept their nominal values.
+    pub(super) fn named(&self) -> [Vec<(&str, f64)>; 2] {
+        [&self.parameters, &self.kept]
+            .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect())
+    }
+
     /// Base parameters of the robot that the result does not have: they count as 0.
     pub fn missing<'a>(&self, cell: &'a Cell) -> Vec<&'a str> {
         let names = cell.base.names().iter().map(String::as_str);

@@ -10,6 +10,7 @@ pub mod friction;
 pub mod history;
 pub mod html;
 mod panel;
+mod payload;
 pub mod reduction;
 pub mod robot;
 pub mod terminal;
@@ -21,6 +22,7 @@ use didim_core::robot::Robot;
 use crate::text::significant;
 
 pub use consistent::consistent_summary;
+pub use payload::payload_text;
 
 /// One joint's torque, measured and predicted, for a plot.
 #[derive(Clone, Copy, Debug)]

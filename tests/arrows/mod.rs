@@ -20,17 +20,17 @@ const ORDER: [(&str, &str); 9] = [
     ),
     (
         "core/src/identification",
-        "friction cutoff cross_validation identify closed_loop equation_error prediction judgement observation given",
+        "friction cutoff cross_validation identify closed_loop equation_error payload prediction judgement observation given",
     ),
     ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "proposal check service report offline cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
     ("src/archive", "drift store"),
-    ("src/offline", "compare consistent predict stored log identify limits rate"),
+    ("src/offline", "compare consistent payload predict stored log identify limits rate"),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo export history manual metrics new note predict reload replay robot run study \
+        "lib baseline capture check compare convert demo export history manual metrics new note payload predict reload replay robot run study \
          top window convert_frames identify choices input sim outcome state status output error",
     ),
 ];

@@ -27,6 +27,7 @@ mod vector;
 mod workspace;
 
 pub use base::{BaseParameters, BaseParametersError, UnknownBaseParameter};
+pub(crate) use base::{format_sum, select};
 pub use factor::NotPositiveDefinite;
 pub use link_frames::LinkFrame;
 pub use model::Model;

@@ -92,6 +92,12 @@ impl Body {
         Some(whitened.symmetric_eigenvalues().min())
     }
 
+    /// A homogeneous ball about a point.
+    pub(super) fn ball(mass_kg: f64, radius: f64, middle: Vector3<f64>) -> Self {
+        let second = Matrix3::identity() * (radius * radius / 5.0) + middle * middle.transpose();
+        Self::from_second_moments(mass_kg, &second, middle)
+    }
+
     /// A homogeneous cylinder about the line between two points, `length` long and in the middle of them.
     pub(super) fn cylinder(
         mass_kg: f64,
@@ -104,9 +110,15 @@ impl Body {
         let second = axis * axis.transpose() * (along - across)
             + Matrix3::identity() * across
             + middle * middle.transpose();
+        Self::from_second_moments(mass_kg, &second, middle)
+    }
+
+    /// Of a mass, its mean r rᵀ and its centre.
+    fn from_second_moments(mass_kg: f64, second: &Matrix3<f64>, middle: Vector3<f64>) -> Self {
         let mut pseudo = Matrix4::zeros();
         pseudo.fixed_view_mut::<3, 3>(0, 0).copy_from(&(second * mass_kg));
         pseudo.fixed_view_mut::<3, 1>(0, 3).copy_from(&(middle * mass_kg));
+        pseudo.fixed_view_mut::<1, 3>(3, 0).copy_from(&(middle * mass_kg).transpose());
         pseudo[(3, 3)] = mass_kg;
         Self::from_pseudo_inertia(&pseudo)
     }

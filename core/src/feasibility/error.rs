@@ -30,6 +30,12 @@ pub enum FeasibilityError {
         /// The number found.
         found: f64,
     },
+    /// No body to look around.
+    #[error("the mass of the load is {found} kg; state a positive one")]
+    LoadMass {
+        /// The number found.
+        found: f64,
+    },
     /// λ is no weight.
     #[error(
         "the weight of the prior is {found}; give 2/s², where s is the relative standard deviation of the prior's \

@@ -4,7 +4,8 @@
 //! Slotine, *Linear matrix inequalities for physically consistent inertial parameter identification*, 2018). Base
 //! parameters that no set of bodies explains say that something else is wrong; those that bodies explain leave much
 //! of a body open, which a [`Prior`] decides (Lee, Wensing and Park, *Geometric robot dynamic identification*, 2020).
-//! [`consistent`] minimises the sum of both costs, and says of every value where it comes from.
+//! [`consistent`] minimises the sum of both costs, and says of every value where it comes from; [`nearest_body`] does for one body
+//! alone.
 
 mod block;
 mod body;
@@ -13,6 +14,7 @@ mod error;
 mod estimate;
 mod finding;
 mod judgement;
+mod nearest;
 mod newton;
 mod outcome;
 mod posterior;
@@ -27,6 +29,7 @@ pub use error::FeasibilityError;
 pub use estimate::{Estimate, Held};
 pub use finding::{FarBody, NoBodies};
 pub use judgement::{Judgement, Shift};
+pub use nearest::{NearestBody, nearest_body};
 pub use outcome::{Class, Outcome, StandardParameter};
 pub use prior::{Prior, PriorSource};
 pub use solve::consistent;

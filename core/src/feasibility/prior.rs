@@ -11,7 +11,7 @@ use crate::robot::{Joint, JointKind, ParameterKind, Robot};
 /// How much lighter each link is than the one before.
 const LIGHTER: f64 = 0.7;
 /// Density of a link \[kg/m³\]: light metal with the air in it, and motors.
-const DENSITY_KG_M3: f64 = 2000.0;
+pub(super) const DENSITY_KG_M3: f64 = 2000.0;
 /// Total masses that arms have, from tweezers to cranes \[kg\].
 const MASSES_KG: core::ops::RangeInclusive<f64> = 1e-3..=1e6;
 /// Length of the last link along z \[m\].
@@ -19,7 +19,7 @@ const LAST_LENGTH_M: f64 = 0.1;
 /// A nominal body thinner than this has no inside from which a minimisation could start.
 const LEAST_EXTENT: f64 = 1e-9;
 /// λ = 2/s² of a prior with relative standard deviation s in every direction of a body: s = 1.
-const WEIGHT_OF_GEOMETRY: f64 = 2.0;
+pub(super) const WEIGHT_OF_GEOMETRY: f64 = 2.0;
 /// s = 0.3.
 const WEIGHT_OF_NOMINAL: f64 = 22.0;
 

@@ -1,7 +1,7 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → prediction → judgement → observation → given
+//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → payload → prediction → judgement → observation → given
 //! ```
 //!
 //! | room | what |
@@ -9,6 +9,7 @@
 //! | `given` | experiment, options, which parameters; found to fit each other |
 //! | `observation` | filtered motion, observation matrix, aligned torque (paper, 3.1.1) |
 //! | `judgement` | uncertainty, what is taken for known, [`Verdict`] for each use |
+//! | `payload` | a load on the last link, the arm held at a result with its covariance |
 //! | `prediction` | a record predicted with parameters, nothing fitted |
 //! | `equation_error` | IDIM-LS (paper, 3.1.2), essential parameters |
 //! | `closed_loop` | the loop simulated with an estimate: IDIM-IV, CLIE, CLOE, DIDIM (paper, 3.2, 3.3) |
@@ -22,6 +23,7 @@ mod given;
 mod identify;
 mod judgement;
 mod observation;
+mod payload;
 mod prediction;
 
 pub use closed_loop::mean_joint_inertia;
@@ -48,4 +50,8 @@ pub use judgement::{
     Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
+pub use payload::{
+    Comparison, Declared, Distance, KnownArm, Load, LoadBody, LoadParameter, Payload, PayloadError,
+    Presence, Uncertain, payload,
+};
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};

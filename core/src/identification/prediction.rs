@@ -7,6 +7,7 @@ use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::judgement::{Foretold, ModelUncertainty, ResidualQuantiles};
 use super::observation::{BaseColumns, filtered_motion, filtered_torque, torque_equation};
 use crate::dynamics::BaseParameters;
+use crate::regression::Observations;
 use crate::robot::Robot;
 
 /// ‖y − Xθ‖ / ‖y‖ of some rows.
@@ -29,6 +30,46 @@ pub struct KnownModel<'a> {
     pub kept: &'a [(&'a str, f64)],
     /// How uncertain they are, where the result says so.
     pub uncertainty: Option<&'a ModelUncertainty>,
+}
+
+impl KnownModel<'_> {
+    /// Options by which these parameters are the ones of the equation.
+    pub(super) fn options(&self, options: &Options) -> Options {
+        let names = self.parameters.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let parameters = Some(names);
+        Options { parameters, keep_nominal: None, required_parameters: None, ..options.clone() }
+    }
+
+    /// What the equation is made with, and the parameters in its order; with the [`options`](Self::options).
+    ///
+    /// # Errors
+    /// [`IdentificationError::UnknownParameter`], and what makes robot, experiment and options no identification.
+    pub(super) fn context<'c>(
+        &self,
+        robot: &'c Robot,
+        base: &'c BaseParameters,
+        experiment: &'c Experiment,
+        options: &'c Options,
+    ) -> Result<(Context<'c>, DVector<f64>), IdentificationError> {
+        let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+        context.selection.keep(base, self.kept.iter().copied())?;
+        let named = |name: &String| self.parameters.iter().find(|(own, _)| own == name);
+        let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
+        let parameters = DVector::from_iterator(self.parameters.len(), values);
+        Ok((context, parameters))
+    }
+}
+
+impl PredictionError {
+    /// Of these residuals (r) of an equation.
+    pub(super) fn of(observations: &Observations, residuals: &DVector<f64>) -> Self {
+        let statistics = observations.residual_statistics(residuals);
+        Self {
+            relative_error: statistics.relative_error,
+            relative_error_per_joint: statistics.relative_error_per_joint,
+            rms_error_per_joint_nm: statistics.rms_per_joint,
+        }
+    }
 }
 
 /// A record, predicted.
@@ -66,31 +107,19 @@ pub fn predict(
     options: &Options,
     model: KnownModel<'_>,
 ) -> Result<Prediction, IdentificationError> {
-    let names = model.parameters.iter().map(|(name, _)| (*name).to_owned()).collect();
-    let parameters = Some(names);
-    let options =
-        Options { parameters, keep_nominal: None, required_parameters: None, ..options.clone() };
-    let mut context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
-    context.selection.keep(base, model.kept.iter().copied())?;
-    let named = |name: &String| model.parameters.iter().find(|(own, _)| own == name);
-    let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
-    let parameters = DVector::from_iterator(model.parameters.len(), values);
+    let options = model.options(options);
+    let (context, parameters) = model.context(robot, base, experiment, &options)?;
     let motion = filtered_motion(experiment, &options.position_filter)?;
     let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
     let observations = torque_equation(&context, selected, filtered_torque(&context)?, &motion)?;
     let residuals = observations.residuals(&parameters);
-    let statistics = observations.residual_statistics(&residuals);
     let foretold = match model.uncertainty {
         None => None,
         Some(known) => known.foretold(&context, &motion, &beside, &observations, &parameters)?,
     };
     let measured = observations.measured();
     Ok(Prediction {
-        error: PredictionError {
-            relative_error: statistics.relative_error,
-            relative_error_per_joint: statistics.relative_error_per_joint,
-            rms_error_per_joint_nm: statistics.rms_per_joint,
-        },
+        error: PredictionError::of(&observations, &residuals),
         quantiles_per_joint: ResidualQuantiles::per_joint(
             &context,
             &motion,

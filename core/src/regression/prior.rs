@@ -32,6 +32,17 @@ pub struct JointSolution {
 }
 
 impl JointSolution {
+    /// Covariance of θ (b × b) where the noise is so many times as uncertain as white noise by its
+    /// [`colour`](Self::colour), and what was known beforehand is not: with N = A + D the information of data and prior,
+    /// `N⁻¹ (c² A + D) N⁻¹ = c² N⁻¹ − (c² − 1) N⁻¹ D N⁻¹`, D being 1 of each freedom.
+    pub(crate) fn coloured_covariance(&self) -> DMatrix<f64> {
+        let (own, freedoms) = (self.change.len(), self.freedoms.len());
+        let square = self.colour * self.colour;
+        let told_beforehand = self.covariance.view((0, own), (own, freedoms));
+        let white = self.covariance.view((0, 0), (own, own));
+        white * square - told_beforehand * told_beforehand.transpose() * (square - 1.0)
+    }
+
     /// How far a model without the freedoms may be off, by the rows X of its parameters and C of theirs:
     /// the sum over these rows of the squares of `X Δθ + C η` and of what is open of it.
     pub(crate) fn squared_error(

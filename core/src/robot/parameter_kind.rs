@@ -87,7 +87,8 @@ impl ParameterKind {
         matches!(self, Self::FvQuadratic | Self::FvCubic | Self::FvAsymmetric | Self::Fs)
     }
 
-    pub(super) fn symbol(self) -> &'static str {
+    /// Its symbol in lower case, as names of parameters have it.
+    pub fn symbol(self) -> &'static str {
         match self {
             Self::Xx => "xx",
             Self::Xy => "xy",

@@ -29,6 +29,7 @@ impl Random {
 }
 
 /// An arm with what a test needs to know about it.
+#[derive(Clone)]
 pub(crate) struct Arm {
     pub(crate) robot: Robot,
     pub(crate) model: Model,
@@ -95,6 +96,15 @@ impl Arm {
         });
         let truth = truth.collect();
         Self { robot, model, base, truth, text }
+    }
+
+    /// An arm whose file states its truth.
+    pub(crate) fn nominal(text: &str) -> Self {
+        let robot = Robot::from_toml(text).unwrap();
+        let model = Model::new(&robot);
+        let base = BaseParameters::compute(&model).unwrap();
+        let truth = robot.nominal().unwrap().standard().to_vec();
+        Self { robot, model, base, truth, text: text.to_owned() }
     }
 
     /// With springs and cylinders at its joints in turn, and a file that states the truth.
@@ -187,6 +197,11 @@ impl Arm {
 
     /// The torques of a motion, one vector per joint.
     pub(crate) fn torques(&self, motion: &Motion) -> Vec<Vec<f64>> {
+        self.torques_of(&self.truth, motion)
+    }
+
+    /// Those of other standard parameters.
+    pub(crate) fn torques_of(&self, standard: &[f64], motion: &Motion) -> Vec<Vec<f64>> {
         let (samples, joints) = motion.position.shape();
         let mut workspace = Workspace::new();
         let mut torques = vec![vec![0.0; samples]; joints];
@@ -195,7 +210,7 @@ impl Arm {
             let row = |m: &DMatrix<f64>| m.row(k).iter().copied().collect::<Vec<f64>>();
             let (q, dq, ddq) =
                 (row(&motion.position), row(&motion.velocity), row(&motion.acceleration));
-            self.model.inverse_dynamics(&mut workspace, &self.truth, &q, &dq, &ddq, &mut tau);
+            self.model.inverse_dynamics(&mut workspace, standard, &q, &dq, &ddq, &mut tau);
             for (torque, tau) in torques.iter_mut().zip(&tau) {
                 torque[k] = *tau;
             }

@@ -7,7 +7,7 @@ const DIGITS: usize = 6;
 ///
 /// Names of equal coefficients stand together, where the first of them stands; coefficients of
 /// ±1 are not written.
-pub(super) fn format_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a str)>) -> String {
+pub(crate) fn format_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a str)>) -> String {
     let mut groups: Vec<(f64, Vec<&str>)> = Vec::new();
     for (coefficient, name) in terms {
         let coefficient = round(coefficient);

@@ -7,4 +7,6 @@ mod parameters;
 mod selection;
 
 pub use error::{BaseParametersError, UnknownBaseParameter};
+pub(crate) use expression::format_sum;
 pub use parameters::BaseParameters;
+pub(crate) use selection::select;

@@ -12,18 +12,18 @@ const DEPENDENT: f64 = 1e-10;
 const NO_EFFECT: f64 = 1e-12;
 
 /// A basis of the columns.
-pub(super) struct Selection {
+pub(crate) struct Selection {
     /// Basis columns, ascending.
-    pub(super) kept: Vec<usize>,
+    pub(crate) kept: Vec<usize>,
     /// Columns without effect, ascending.
-    pub(super) without_effect: Vec<usize>,
+    pub(crate) without_effect: Vec<usize>,
     /// b × p: every column as a combination of the basis.
-    pub(super) regrouping: DMatrix<f64>,
+    pub(crate) regrouping: DMatrix<f64>,
 }
 
 /// Takes columns in the order of `preference` as long as they are independent of those taken. The
 /// number of them is checked against the rank by QR with pivoting on the column norm.
-pub(super) fn select(
+pub(crate) fn select(
     observation: &DMatrix<f64>,
     preference: &[usize],
 ) -> Result<Selection, BaseParametersError> {

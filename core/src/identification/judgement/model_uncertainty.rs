@@ -107,6 +107,62 @@ impl ModelUncertainty {
         (0..moved.nrows()).map(|k| variance(k).max(0.0)).collect()
     }
 
+    /// The columns of the freedoms along a record, each in its standard deviation beforehand (r × m); none where the freedoms of
+    /// the context are others.
+    fn along(
+        &self,
+        context: &Context<'_>,
+        motion: &Motion,
+        beside: &BesideObservation,
+        observations: &Observations,
+        parameters: &DVector<f64>,
+    ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
+        let all = parameters.len() + self.deviations.len();
+        let fits = self.mean.len() == all
+            && self.covariance.has_shape(all, |row| row + 1)
+            && self.noise_nm.len() == observations.joints()
+            && self.observed.fits(context);
+        if !fits {
+            return Ok(None);
+        }
+        let columns = Columns::new(context, parameters, self.observed.clone());
+        let columns = columns.with_deviations(&self.deviations);
+        columns.map(|columns| columns.along(motion, beside, observations)).transpose()
+    }
+
+    /// What errors of the model make of the torques of a record that the result predicts, as columns of independent
+    /// unknowns of standard deviation 1 (r × m): with C the freedoms' columns along it,
+    ///
+    /// ```text
+    /// y − X β̂ = X δβ + (C − X K) η,   η ~ (0, μμᵀ + P)
+    /// ```
+    ///
+    /// so that they cancel as far as the motion is alike to that of the result. `parameters` are those of what moves, which may carry a
+    /// load. None where the freedoms of the context are others, or the result does not say.
+    pub(crate) fn errors_along(
+        &self,
+        context: &Context<'_>,
+        motion: &Motion,
+        beside: &BesideObservation,
+        observations: &Observations,
+        parameters: &DVector<f64>,
+    ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
+        let Some(moved) = self.moved() else { return Ok(None) };
+        let along = self.along(context, motion, beside, observations, parameters)?;
+        let Some(along) = along.filter(|_| moved.nrows() == parameters.len()) else {
+            return Ok(None);
+        };
+        let mean = DVector::from_column_slice(&self.mean[moved.nrows()..]);
+        let open = self.covariance.symmetric(moved.nrows()..self.mean.len());
+        // Single precision may take a small eigenvalue below 0.
+        let eigen = (open + &mean * mean.transpose()).symmetric_eigen();
+        let deviations = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+        let root = eigen.eigenvectors * DMatrix::from_diagonal(&deviations);
+        let errors = (along - observations.matrix() * moved) * root;
+        // What stands in a file may be anything.
+        Ok(errors.iter().all(|value| value.is_finite()).then_some(errors))
+    }
+
     /// The error of these parameters along a motion; none where the freedoms of the context are others, or nothing finite comes of
     /// it.
     pub(crate) fn foretold(
@@ -117,18 +173,10 @@ impl ModelUncertainty {
         observations: &Observations,
         parameters: &DVector<f64>,
     ) -> Result<Option<Foretold>, IdentificationError> {
-        let (own, freedoms) = (parameters.len(), self.deviations.len());
-        let all = own + freedoms;
-        let fits = self.mean.len() == all
-            && self.covariance.has_shape(all, |row| row + 1)
-            && self.noise_nm.len() == observations.joints()
-            && self.observed.fits(context);
-        if !fits {
+        let (own, all) = (parameters.len(), parameters.len() + self.deviations.len());
+        let Some(along) = self.along(context, motion, beside, observations, parameters)? else {
             return Ok(None);
-        }
-        let columns = Columns::new(context, parameters, self.observed.clone());
-        let Some(columns) = columns.with_deviations(&self.deviations) else { return Ok(None) };
-        let along = columns.along(motion, beside, observations)?;
+        };
         let solution = JointSolution {
             change: DVector::from_column_slice(&self.mean[..own]),
             freedoms: DVector::from_column_slice(&self.mean[own..]),

@@ -1,0 +1,91 @@
+//! `didim payload`: the load that the arm carries in a recording, by a stored result of the arm without it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_core::identification::{Declared, Payload, PayloadError};
+use serde::Serialize;
+
+use super::CliError;
+use super::input::{Samples, pairs, positive};
+use super::output::print;
+use didim::cell::Cell;
+use didim::offline::{LoadError, OTHER_CONFIGURATION, StoredModel};
+use didim::report::payload_text;
+
+/// Version of the layout of `--json`.
+const SCHEMA: u32 = 1;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE")]
+    cell: PathBuf,
+    /// The result of the arm without the load: a file that the service stored, or what `didim identify --json` printed
+    #[arg(long, value_name = "FILE")]
+    result: PathBuf,
+    /// The recording with the load: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
+    #[arg(long, value_name = "FILE")]
+    input: PathBuf,
+    #[command(flatten)]
+    samples: Samples,
+    /// Mass that is declared of the load \[kg\]
+    #[arg(long, value_name = "KG", value_parser = positive)]
+    declared_mass_kg: Option<f64>,
+    /// Centre of mass that is declared, in the frame of the last link \[m\]
+    #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
+    declared_centre_m: Option<[f64; 3]>,
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    schema: u32,
+    robot: &'a str,
+    #[serde(flatten)]
+    payload: &'a Payload,
+    /// Whether the result was identified with this configuration; nothing where it does not say.
+    same_configuration: Option<bool>,
+}
+
+/// Three numbers with commas between them.
+fn centre(text: &str) -> Result<[f64; 3], String> {
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+    let all = numbers.try_into().map_err(|_| "give three numbers, as 0,0,0.05".to_owned());
+    all.and_then(|all: [f64; 3]| match all.iter().all(|number| number.is_finite()) {
+        true => Ok(all),
+        false => Err("has to be finite".to_owned()),
+    })
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
+    let pieces = arguments.samples.read(&arguments.input, &cell)?;
+    let declared =
+        Declared { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
+    let payload = model.payload(&cell, &pairs(&pieces), declared).map_err(|error| match error {
+        LoadError::Payload(
+            PayloadError::NoCovariance
+            | PayloadError::Covariance
+            | PayloadError::NotIdentified { .. },
+        ) => CliError::in_file(&arguments.result, error),
+        error => CliError::in_file(&arguments.input, error),
+    })?;
+    let same_configuration = model.is_of(&cell);
+    if arguments.json {
+        let robot = cell.robot.name();
+        let output = Output { schema: SCHEMA, robot, payload: &payload, same_configuration };
+        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        return print(&format!("{json}\n"));
+    }
+    let mut text = payload_text(&payload, declared, &cell.robot);
+    if same_configuration == Some(false) {
+        text += &format!("note: {OTHER_CONFIGURATION}\n");
+    }
+    print(&text)
+}

@@ -1,0 +1,195 @@
+//! `didim payload`: loads on a real arm, its torques with those of a body that is calculated on top.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::program::{Finished, didim, json, repository, succeed};
+use didim::cell::Cell;
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::identification::{Experiment, filtered_motion};
+use didim_core::robot::ParameterKind;
+use didim_formats::{read_csv, write_csv};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// The load \[kg, m, kg·m²\]: a body of 0.4 m by 0.3 m by 0.2 m, 0.2 m before the flange.
+const MASS: f64 = 120.0;
+const CENTRE: [f64; 3] = [0.05, -0.08, 0.2];
+const INERTIA: [f64; 3] = [1.3, 2.0, 2.5];
+
+/// The KR 300 from two of its recordings; the third, with a load.
+struct Arm {
+    folder: TempDir,
+    cell: PathBuf,
+    empty: PathBuf,
+}
+
+impl Arm {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let arm = repository("tests/data/kr300");
+        let [cell, a, b, c] = ["cell.toml", "a.csv", "b.csv", "c.csv"].map(|file| arm.join(file));
+        let identified = succeed(&[
+            &"identify",
+            &"--json",
+            &"--cell",
+            &cell,
+            &"--from",
+            &"1.8",
+            &"--to",
+            &"8.196",
+            &"--input",
+            &a,
+            &"--input",
+            &b,
+        ]);
+        fs::write(folder.path().join("result.json"), identified).unwrap();
+        Self { folder, cell, empty: c }
+    }
+
+    fn at(&self, file: &str) -> PathBuf {
+        self.folder.path().join(file)
+    }
+
+    fn payload(&self, input: &Path, more: &[&dyn AsRef<OsStr>]) -> Finished {
+        let result = self.at("result.json");
+        let fixed: [&dyn AsRef<OsStr>; 11] = [
+            &"payload",
+            &"--cell",
+            &self.cell,
+            &"--result",
+            &result,
+            &"--from",
+            &"1.8",
+            &"--to",
+            &"8.196",
+            &"--input",
+            &input,
+        ];
+        didim(&[&fixed[..], more].concat())
+    }
+
+    /// The third recording with the torques of the load by the motion that an identification sees.
+    fn loaded(&self) -> PathBuf {
+        let cell = Cell::read(&self.cell).unwrap();
+        let (robot, last) = (&cell.robot, cell.robot.joints() - 1);
+        let transmission = robot.transmission();
+        let mut recorded = read_csv(&self.empty, None).unwrap();
+        let experiment = Experiment::motor_side(&recorded.signals, transmission).unwrap();
+        let motion = filtered_motion(&experiment, &cell.options.position_filter).unwrap();
+        let [x, y, z] = CENTRE;
+        let about = [
+            [y * y + z * z, -x * y, -x * z],
+            [0.0, x * x + z * z, -y * z],
+            [0.0, 0.0, x * x + y * y],
+        ];
+        let of_link = [
+            INERTIA[0] + MASS * about[0][0],
+            MASS * about[0][1],
+            MASS * about[0][2],
+            INERTIA[1] + MASS * about[1][1],
+            MASS * about[1][2],
+            INERTIA[2] + MASS * about[2][2],
+            MASS * x,
+            MASS * y,
+            MASS * z,
+            MASS,
+        ];
+        let mut standard = vec![0.0; robot.parameters().names().len()];
+        for (kind, value) in ParameterKind::LINK.into_iter().zip(of_link) {
+            standard[robot.parameters().column(kind, last).unwrap()] = value;
+        }
+        let (model, mut workspace) = (Model::new(robot), Workspace::new());
+        let (mut joint, mut motor) = (vec![0.0; last + 1], vec![0.0; last + 1]);
+        for k in 0..recorded.samples() {
+            let [q, dq, ddq] = [&motion.position, &motion.velocity, &motion.acceleration]
+                .map(|of| of.row(k).iter().copied().collect::<Vec<f64>>());
+            model.inverse_dynamics(&mut workspace, &standard, &q, &dq, &ddq, &mut joint);
+            transmission.motor_torque(&joint, &mut motor);
+            for (torque, load) in recorded.signals.torque_nm.iter_mut().zip(&motor) {
+                torque[k] += load;
+            }
+        }
+        let path = self.at("loaded.csv");
+        write_csv(&recorded, fs::File::create(&path).unwrap(), &path).unwrap();
+        path
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+/// Of a value that is found: how far it is from the truth, in its standard deviations, and these.
+fn off(found: &Value, truth: f64) -> [f64; 2] {
+    let sigma = number(&found["standard_deviation"]);
+    [(number(&found["value"]) - truth) / sigma, sigma]
+}
+
+#[test]
+fn a_load_is_found_and_none_where_none_is() {
+    let arm = Arm::new();
+    let loaded = arm.loaded();
+    let centre = "0.05,-0.08,0.2";
+    let right: [&dyn AsRef<OsStr>; 4] =
+        [&"--declared-mass-kg", &"120", &"--declared-centre-m", &centre];
+    let said = arm.payload(&loaded, &[&right[..], &[&"--json"]].concat());
+    assert_eq!(said.code, Some(0), "{said:?}");
+    assert_eq!(said.stdout.lines().count(), 1);
+    let found = json(&said.stdout);
+    let load = &found["load"];
+    let [z, sigma] = off(&load["mass_kg"], MASS);
+    assert!(z.abs() < 4.0 && sigma < 0.2 * MASS, "{z} {sigma}");
+    for (of, truth) in load["centre_m"].as_array().unwrap().iter().zip(CENTRE) {
+        assert!(off(of, truth)[0].abs() < 4.0, "{of} {truth}");
+    }
+    assert_eq!(
+        (&found["presence"]["seen"], &found["declared"]["within"]),
+        (&true.into(), &true.into())
+    );
+    assert_eq!(found["schema"], 1);
+
+    // The same in words; another mass is outside.
+    let text = arm.payload(&loaded, &right).stdout;
+    println!("{text}");
+    assert!(text.contains("a load is seen") && text.contains("within the uncertainty"), "{text}");
+    let wrong: [&dyn AsRef<OsStr>; 4] =
+        [&"--declared-mass-kg", &"300", &"--declared-centre-m", &"0.05,-0.08,-0.4"];
+    let text = arm.payload(&loaded, &wrong).stdout;
+    println!("{text}");
+    assert!(text.contains("outside the uncertainty"), "{text}");
+
+    // What the arm has by itself is no load.
+    let text = arm.payload(&arm.empty, &[]).stdout;
+    assert!(text.starts_with("no load is seen: its mass is below "), "{text}");
+    assert!(!text.contains("centre x"), "{text}");
+}
+
+#[test]
+fn what_tells_no_load_is_refused() {
+    let arm = Arm::new();
+    let stored = json(&fs::read_to_string(arm.at("result.json")).unwrap());
+    let refused = |change: &dyn Fn(&mut Value), words: &str| {
+        let mut changed = stored.clone();
+        change(&mut changed);
+        fs::write(arm.at("result.json"), changed.to_string()).unwrap();
+        let said = arm.payload(&arm.empty, &[]);
+        assert!(said.code == Some(1) && said.stderr.contains(words), "{words}: {}", said.stderr);
+        assert!(said.stderr.contains("result.json") && said.stdout.is_empty(), "{}", said.stderr);
+    };
+    // Of an earlier version.
+    refused(&|of| drop(of.as_object_mut().unwrap().remove("covariance")), "identify again");
+    // Of a part of the model.
+    let part = |of: &mut Value| {
+        let all = of["parameters"].as_array_mut().unwrap();
+        all.retain(|of| of["name"] != "mx6");
+        let left = all.len();
+        of["covariance"].as_array_mut().unwrap().truncate(left);
+    };
+    refused(&part, "mx6");
+    let said = arm.payload(&arm.empty, &[&"--declared-centre-m", &"0,1"]);
+    assert!(said.code == Some(2) && said.stderr.contains("three numbers"), "{}", said.stderr);
+    let said = arm.payload(&arm.empty, &[&"--declared-mass-kg", &"-2"]);
+    assert!(said.code == Some(2), "{}", said.stderr);
+}

@@ -1,0 +1,121 @@
+//! What is known of a load, with its uncertainty.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::equation::LoadSums;
+
+/// A mass that is fewer of its standard deviations than this may be none, and has no centre.
+const SEEN: f64 = 3.0;
+
+/// A value with its standard deviation, in one unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Uncertain {
+    /// The value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub standard_deviation: f64,
+}
+
+impl Uncertain {
+    /// How far it is from a stated value, in its standard deviations.
+    pub fn deviations_from(&self, stated: f64) -> f64 {
+        (self.value - stated) / self.standard_deviation
+    }
+}
+
+/// One of the sums of the ten parameters that this arm shows, in SI units.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoadParameter {
+    /// What it is the sum of: `m`, or `xx - yy`.
+    pub name: String,
+    /// Its value.
+    #[serde(flatten)]
+    pub found: Uncertain,
+}
+
+/// Mass, centre and inertia as the record and the result tell them; none where they tell it in sums with others alone, or not
+/// at all.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Load {
+    /// Mass \[kg\].
+    pub mass_kg: Option<Uncertain>,
+    /// Centre of mass in the frame of the last link \[m\]; none without a mass that is seen.
+    pub centre_m: [Option<Uncertain>; 3],
+    /// Inertia about the centre of mass, xx xy xz yy yz zz, along the axes of that frame \[kg·m²\], entry xy minus the integral of xy.
+    pub inertia_kg_m2: [Option<Uncertain>; 6],
+}
+
+/// The body nearest to what is found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LoadBody {
+    /// Mass \[kg\].
+    pub mass_kg: f64,
+    /// Centre of mass in the frame of the last link \[m\].
+    pub centre_m: [f64; 3],
+    /// Inertia about the centre of mass, xx xy xz yy yz zz \[kg·m²\].
+    pub inertia_kg_m2: [f64; 6],
+    /// Whether all ten parameters are told and a body has them as they are: this one.
+    pub is_the_estimate: bool,
+    /// Squared distance from what is found, in the metric of its covariance.
+    pub cost: f64,
+    /// What that of the true body stays below (χ², 99 %).
+    pub cost_limit: f64,
+}
+
+impl Load {
+    /// From the sums and their covariance, by first order where a value is no sum.
+    pub(super) fn of(sums: &LoadSums, values: &DVector<f64>, covariance: &DMatrix<f64>) -> Self {
+        // Places among the ten.
+        const MX: usize = 6;
+        const M: usize = 9;
+
+        let (ten, covariance) = sums.ten(values, covariance);
+        // With its gradient, in which are all that it depends on.
+        let found = |value: f64, gradient: &[(usize, f64)]| {
+            let told = gradient.iter().all(|(k, _)| sums.alone(*k).is_some());
+            let both = |(i, a): &(usize, f64)| -> f64 {
+                gradient.iter().map(|(j, b)| a * b * covariance[(*i, *j)]).sum()
+            };
+            let variance: f64 = gradient.iter().map(both).sum();
+            told.then(|| Uncertain { value, standard_deviation: variance.max(0.0).sqrt() })
+        };
+        let m = ten[M];
+        let mass_kg = found(m, &[(M, 1.0)]);
+        let Some(mass) = mass_kg.filter(Uncertain::is_seen) else {
+            return Self { mass_kg, centre_m: [None; 3], inertia_kg_m2: [None; 6] };
+        };
+        let c = [0, 1, 2].map(|k| ten[MX + k] / mass.value);
+        let centre = |k: usize| found(c[k], &[(MX + k, 1.0 / m), (M, -c[k] / m)]);
+        // I − m (cᵀc 1 − c cᵀ)
+        let inertia = |entry: usize, [i, j]: [usize; 2]| {
+            if i == j {
+                let [a, b] = [(i + 1) % 3, (i + 2) % 3];
+                let square = c[a].powi(2) + c[b].powi(2);
+                let by = [(MX + a, -2.0 * c[a]), (MX + b, -2.0 * c[b]), (M, square)];
+                found(ten[entry] - m * square, &[(entry, 1.0), by[0], by[1], by[2]])
+            } else {
+                let by = [(MX + i, c[j]), (MX + j, c[i]), (M, -c[i] * c[j])];
+                found(ten[entry] + m * c[i] * c[j], &[(entry, 1.0), by[0], by[1], by[2]])
+            }
+        };
+        let places = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
+        Self {
+            mass_kg,
+            centre_m: [0, 1, 2].map(centre),
+            inertia_kg_m2: core::array::from_fn(|entry| inertia(entry, places[entry])),
+        }
+    }
+}
+
+impl Uncertain {
+    /// Whether it is so far above 0 that it is not taken for it.
+    pub fn is_seen(&self) -> bool {
+        self.value > SEEN * self.standard_deviation
+    }
+
+    /// Whether it is so far from 0, on either side.
+    pub fn differs_from_none(&self) -> bool {
+        self.value.abs() > SEEN * self.standard_deviation
+    }
+}

@@ -1,0 +1,12 @@
+//! A load on the last link, from a record of the arm that carries it.
+
+mod equation;
+mod error;
+mod find;
+mod load;
+mod presence;
+
+pub use error::PayloadError;
+pub use find::{KnownArm, Payload, payload};
+pub use load::{Load, LoadBody, LoadParameter, Uncertain};
+pub use presence::{Comparison, Declared, Distance, Presence};

@@ -1,0 +1,445 @@
+//! A load on the last link of arms that are known as well as an identification knows them.
+
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::feasibility::Body;
+use didim_core::identification::{
+    Declared, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
+    ParameterCovariance, Payload, PayloadError, Presence, Uncertain, filtered_motion, identify,
+    payload,
+};
+use didim_core::robot::ParameterKind;
+use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
+
+use crate::common::arm::{Arm, Random, options, signals};
+use crate::dynamics::arms::{Design, Random as OfDesigns, TX40};
+
+const RATE_HZ: f64 = 200.0;
+const SAMPLES: usize = 3000;
+
+/// An arm, as an identification of it without load knows it.
+struct Known {
+    arm: Arm,
+    random: Random,
+    options: Options,
+    parameters: Vec<(String, f64)>,
+    covariance: DMatrix<f64>,
+    uncertainty: Option<ModelUncertainty>,
+}
+
+/// Torques along a motion are those of these standard parameters, with noise of so much of each joint's.
+/// Joints may stand still from one on.
+fn record(
+    arm: &Arm,
+    random: &mut Random,
+    standard: &[f64],
+    noise: f64,
+    still: Option<usize>,
+) -> Experiment {
+    let mut position = arm.positions(random, SAMPLES, RATE_HZ, 2.0);
+    let first = still.unwrap_or(position.len());
+    position[first..].iter_mut().for_each(|joint| joint.fill(0.4));
+    let silent = signals(RATE_HZ, position.clone(), position.clone());
+    let silent = Experiment::joint_side(&silent).unwrap();
+    let motion = filtered_motion(&silent, &options(20.0, 0.8, 10).position_filter).unwrap();
+    let mut torques = arm.torques_of(standard, &motion);
+    for torque in &mut torques {
+        let square: f64 = torque.iter().map(|tau| tau * tau).sum();
+        let level = noise * (square / SAMPLES as f64).sqrt();
+        torque.iter_mut().for_each(|tau| *tau += level * random.normal());
+    }
+    Experiment::joint_side(&signals(RATE_HZ, position, torques)).unwrap()
+}
+
+impl Known {
+    fn identified(arm: Arm, mut random: Random, noise: f64) -> Self {
+        let options = options(20.0, 0.8, 10);
+        let record = record(&arm, &mut random, &arm.truth, noise, None);
+        let found = identify(Method::IdimLs, &arm.robot, &arm.base, &record, &options).unwrap();
+        let estimate = found.estimate;
+        let covariance = estimate.covariance.unwrap().matrix(estimate.parameters.len()).unwrap();
+        let parameters = estimate.parameters.iter().map(|p| (p.name.clone(), p.value)).collect();
+        let uncertainty = estimate.model_uncertainty;
+        Self { arm, random, options, parameters, covariance, uncertainty }
+    }
+
+    /// To all digits.
+    fn exact(arm: Arm, random: Random) -> Self {
+        let parameters: Vec<(String, f64)> =
+            arm.base.names().iter().cloned().zip(arm.true_base()).collect();
+        let covariance = DMatrix::identity(parameters.len(), parameters.len()) * 1e-24;
+        let options = options(20.0, 0.8, 10);
+        Self { arm, random, options, parameters, covariance, uncertainty: None }
+    }
+
+    /// The arm with this body on its last link.
+    fn with(&self, body: &Body) -> Vec<f64> {
+        let mut standard = self.arm.truth.clone();
+        let last = self.arm.robot.joints() - 1;
+        for (kind, value) in ParameterKind::LINK.iter().zip(body.parameters()) {
+            standard[self.arm.robot.parameters().column(*kind, last).unwrap()] += value;
+        }
+        standard
+    }
+
+    fn try_find(&self, record: &Experiment, declared: Declared) -> Result<Payload, PayloadError> {
+        let Self { arm, options, parameters, covariance, uncertainty, .. } = self;
+        let parameters: Vec<(&str, f64)> =
+            parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let model =
+            KnownModel { parameters: &parameters, kept: &[], uncertainty: uncertainty.as_ref() };
+        let covariance = ParameterCovariance::of(covariance);
+        let known = KnownArm { model, covariance: Some(&covariance) };
+        payload(&arm.robot, &arm.base, record, options, known, declared)
+    }
+
+    fn find(&self, record: &Experiment) -> Payload {
+        self.try_find(record, Declared::default()).unwrap()
+    }
+
+    /// A record with this body, 2 % of the torque noise.
+    fn record(&mut self, body: &Body) -> Experiment {
+        let standard = self.with(body);
+        record(&self.arm, &mut self.random, &standard, 0.02, None)
+    }
+}
+
+fn tx40(seed: u64) -> Known {
+    Known::identified(Arm::nominal(TX40), Random(seed), 0.02)
+}
+
+fn random_arm(seed: u64) -> (Arm, Random) {
+    let mut random = Random(seed);
+    let arm = Arm::random(&mut random, 7);
+    (arm, random)
+}
+
+fn seven(seed: u64) -> Known {
+    let (arm, random) = random_arm(seed);
+    Known::identified(arm, random, 0.02)
+}
+
+/// A body of 0.1 m to 0.3 m somewhere before the flange.
+fn block(random: &mut Random, mass_kg: f64) -> Body {
+    let c = Vector3::from_fn(|_, _| random.uniform(-0.1, 0.1)) + Vector3::z() * 0.1;
+    let extent = Vector3::from_fn(|_, _| random.uniform(0.1, 0.3).powi(2) / 12.0);
+    let second = Matrix3::from_diagonal(&extent) + c * c.transpose();
+    let mut pseudo = Matrix4::zeros();
+    pseudo.fixed_view_mut::<3, 3>(0, 0).copy_from(&second);
+    pseudo.fixed_view_mut::<3, 1>(0, 3).copy_from(&c);
+    pseudo.fixed_view_mut::<1, 3>(3, 0).copy_from(&c.transpose());
+    pseudo[(3, 3)] = 1.0;
+    Body::from_pseudo_inertia(&(pseudo * mass_kg))
+}
+
+/// The mass whose torques are this share of the arm's \[kg\].
+fn mass_of_share(known: &Known, share: f64) -> f64 {
+    let mut random = Random(1);
+    let motion = known.arm.motion(&mut random, 500, RATE_HZ, 2.0);
+    let square = |standard: &[f64]| {
+        let torques = known.arm.torques_of(standard, &motion);
+        torques.iter().flatten().map(|tau| tau * tau).sum::<f64>()
+    };
+    let mut alone = known.with(&block(&mut random, 1.0));
+    alone.iter_mut().zip(&known.arm.truth).for_each(|(of, arm)| *of -= arm);
+    share * (square(&known.arm.truth) / square(&alone)).sqrt()
+}
+
+/// xx xy xz yy yz zz
+fn entries(inertia: &Matrix3<f64>) -> [f64; 6] {
+    [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| inertia[at])
+}
+
+/// How far what is found is from the body, in its standard deviations: of mass, centre, inertia and the parameters.
+fn deviations(found: &Payload, body: &Body) -> Vec<f64> {
+    let (c, i) = (body.centre_of_mass_m().unwrap(), body.inertia_about_centre().unwrap());
+    let i = entries(&i);
+    let load = &found.load;
+    let mass = [(load.mass_kg, body.mass_kg)];
+    let centre = load.centre_m.into_iter().zip(c.iter().copied());
+    let all = mass.into_iter().chain(centre).chain(load.inertia_kg_m2.into_iter().zip(i));
+    all.filter_map(|(found, truth)| Some(found?.deviations_from(truth))).collect()
+}
+
+#[test]
+fn a_payload_comes_back_within_its_uncertainty() {
+    for mut known in [tx40(1), seven(2)] {
+        for share in [0.001, 0.01, 0.1] {
+            let mass = mass_of_share(&known, share);
+            let body = block(&mut known.random, mass);
+            let record = known.record(&body);
+            let found = known.find(&record);
+            let off = deviations(&found, &body);
+            assert!(off.iter().all(|of| of.abs() < 4.5), "{off:?}");
+            assert_eq!(found.parameters.len(), 10);
+            assert!(found.after.relative_error <= found.before.relative_error);
+            if share > 0.05 {
+                let Payload { presence, body: Some(possible), .. } = &found else { panic!() };
+                assert!(
+                    presence.mass_deviations.unwrap() > 10.0
+                        && presence.from_none.probability < 1e-9
+                );
+                assert!((possible.mass_kg / mass - 1.0).abs() < 0.2, "{possible:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn without_noise_it_is_found_exactly() {
+    for (arm, mut random) in [(Arm::nominal(TX40), Random(3)), random_arm(4)] {
+        let body = block(&mut random, 1.3);
+        let known = Known::exact(arm, random);
+        let standard = known.with(&body);
+        let record = record(&known.arm, &mut Random(5), &standard, 0.0, None);
+        let found = known.find(&record);
+        let (load, possible) = (&found.load, found.body.clone().unwrap());
+        let centre = body.centre_of_mass_m().unwrap();
+        assert!((load.mass_kg.unwrap().value - 1.3).abs() < 1e-6, "{load:?}");
+        for k in 0..3 {
+            assert!((load.centre_m[k].unwrap().value - centre[k]).abs() < 1e-6, "{load:?}");
+        }
+        let inertia = body.inertia_about_centre().unwrap();
+        assert!((load.inertia_kg_m2[4].unwrap().value - inertia[(1, 2)]).abs() < 1e-6, "{load:?}");
+        assert!(possible.is_the_estimate && possible.cost == 0.0, "{possible:?}");
+        assert!(found.presence.seen && found.after.relative_error < 1e-6);
+    }
+}
+
+/// Of z² over these fixed seeds the root of the mean is that of right standard deviations, here to a third.
+#[test]
+fn standard_deviations_are_those_of_the_error() {
+    for (arm, _) in [(Arm::nominal(TX40), ()), (random_arm(2).0, ())] {
+        let mut squares = Vec::new();
+        for seed in 0..6 {
+            let mut known = Known::identified(arm.clone(), Random(100 + seed), 0.02);
+            let mass = mass_of_share(&known, 0.05);
+            let body = block(&mut known.random, mass);
+            let record = known.record(&body);
+            let off = deviations(&known.find(&record), &body);
+            squares.extend(off.iter().map(|z| z * z));
+        }
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!((0.67..1.5).contains(&rms), "{rms} of {}", squares.len());
+    }
+}
+
+#[test]
+fn no_load_is_called_so_and_limited() {
+    let mut known = tx40(7);
+    let arm = known.arm.truth.clone();
+    let empty = record(&known.arm, &mut known.random, &arm, 0.02, None);
+    let found = known.find(&empty);
+    let sigma = found.load.mass_kg.unwrap().standard_deviation;
+    let limit = found.presence.mass_limit_kg.unwrap();
+    assert!(!found.presence.seen && !found.presence.from_none.is_significant());
+    assert!(limit > 0.0 && limit < 6.0 * sigma, "{limit} {sigma}");
+    assert_eq!((found.load.centre_m, found.body.as_ref()), ([None; 3], None));
+    // A stated mass below what can be seen still agrees, and has a body to look for.
+    let declared = Declared { mass_kg: Some(sigma), centre_m: Some([0.0, 0.0, 0.05]) };
+    let found = known.try_find(&empty, declared).unwrap();
+    assert!(found.declared.unwrap().within && found.body.unwrap().mass_kg > 0.0);
+}
+
+/// The other way round: identified with a load that is gone.
+#[test]
+fn a_negative_mass_is_none() {
+    let Known { mut random, arm, .. } = tx40(17);
+    let body = block(&mut random, 1.0);
+    let mut carrying = arm.clone();
+    carrying.truth = Known::exact(arm.clone(), Random(0)).with(&body);
+    let empty = arm.truth;
+    let mut known = Known::identified(carrying, Random(18), 0.02);
+    let record = record(&known.arm, &mut known.random, &empty, 0.02, None);
+    let found = known.find(&record);
+    let Presence { seen, mass_deviations, mass_limit_kg, from_none } = found.presence;
+    assert!(!seen && mass_deviations.unwrap() < -10.0 && from_none.is_significant());
+    assert_eq!((mass_limit_kg, found.body), (None, None));
+}
+
+/// A gain that is uncertain by a per cent, and no motion tells, is in the mass where the result says so.
+#[test]
+fn what_the_model_takes_for_known_is_in_the_uncertainty() {
+    let mut known = tx40(19);
+    let mass = mass_of_share(&known, 1.0);
+    let body = block(&mut known.random, mass);
+    let record = known.record(&body);
+    let found = known.find(&record);
+    let relative = |found: &Payload| {
+        let mass = found.load.mass_kg.unwrap();
+        mass.standard_deviation / mass.value
+    };
+    assert!(found.with_model_errors && (0.01..0.03).contains(&relative(&found)), "{found:?}");
+    known.uncertainty = None;
+    let without = known.find(&record);
+    assert!(!without.with_model_errors && relative(&without) < 0.005, "{without:?}");
+}
+
+#[test]
+fn what_is_declared_is_held_against_it() {
+    let mut known = seven(9);
+    let body = block(&mut known.random, 2.0);
+    let record = known.record(&body);
+    let centre: [f64; 3] = body.centre_of_mass_m().unwrap().into();
+    let compared = |mass_kg, centre_m| {
+        let found = known.try_find(&record, Declared { mass_kg, centre_m }).unwrap();
+        (found.load.mass_kg.unwrap(), found.declared)
+    };
+    let (mass, right) = compared(Some(2.0), Some(centre));
+    let right = right.unwrap();
+    assert!(right.within && right.together.degrees_of_freedom == 4, "{right:?}");
+    let off = mass.deviations_from(2.0);
+    assert!((right.mass_deviations.unwrap() - off).abs() < 1e-9);
+    let (_, heavy) = compared(Some(2.0 - 10.0 * mass.standard_deviation), None);
+    let heavy = heavy.unwrap();
+    assert!(!heavy.within && (heavy.mass_deviations.unwrap() - off - 10.0).abs() < 1e-6);
+    assert_eq!(heavy.centre_deviations, [None; 3]);
+    // A centre alone goes with any mass.
+    let moved = [centre[0] + 0.02, centre[1], centre[2]];
+    assert!(compared(None, Some(centre)).1.unwrap().within);
+    let moved = compared(None, Some(moved)).1.unwrap();
+    assert!(!moved.within && moved.centre_deviations[0].unwrap() < -5.0, "{moved:?}");
+    assert_eq!(compared(None, None).1, None);
+}
+
+/// While all joints but the first stand still, some of the ten act together with others.
+#[test]
+fn what_a_record_does_not_tell_is_named() {
+    let mut known = tx40(11);
+    let body = block(&mut known.random, 1.0);
+    let standard = known.with(&body);
+    let still = record(&known.arm, &mut known.random, &standard, 0.02, Some(1));
+    let found = known.find(&still);
+    assert!(found.parameters.len() < 10 && found.without_effect.is_empty(), "{found:?}");
+    assert!(!found.not_told.is_empty(), "{found:?}");
+    for (symbol, entry) in ["xx", "xy", "xz", "yy", "yz", "zz"].iter().zip(found.load.inertia_kg_m2)
+    {
+        assert!(entry.is_none() || !found.not_told.contains(symbol), "{symbol}: {found:?}");
+    }
+    let off = deviations(&found, &body);
+    assert!(!off.is_empty() && off.iter().all(|of| of.abs() < 4.5), "{off:?}");
+}
+
+/// A planar arm with its axes along gravity feels no height and no weight.
+#[test]
+fn what_an_arm_cannot_show_is_named() {
+    let mut random = Random(13);
+    let mut design = Design::random(&mut OfDesigns(0));
+    design.gravity = [0.0, 0.0, -9.81];
+    design.joints = vec![(false, [0.0; 4], true), (false, [0.0, 0.5, 0.0, 0.0], true)];
+    design.rows = vec![vec![50.0, 0.0], vec![0.0, 50.0]];
+    design.friction = [false; 3];
+    design.own_friction = vec![None; 2];
+    let mut arm = Arm::random(&mut random, 2);
+    arm.robot = design.robot();
+    arm.model = Model::new(&arm.robot);
+    arm.base = BaseParameters::compute(&arm.model).unwrap();
+    arm.truth = vec![1.0; arm.robot.parameters().names().len()];
+    let mut known = Known::identified(arm, random, 0.02);
+    let body = block(&mut known.random, 2.0);
+    let record = known.record(&body);
+    let found = known.find(&record);
+    assert_eq!(found.without_effect, ["xx", "xy", "xz", "yy", "yz", "mz"]);
+    let names: Vec<&str> = found.parameters.iter().map(|of| of.name.as_str()).collect();
+    assert_eq!(names, ["zz", "mx", "my", "m"]);
+    assert!(found.load.centre_m[2].is_none() && found.load.centre_m[0].is_some());
+    let told: Vec<bool> = found.load.inertia_kg_m2.iter().map(Option::is_some).collect();
+    assert_eq!(told, [false, false, false, false, false, true]);
+    let off = deviations(&found, &body);
+    assert!(off.iter().all(|of| of.abs() < 4.5), "{off:?}");
+}
+
+#[test]
+fn an_arm_that_is_not_known_is_refused() {
+    let mut known = tx40(15);
+    let body = block(&mut known.random, 1.0);
+    let record = known.record(&body);
+    let all = known.covariance.clone();
+    let refused = |known: &Known| known.try_find(&record, Declared::default()).unwrap_err();
+    known.covariance = all.view((1, 1), (all.nrows() - 1, all.ncols() - 1)).into_owned();
+    assert_eq!(refused(&known), PayloadError::NoCovariance);
+    known.covariance = -all.clone();
+    assert_eq!(refused(&known), PayloadError::Covariance);
+    // The first is of the first link, which no load changes; the weight of the last one is.
+    let kept = known.parameters.len() - 1;
+    known.covariance = all.view((0, 0), (kept, kept)).into_owned();
+    let left_out = known.parameters.iter().position(|(name, _)| name == "my6").unwrap();
+    known.parameters.remove(left_out);
+    assert_eq!(refused(&known), PayloadError::NotIdentified { names: vec!["my6".to_owned()] });
+}
+
+/// What an identification and a record with 2 % of noise tell of loads: by hand, see docs/models.md.
+#[test]
+#[ignore = "a study of 40 seeds"]
+fn payload_study() {
+    println!(
+        "| arm | torque of the load | mass | σ of mass | error of mass | of centre | of inertia | rms z | seen | possible as found |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for (name, arm) in [("TX40", Arm::nominal(TX40)), ("7 axes", random_arm(2).0)] {
+        for share in [0.001, 0.01, 0.1] {
+            let mut study = Study::default();
+            for seed in 0..40 {
+                let mut known = Known::identified(arm.clone(), Random(1000 + seed), 0.02);
+                let mass = mass_of_share(&known, share);
+                let body = block(&mut known.random, mass);
+                let record = known.record(&body);
+                study.add(&known.find(&record), &body);
+            }
+            study.print(name, share);
+        }
+    }
+}
+
+/// Errors of a cell of the study.
+#[derive(Default)]
+struct Study {
+    z: Vec<f64>,
+    mass: Vec<f64>,
+    mass_kg: f64,
+    sigma: Vec<f64>,
+    centre: Vec<f64>,
+    inertia: Vec<f64>,
+    seen: usize,
+    as_found: usize,
+    records: usize,
+}
+
+impl Study {
+    fn add(&mut self, found: &Payload, body: &Body) {
+        let centre = body.centre_of_mass_m().unwrap();
+        let inertia = entries(&body.inertia_about_centre().unwrap());
+        let load = &found.load;
+        let mass = load.mass_kg.unwrap();
+        self.mass_kg = body.mass_kg;
+        self.records += 1;
+        self.mass.push(mass.value - body.mass_kg);
+        self.sigma.push(mass.standard_deviation);
+        let off = |(found, truth): (Option<Uncertain>, f64)| Some(found?.value - truth);
+        self.centre.extend(load.centre_m.into_iter().zip(centre.iter().copied()).filter_map(off));
+        self.inertia.extend(load.inertia_kg_m2.into_iter().zip(inertia).filter_map(off));
+        self.seen += usize::from(found.presence.seen);
+        self.as_found += usize::from(found.body.as_ref().is_some_and(|of| of.is_the_estimate));
+        // All ten, seen or not.
+        self.z.extend(found.parameters.iter().zip(body.parameters()).map(|(of, truth)| {
+            assert_eq!(found.parameters.len(), 10);
+            of.found.deviations_from(truth)
+        }));
+    }
+
+    fn print(&self, name: &str, share: f64) {
+        let rms = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
+        println!(
+            "| {name} | {} % | {:.4} kg | {:.1} g | {:.1} g | {:.2} mm | {:.2} g·m² | {:.2} | {} of {} | {} |",
+            100.0 * share,
+            self.mass_kg,
+            1e3 * rms(&self.sigma),
+            1e3 * rms(&self.mass),
+            1e3 * rms(&self.centre),
+            1e3 * rms(&self.inertia),
+            rms(&self.z),
+            self.seen,
+            self.records,
+            self.as_found,
+        );
+    }
+}

@@ -1,0 +1,162 @@
+//! A load in words.
+
+use didim_core::identification::{Declared, Payload, Uncertain};
+use didim_core::robot::Robot;
+
+use crate::text::{aligned, significant, to_uncertainty};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
+/// Most digits of a value.
+const DIGITS: usize = 5;
+
+/// What is found of a load, against what is declared, and what a person has to know of it.
+pub fn payload_text(payload: &Payload, declared: Declared, robot: &Robot) -> String {
+    let mut text = headline(payload);
+    let rows = rows(payload, declared);
+    if !rows.is_empty() {
+        text += "\n";
+        text += &aligned(
+            &["", "found", "σ", "unit", "possible body", "declared", "found − declared"],
+            &rows,
+        );
+    }
+    text += "\n";
+    if let Some(declared) = &payload.declared {
+        let (is, together) =
+            (if declared.within { "within" } else { "outside" }, &declared.together);
+        text += &format!(
+            "the declared load is {is} the uncertainty: χ² {} of {} (by chance with a probability of {})\n",
+            significant(together.chi_squared, 3),
+            together.degrees_of_freedom,
+            significant(together.probability, 2)
+        );
+    }
+    let [before, after] = [&payload.before, &payload.after].map(|of| 100.0 * of.relative_error);
+    text += &format!("error of the torques: {before:.2} % as the arm alone");
+    if payload.presence.seen {
+        text += &format!(", {after:.2} % with the load");
+    }
+    text += "\n";
+    if payload.load.centre_m.iter().any(Option::is_some) || declared.centre_m.is_some() {
+        text += &format!(
+            "centre and inertia are in the frame of link {}, inertia about the centre\n",
+            robot.joints()
+        );
+    }
+    notes(payload).into_iter().map(|note| format!("note: {note}\n")).for_each(|note| text += &note);
+    text
+}
+
+fn headline(payload: &Payload) -> String {
+    let presence = &payload.presence;
+    match (presence.seen, presence.mass_deviations, presence.mass_limit_kg) {
+        (true, Some(deviations), _) => {
+            format!("a load is seen: its mass is {} σ\n", significant(deviations, 3))
+        }
+        (true, None, _) => "a load is seen, but not its mass\n".to_owned(),
+        (false, _, Some(limit)) => {
+            format!("no load is seen: its mass is below {} kg (95 %)\n", significant(limit, 2))
+        }
+        (false, Some(deviations), None) => {
+            format!("no load is seen: the mass is {} σ\n", significant(deviations, 3))
+        }
+        (false, None, None) => "no load is seen; its mass would not be told\n".to_owned(),
+    }
+}
+
+/// A row for each value that is found or declared.
+fn rows(payload: &Payload, declared: Declared) -> Vec<Vec<String>> {
+    let (load, body, compared) = (&payload.load, &payload.body, &payload.declared);
+    let mut rows = Vec::new();
+    let mut row = |name: String, unit: &str, values: [Option<f64>; 3], found: Option<Uncertain>| {
+        let [possible, stated, off] = values;
+        if found.is_none() && stated.is_none() {
+            return;
+        }
+        let none = || "–".to_owned();
+        let number =
+            |value: Option<f64>| value.map_or_else(none, |value| significant(value, DIGITS));
+        rows.push(vec![
+            name,
+            found.map_or_else(none, |of| to_uncertainty(of.value, of.standard_deviation, DIGITS)),
+            found.map_or_else(none, |of| significant(of.standard_deviation, 2)),
+            unit.to_owned(),
+            number(possible),
+            number(stated),
+            off.map_or_else(none, |off| format!("{off:+.1} σ")),
+        ]);
+    };
+    let mass_off = compared.as_ref().and_then(|of| of.mass_deviations);
+    let possible = body.as_ref().map(|of| of.mass_kg);
+    row("mass".to_owned(), "kg", [possible, declared.mass_kg, mass_off], load.mass_kg);
+    for (k, axis) in AXES.into_iter().enumerate() {
+        let off = compared.as_ref().and_then(|of| of.centre_deviations[k]);
+        let values =
+            [body.as_ref().map(|of| of.centre_m[k]), declared.centre_m.map(|of| of[k]), off];
+        row(format!("centre {axis}"), "m", values, load.centre_m[k]);
+    }
+    for (k, entry) in ENTRIES.into_iter().enumerate() {
+        let values = [body.as_ref().map(|of| of.inertia_kg_m2[k]), None, None];
+        row(format!("inertia {entry}"), "kg·m²", values, load.inertia_kg_m2[k]);
+    }
+    rows
+}
+
+/// What must be known with it.
+fn notes(payload: &Payload) -> Vec<String> {
+    let (presence, mut notes) = (&payload.presence, Vec::new());
+    let has_mass = presence.seen || presence.mass_limit_kg.is_some();
+    if presence.mass_deviations.is_some() && !has_mass {
+        notes.push(
+            "the mass is negative: the arm was identified with a load that it does not carry here, or has changed; identify it \
+             empty"
+                .to_owned(),
+        );
+    } else if !presence.seen && presence.from_none.is_significant() {
+        notes.push(
+            "no mass is seen, but the torques differ from those of the arm by more than its uncertainty: it has changed, its model lacks \
+             something along this motion, or what it carries is light and wide"
+                .to_owned(),
+        );
+    }
+    if let Some(body) = payload.body.as_ref().filter(|body| !body.is_the_estimate) {
+        notes.push(if body.cost > body.cost_limit {
+            format!(
+                "no body explains what is found: the nearest costs {} where the true one stays below {} (χ², 99 %); the arm has \
+                 changed, or the load is not fixed",
+                significant(body.cost, 3),
+                significant(body.cost_limit, 3)
+            )
+        } else {
+            "what is found is no body by itself; the possible one agrees with it within the uncertainty".to_owned()
+        });
+    }
+    let near_none = ENTRIES.iter().zip(&payload.load.inertia_kg_m2);
+    let near_none = near_none.filter(|(_, of)| of.is_some_and(|of| !of.differs_from_none()));
+    let near_none: Vec<&str> = near_none.map(|(entry, _)| *entry).collect();
+    if !near_none.is_empty() {
+        notes.push(format!("the recording does not tell inertia {} from 0", near_none.join(" ")));
+    }
+    if !payload.without_effect.is_empty() {
+        notes.push(format!(
+            "no motion of this arm shows {} of a load",
+            payload.without_effect.join(" ")
+        ));
+    }
+    if !payload.not_told.is_empty() {
+        let sums = payload.parameters.iter().map(|of| of.name.as_str());
+        notes.push(format!(
+            "arm and recording do not tell {} by themselves, only these sums: {}",
+            payload.not_told.join(" "),
+            sums.collect::<Vec<_>>().join(", ")
+        ));
+    }
+    if !payload.with_model_errors {
+        notes.push(
+            "the result does not say what errors of its model do: the uncertainty is without them"
+                .to_owned(),
+        );
+    }
+    notes
+}
