@@ -1,14 +1,16 @@
 //! `didim history`: results over time, what they say beside the baseline, two of them side by side.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::CliError;
+use super::input::{Samples, pairs};
 use super::output::{print, write_text};
 use super::state::WhichState;
 use didim::archive::drift::{Baseline, JudgedHistory};
-use didim::archive::store::read_history;
+use didim::archive::store::{read_history, result_file};
+use didim::offline::{JointDifference, StoredModel, torque_difference};
 use didim::report::history::{Difference, HistoryDocument, plot, summary, table};
 use didim::report::html::HistoryReport;
 
@@ -25,6 +27,9 @@ pub(super) struct Arguments {
     /// Compare two results side by side
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     compare: Vec<u64>,
+    /// With --compare and --cell: what the two results say differently of the torques along a recording's motion
+    #[arg(long, value_name = "FILE", requires_all = ["compare", "cell"])]
+    along: Option<PathBuf>,
     /// Show only this number of the last results
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     last: Option<u32>,
@@ -55,7 +60,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         )));
     }
     let difference = match *arguments.compare.as_slice() {
-        [then, now] => Some(Difference::new(&history, [then, now]).map_err(CliError::failed)?),
+        [then, now] => {
+            let difference = Difference::new(&history, [then, now]).map_err(CliError::failed)?;
+            let torques = torques(arguments, &folder, [then, now])?;
+            Some(Difference { torques, ..difference })
+        }
         _ => None,
     };
     // Judged by all that came before, whatever is shown.
@@ -86,4 +95,22 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
     print(&text)
+}
+
+/// What two results say differently of the torques along a recording, where one is given.
+fn torques(
+    arguments: &Arguments,
+    folder: &Path,
+    numbers: [u64; 2],
+) -> Result<Vec<JointDifference>, CliError> {
+    let (Some(input), Some(cell)) = (&arguments.along, arguments.state.cell()?) else {
+        return Ok(Vec::new());
+    };
+    let pieces = Samples::default().read(input, &cell)?;
+    let read = |number| {
+        StoredModel::read(&result_file(folder, number), cell.clone()).map_err(CliError::failed)
+    };
+    let [(then, earlier), (now, later)] = [read(numbers[0])?, read(numbers[1])?];
+    torque_difference([(&then, &earlier), (&now, &later)], &pairs(&pieces))
+        .map_err(|error| CliError::in_file(input, error))
 }

@@ -20,12 +20,17 @@ pub(super) struct WhichState {
 }
 
 impl WhichState {
+    /// The cell, where its file is given.
+    ///
+    /// # Errors
+    /// [`CliError::configuration`].
+    pub(super) fn cell(&self) -> Result<Option<Cell>, CliError> {
+        self.cell.as_deref().map(Cell::read).transpose().map_err(CliError::configuration)
+    }
+
     /// The folder, and what counts as drift.
     pub(super) fn find(&self) -> Result<(PathBuf, DriftOptions), CliError> {
-        let service = match &self.cell {
-            Some(cell) => Cell::read(cell).map_err(CliError::configuration)?.service,
-            None => ServiceSection::default(),
-        };
+        let service = self.cell()?.map_or_else(ServiceSection::default, |cell| cell.service);
         Ok((self.state.clone().unwrap_or(service.state_directory), service.drift))
     }
 }

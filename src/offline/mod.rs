@@ -3,6 +3,7 @@
 
 pub mod compare;
 mod consistent;
+mod difference;
 pub mod identify;
 mod limits;
 mod log;
@@ -12,6 +13,7 @@ mod rate;
 mod stored;
 
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
+pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
 pub use payload::LoadError;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use didim_core::identification::{Declared, KnownArm, KnownModel, Payload, PayloadError, payload};
+use didim_core::identification::{Declared, Payload, PayloadError, payload};
 use didim_formats::Measurement;
 
 use super::identify::{IdentifyError, joined};
@@ -32,10 +32,8 @@ impl StoredModel {
         declared: Declared,
     ) -> Result<Payload, LoadError> {
         let experiment = joined(cell, measurements).map_err(IdentifyError::from)?;
-        let [parameters, kept] = self.named();
-        let uncertainty = self.uncertainty.as_ref();
-        let model = KnownModel { parameters: &parameters, kept: &kept, uncertainty };
-        let arm = KnownArm { model, covariance: self.covariance.as_ref() };
+        let named = self.named();
+        let arm = self.known(&named);
         Ok(payload(&cell.robot, &cell.base, &experiment, &cell.options, arm, declared)?)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use didim_core::identification::{KnownModel, Prediction, predict};
+use didim_core::identification::{KnownArm, Prediction, predict};
 
 use super::identify::{IdentifyError, joined};
 use super::stored::StoredModel;
@@ -20,9 +20,8 @@ impl StoredModel {
         measurements: &[(&Measurement, Range<usize>)],
     ) -> Result<Prediction, IdentifyError> {
         let experiment = joined(cell, measurements)?;
-        let [parameters, kept] = self.named();
-        let uncertainty = self.uncertainty.as_ref();
-        let model = KnownModel { parameters: &parameters, kept: &kept, uncertainty };
+        let named = self.named();
+        let KnownArm { model, .. } = self.known(&named);
         Ok(predict(&cell.robot, &cell.base, &experiment, &cell.options, model)?)
     }
 }

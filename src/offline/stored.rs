@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim_core::identification::{Method, ModelUncertainty, ParameterCovariance};
+use didim_core::identification::{
+    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance,
+};
 use didim_core::robot::JointFriction;
 use serde::Deserialize;
 
@@ -187,6 +189,14 @@ impl StoredModel {
     pub(super) fn named(&self) -> [Vec<(&str, f64)>; 2] {
         [&self.parameters, &self.kept]
             .map(|of| of.iter().map(|(name, value)| (name.as_str(), *value)).collect())
+    }
+
+    /// What it knows of the arm; `named` is [`Self::named`].
+    pub(super) fn known<'s>(&'s self, named: &'s [Vec<(&'s str, f64)>; 2]) -> KnownArm<'s> {
+        let [parameters, kept] = named;
+        let uncertainty = self.uncertainty.as_ref();
+        let model = KnownModel { parameters, kept, uncertainty };
+        KnownArm { model, covariance: self.covariance.as_ref() }
     }
 
     /// Base parameters of the robot that the result does not have: they count as 0.

@@ -27,7 +27,10 @@ const ORDER: [(&str, &str); 9] = [
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
     ("src/archive", "drift store"),
-    ("src/offline", "compare consistent payload predict stored log identify limits rate"),
+    (
+        "src/offline",
+        "compare consistent difference payload predict stored log identify limits rate",
+    ),
     (
         "cli/src",
         "lib baseline capture check compare convert demo export history manual metrics new note payload predict reload replay robot run study \

@@ -106,6 +106,26 @@ fn worn_friction_is_found_by_its_name_and_size() {
     let (change, sigma) = (number("relative_change"), number("deviation_sigma"));
     let deviation = (change - (7.45 / 6.48 - 1.0)) * sigma / change;
     assert!(deviation.abs() < 4.0, "{deviation} σ from the truth: {alarms:?}");
+
+    // The same in torque along a motion: 1 N·m where joint 3 moves, and nothing but chance elsewhere.
+    let compare = ["history", "--state", &state, "--cell", &cia402_cell(), "--compare", "0", "3"];
+    let along = ["--along", &folder.path("drive.log")];
+    let text = didim(&[&compare[..], &along].concat()).done();
+    assert!(text.contains("difference, rms") && text.contains("by chance"), "{text}");
+    let document = json(&didim(&[&compare[..], &along, &["--json"]].concat()).done());
+    let torques = document["difference"]["torques"].as_array().unwrap();
+    assert_eq!(torques.len(), 6);
+    for (joint, torque) in (1..).zip(torques) {
+        let number = |key: &str| torque[key].as_f64().unwrap();
+        let (rms, by_chance) = (number("rms"), number("by_chance"));
+        if joint == 3 {
+            assert!((0.6..1.0).contains(&rms) && rms > 10.0 * by_chance, "{torque}");
+            assert!((0.9..1.3).contains(&number("largest").abs()), "{torque}");
+        } else {
+            assert!(rms < 3.0 * by_chance, "joint {joint}: {torque}");
+        }
+    }
+    didim(&["history", "--state", &state, "--along", "x"]).refused(2, &["--compare", "--cell"]);
 }
 
 #[test]

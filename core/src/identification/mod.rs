@@ -1,7 +1,7 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → payload → prediction → judgement → observation → given
+//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → torque_along → payload → prediction → judgement → observation → given
 //! ```
 //!
 //! | room | what |
@@ -11,6 +11,7 @@
 //! | `judgement` | uncertainty, what is taken for known, [`Verdict`] for each use |
 //! | `payload` | a load on the last link, the arm held at a result with its covariance |
 //! | `prediction` | a record predicted with parameters, nothing fitted |
+//! | `torque_along` | the torque that a model has along a motion, and how uncertain it is |
 //! | `equation_error` | IDIM-LS (paper, 3.1.2), essential parameters |
 //! | `closed_loop` | the loop simulated with an estimate: IDIM-IV, CLIE, CLOE, DIDIM (paper, 3.2, 3.3) |
 
@@ -25,6 +26,7 @@ mod judgement;
 mod observation;
 mod payload;
 mod prediction;
+mod torque_along;
 
 pub use closed_loop::mean_joint_inertia;
 pub use cross_validation::{CrossValidation, cross_validate};
@@ -55,3 +57,4 @@ pub use payload::{
     Presence, Uncertain, payload,
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
+pub use torque_along::{TorqueAlong, torque_along};

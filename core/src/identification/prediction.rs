@@ -1,6 +1,6 @@
 //! How well parameters predict the torques of a record that they need not have been found from.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
@@ -57,6 +57,13 @@ impl KnownModel<'_> {
         let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
         let parameters = DVector::from_iterator(self.parameters.len(), values);
         Ok((context, parameters))
+    }
+
+    /// The covariance of its parameters (b × b) in the order of the equation.
+    pub(super) fn ordered(&self, context: &Context<'_>, covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        let place = |name: &String| self.parameters.iter().position(|(own, _)| own == name);
+        let order: Vec<usize> = context.selection.names().iter().filter_map(place).collect();
+        covariance.select_rows(&order).select_columns(&order)
     }
 }
 

@@ -293,8 +293,13 @@ pub fn read_model_uncertainty(folder: &Path, number: u64) -> Option<ModelUncerta
     struct Estimate {
         model_uncertainty: Option<ModelUncertainty>,
     }
-    let content = read_bytes(&folder.join(name(number))).ok()?;
+    let content = read_bytes(&result_file(folder, number)).ok()?;
     serde_json::from_slice::<Record>(&content).ok()?.estimate.model_uncertainty
+}
+
+/// The file of a result in a folder.
+pub fn result_file(folder: &Path, number: u64) -> PathBuf {
+    folder.join(name(number))
 }
 
 fn name(index: u64) -> String {

@@ -14,7 +14,7 @@ pub use against::Against;
 pub use configurations::ConfigurationTexts;
 pub use error::StoreError;
 pub(crate) use folder::RECENT_LINES;
-pub use folder::{DEFAULT_KEEP, Store, Stored, read_model_uncertainty};
+pub use folder::{DEFAULT_KEEP, Store, Stored, read_model_uncertainty, result_file};
 pub use history::{HISTORY_SCHEMA, HistoryError, HistoryLine, ParameterValue, read_history};
 pub use record::{Beside, ResultRecord, WindowProvenance};
 pub use samples::input_sha256;

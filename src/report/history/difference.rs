@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::archive::drift::{Change, JudgedHistory, NotComparable, comparable};
 use crate::archive::store::{HistoryLine, ParameterValue};
+use crate::offline::JointDifference;
 use crate::text::{aligned, significant, to_uncertainty};
 
 /// Why two results are not compared.
@@ -26,6 +27,9 @@ pub struct Difference {
     pub caveats: Vec<String>,
     /// The parameters, in the model's order.
     pub parameters: Vec<ParameterDifference>,
+    /// Of each joint, along a motion; none where no motion was given.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub torques: Vec<JointDifference>,
 }
 
 /// What changed of one parameter. Values that are not numbers are null in JSON.
@@ -82,7 +86,12 @@ impl Difference {
                 band_share: change.band_share(),
             })
         });
-        Ok(Self { results: [then, now], caveats, parameters: parameters.collect() })
+        Ok(Self {
+            results: [then, now],
+            caveats,
+            parameters: parameters.collect(),
+            torques: Vec::new(),
+        })
     }
 
     /// As a table for people.
@@ -110,11 +119,32 @@ impl Difference {
         let [then, now] = self.results.map(|number| format!("result {number}"));
         let mut text =
             aligned(&["parameter", &then, &now, "Δ", "relative", "Δ [σ]", "of the band"], &rows);
+        if !self.torques.is_empty() {
+            text += "\n";
+            text += &torques(&self.torques);
+        }
         for caveat in &self.caveats {
             text += &format!("note: {caveat}\n");
         }
         text
     }
+}
+
+/// What differs in torque along a motion.
+fn torques(of: &[JointDifference]) -> String {
+    let row = |of: &JointDifference| {
+        let torque = |value: f64| format!("{} {}", significant(value, 2), of.unit);
+        vec![
+            format!("joint {}", of.joint),
+            torque(of.rms),
+            of.by_chance.map_or("–".to_owned(), torque),
+            format!("{:.2} %", 100.0 * of.relative),
+            torque(of.largest),
+            format!("{:.2} s", of.at_s),
+        ]
+    };
+    let header = ["torque", "difference, rms", "by chance", "of the torque", "largest", "at"];
+    aligned(&header, &of.iter().map(row).collect::<Vec<_>>())
 }
 
 /// A difference of exactly nothing has no digits to show.

@@ -94,7 +94,7 @@ pub fn payload(
     let errors = model
         .uncertainty
         .map_or(Ok(None), |known| known.errors_along(&context, &motion, &beside, &arm, &loaded))?;
-    let mut of_arm = arm.matrix() * uncertain_arm(&context, model, covariance)?;
+    let mut of_arm = arm.matrix() * uncertain_arm(&context, model, &covariance)?;
     if let Some(errors) = &errors {
         let own = of_arm.ncols();
         of_arm = of_arm.resize_horizontally(own + errors.ncols(), 0.0);
@@ -131,11 +131,9 @@ pub fn payload(
 fn uncertain_arm(
     context: &Context<'_>,
     model: KnownModel<'_>,
-    covariance: DMatrix<f64>,
+    covariance: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, PayloadError> {
-    let place = |name: &String| model.parameters.iter().position(|(own, _)| own == name);
-    let order: Vec<usize> = context.selection.names().iter().filter_map(place).collect();
-    let ordered = covariance.select_rows(&order).select_columns(&order);
+    let ordered = model.ordered(context, covariance);
     Ok(ordered.cholesky().ok_or(PayloadError::Covariance)?.unpack())
 }
 
