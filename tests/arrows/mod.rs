@@ -20,7 +20,7 @@ const ORDER: [(&str, &str); 9] = [
     ),
     (
         "core/src/identification",
-        "friction cutoff cross_validation identify closed_loop equation_error payload prediction judgement observation given",
+        "friction cutoff cross_validation identify closed_loop equation_error torque_along payload prediction judgement observation given",
     ),
     ("drivers/src", "samples assemble source socket clock units layout frame"),
     ("src", "proposal check service report offline cell live archive signals files window text"),
