@@ -89,11 +89,11 @@ fn refused(error: &CellError) -> Vec<Finding> {
             };
             return open.iter().map(finding).collect();
         }
-        CellError::Value { key, .. } | CellError::Named { key, .. } => key,
+        CellError::Value { key, .. } => key.as_str(),
+        CellError::Named { key, .. } => key,
         CellError::Robot { .. } | CellError::Urdf { .. } | CellError::BaseParameters { .. } => {
             "robot"
         }
-        CellError::UrdfFriction { .. } => "urdf.friction",
         CellError::Layout { .. } => "bus.layout",
         CellError::Drives { .. } => "bus.drives",
         CellError::Axes { .. } => "bus.layout.axes",

@@ -130,19 +130,67 @@ fn what_a_urdf_does_not_say_is_asked_for_with_the_lines_to_paste() {
     );
     let unknown = SECTION.replace("offset = true", "offsets = true");
     let said = refused(&unknown);
-    assert!(said.contains("`urdf.friction`") && said.contains("offsets"), "{said}");
-    assert!(!said.contains("line "), "{said}");
-    let joint =
-        |name: &str, law: &str| format!("{SECTION}\n[urdf.joint_friction]\n{name} = {{ {law} }}\n");
-    let said = refused(&joint("a7", "quadratic = true"));
-    assert!(said.contains("`a7`, which is no driven joint") && said.contains("a1 a2"), "{said}");
-    let said = refused(&joint("a2", "kwadratic = true"));
-    assert!(said.contains("`urdf.friction`") && said.contains("kwadratic"), "{said}");
-    let folder = cell(&joint("a2", "quadratic = true"));
-    let said = succeed(&[&"check", &"--cell", &folder.path().join("cell.toml"), &"--elsewhere"]);
-    assert!(said.contains("59 base parameters"), "{said}");
+    // With the line of the cell, not one of the robot file that comes of it.
+    let line = |text: &str, key: &str| {
+        let folder = cell(text);
+        let text = fs::read_to_string(folder.path().join("cell.toml")).unwrap();
+        let begins = text.lines().zip(1..).filter(|(line, _)| line.trim_start().starts_with(key));
+        begins.last().unwrap().1
+    };
+    let at = format!("cell.toml: line {}: `urdf.friction`: ", line(&unknown, "friction"));
+    assert!(said.contains(&at) && said.contains("did you mean `offset`?"), "{said}");
+    let joint = |name: &str, own: &str| format!("{SECTION}\n[urdf.joints.{name}]\n{own}\n");
+    for (name, own, expected) in [
+        (
+            "a7",
+            "friction = {}",
+            "`urdf.joints.a7`: is no driven joint of the arm; these are: a1 a2",
+        ),
+        (
+            "a2",
+            "friction = { kwadratic = true }",
+            "`urdf.joints.a2.friction`: unknown field `kwadratic`",
+        ),
+        ("a2", "drive_inertia = 3", "`urdf.joints.a2.drive_inertia`: invalid type"),
+        (
+            "a2",
+            "known_torque = { position_deg = [0, 1], torque_nm = [1] }",
+            "`urdf.joints.a2.known_torque`: ",
+        ),
+        ("a2", "acceleration_max_rad_s2 = -1.0", "`urdf.joints.a2.acceleration_max_rad_s2`: "),
+        ("a2", "jerk_max_m_s3 = 1.0", "use `jerk_max_rad_s3`"),
+        ("a2", "d_m = 1.0", "`urdf.joints.a2.d_m`: is not for a joint of a URDF"),
+    ] {
+        let text = joint(name, own);
+        let said = refused(&text);
+        let key = if name == "a7" { "[urdf.joints" } else { own.split(' ').next().unwrap() };
+        let at = format!("cell.toml: line {}: `urdf.joints.{name}", line(&text, key));
+        assert!(said.contains(expected) && said.contains(&at), "{said}\n{at}");
+    }
     let other = SECTION.replace("[urdf]", "[urdf]\ntip = \"hand\"");
     assert!(refused(&other).contains("the tip `hand` is no link of the URDF"));
+}
+
+/// What a cell states of single joints is what a robot file states of them.
+#[test]
+fn joints_of_a_urdf_have_of_their_own_what_those_of_a_robot_file_have() {
+    let own = "a2 = { friction = { quadratic = true }, known_torque = { position_deg = [-90, 90], torque_nm = [-3, 3] } }\n\
+               a4 = { drive_inertia = false, acceleration_max_rad_s2 = 5.0 }\n";
+    let (section, _) = SECTION.split_once("gear_ratios").unwrap();
+    let (_, friction) = SECTION.split_once("friction").unwrap();
+    let ones = "gear_ratios = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]";
+    let folder = cell(&format!("{section}{ones}\nfriction{friction}\n[urdf.joints]\n{own}"));
+    let found = didim::cell::Cell::read(&folder.path().join("cell.toml")).unwrap();
+    let text = succeed(&[&"robot", &folder.path().join("arm.urdf"), &"--toml"]);
+    let mut joints: Vec<String> = text.split("[[joint]]").map(str::to_owned).collect();
+    joints[2] += "friction = { quadratic = true }\nknown_torque = { position_deg = [-90, 90], torque_nm = [-3, 3] }\n";
+    joints[4] = joints[4].replace("drive_inertia = true", "drive_inertia = false")
+        + "acceleration_max_rad_s2 = 5.0\n";
+    let expected = Robot::from_toml(&joints.join("[[joint]]")).unwrap();
+    assert_eq!(found.robot_as_described, expected);
+    // One more for the quadratic friction, one less for the inertia of the fourth drive.
+    assert_eq!(found.base.names().len(), 58);
+    assert!(!found.base.names().contains(&"ia4".to_owned()));
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn bodies_alone(arm: &UrdfArm) -> Robot {
         drive_inertia: false,
         gear_ratios: vec![1.0; joints],
         friction,
-        joint_friction: BTreeMap::new(),
+        joints: BTreeMap::new(),
     };
     let text = arm.to_toml(&drives);
     Robot::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))

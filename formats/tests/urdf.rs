@@ -28,7 +28,7 @@ fn links_alone(joints: usize) -> UrdfDrives {
         drive_inertia: false,
         gear_ratios: vec![1.0; joints],
         friction,
-        joint_friction: BTreeMap::new(),
+        joints: BTreeMap::new(),
     }
 }
 

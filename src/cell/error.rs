@@ -52,12 +52,14 @@ pub enum CellError {
         open: Vec<OpenKey>,
     },
     /// An invalid value.
-    #[error("{}: `{key}`: {problem}", file.display())]
+    #[error("{}: {}`{key}`: {problem}", file.display(), line.map_or_else(String::new, |line| format!("line {line}: ")))]
     Value {
         /// The cell file.
         file: PathBuf,
+        /// The line of the key, or of the section that lacks it, where there is one.
+        line: Option<usize>,
         /// The key.
-        key: &'static str,
+        key: String,
         /// What is wrong and what is allowed.
         problem: String,
     },
@@ -84,12 +86,6 @@ pub enum CellError {
         file: PathBuf,
         /// What is wrong with it.
         source: UrdfError,
-    },
-    /// The friction that is stated beside a URDF is none.
-    #[error("the friction beside the URDF: {problem}")]
-    UrdfFriction {
-        /// What is wrong with it.
-        problem: String,
     },
     /// The base parameters of the robot cannot be determined.
     #[error("{}: {source}", file.display())]

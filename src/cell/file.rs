@@ -13,7 +13,6 @@ use didim_core::regression::RobustLoss;
 use didim_core::robot::SignModel;
 use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
-use didim_formats::UrdfDrives;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
@@ -73,25 +72,9 @@ pub struct UrdfSection {
     /// As `[friction]` of a robot file.
     #[serde(default)]
     pub friction: Option<toml::Table>,
-    /// As `friction` of a joint of a robot file, by the joints' names.
+    /// What single joints have of their own, by their names: keys of a joint of a robot file.
     #[serde(default)]
-    pub joint_friction: BTreeMap<String, toml::Table>,
-}
-
-impl UrdfSection {
-    /// The drives, where all is stated.
-    pub(super) fn drives(&self) -> Option<UrdfDrives> {
-        let lines = self.friction.as_ref()?.iter().map(|(key, value)| format!("{key} = {value}\n"));
-        let own = self.joint_friction.iter();
-        let own =
-            own.map(|(joint, of)| (joint.clone(), toml::Value::Table(of.clone()).to_string()));
-        Some(UrdfDrives {
-            drive_inertia: self.drive_inertia?,
-            gear_ratios: self.gear_ratios.clone()?,
-            friction: lines.collect(),
-            joint_friction: own.collect(),
-        })
-    }
+    pub joints: BTreeMap<String, toml::Table>,
 }
 
 /// `[bus]`

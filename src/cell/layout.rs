@@ -19,7 +19,8 @@ pub(super) fn read(
         (None, true) => {
             return Err(CellError::Value {
                 file: cell.into(),
-                key: "bus.layout",
+                line: None,
+                key: "bus.layout".to_owned(),
                 problem:
                     "names neither a `dbc` file nor the device files of its `nodes`; give one \
                           of them"

@@ -160,7 +160,8 @@ impl Cell {
         };
         Err(CellError::Value {
             file: path.to_path_buf(),
-            key,
+            line: open::line_of(&self.configuration.cell, key),
+            key: key.to_owned(),
             problem: format!(
                 "\"auto\" is for a recording, and what is compared over years or runs has to be of one \
                  model; run `didim identify` on a recording, and {instead}"
@@ -197,19 +198,15 @@ impl Cell {
             move |source| CellError::Named { cell: path.into(), key, source: Box::new(source) }
         };
         let robot_text = library.read(&robot_path).map_err(named("robot"))?;
-        let wrong = |key: &'static str, problem: String| CellError::Value {
+        let wrong = |key: &str, problem: String| CellError::Value {
             file: path.to_path_buf(),
-            key,
+            line: open::line_of(&text, key),
+            key: key.to_owned(),
             problem,
         };
-        let source = RobotSource::read(&robot_path, robot_text, file.urdf.as_ref());
-        let source = source.map_err(|error| match error {
-            CellError::UrdfFriction { problem } => wrong("urdf.friction", problem),
-            other => other,
-        })?;
-        if let Some((key, problem)) = robot::misfit(&source, file.urdf.as_ref()) {
-            return Err(wrong(key, problem));
-        }
+        let source = RobotSource::read(&robot_path, robot_text, file.urdf.as_ref())?;
+        let source = source.with_drives(file.urdf.as_ref());
+        let source = source.map_err(|(key, problem)| wrong(&key, problem))?;
         let named: Vec<String> = source.joint_names().map(str::to_owned).collect();
         let robot_notes = source.notes().iter().map(ToString::to_string).collect();
         let RobotSource { robot: robot_as_described, toml: robot_text, urdf } = source;

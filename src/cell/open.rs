@@ -48,6 +48,16 @@ pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
     open
 }
 
+/// The line of a key, or of the value or the section in which it would stand.
+pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {
+    let key = key.replace('"', "");
+    let is_above = |stated: &str| key == stated || key.starts_with(&format!("{stated}."));
+    let places = places(text).into_iter();
+    let stated = places.map(|(stated, line, _)| (stated.replace('"', ""), line));
+    let nearest = stated.filter(|(stated, _)| is_above(stated)).max_by_key(|(own, _)| own.len());
+    nearest.map(|(_, line)| line)
+}
+
 fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     match value {
         toml::Value::String(text) if text == OPEN => open.push(key.to_owned()),
@@ -69,7 +79,7 @@ fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     }
 }
 
-/// Every key with a line of its own, that line, and the comment above it.
+/// Every section and every key with a line of its own, that line, and the comment above it.
 fn places(text: &str) -> Vec<(String, usize, Option<String>)> {
     let mut found = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
@@ -77,6 +87,7 @@ fn places(text: &str) -> Vec<(String, usize, Option<String>)> {
     let mut times: BTreeMap<&str, usize> = BTreeMap::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.trim();
+        let what = comment.map(|said: &str| said.trim_start_matches("missing: ").to_owned());
         if let Some(said) = line.strip_prefix('#') {
             comment = Some(said.trim());
             continue;
@@ -85,13 +96,14 @@ fn places(text: &str) -> Vec<(String, usize, Option<String>)> {
             let times = times.entry(name).or_default();
             *times += 1;
             section = format!("{name}.{times}");
+            found.push((section.clone(), number, what));
         } else if let Some((name, _)) = line.strip_prefix('[').and_then(|rest| rest.split_once(']'))
         {
             name.clone_into(&mut section);
+            found.push((section.clone(), number, what));
         } else if let Some((key, _)) = line.split_once('=') {
             let key = key.trim();
             let key = if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
-            let what = comment.map(|said| said.trim_start_matches("missing: ").to_owned());
             found.push((key, number, what));
         }
         comment = None;

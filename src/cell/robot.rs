@@ -1,5 +1,6 @@
 //! The robot of a cell: a robot file (TOML), or a URDF with what that does not say of the drives.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use didim_core::robot::{Robot, RobotError};
@@ -7,6 +8,7 @@ use didim_formats::{UrdfArm, UrdfDrives, UrdfNote};
 
 use super::CellError;
 use super::file::UrdfSection;
+use super::suggestion::Instead;
 
 /// A robot and where it came from.
 #[derive(Clone, Debug)]
@@ -19,9 +21,12 @@ pub struct RobotSource {
     pub urdf: Option<UrdfArm>,
 }
 
+/// A key of a cell, and what is wrong with it.
+type Wrong = (String, String);
+
 impl RobotSource {
-    /// The robot in the text of a file; `section` has what a URDF does not say. Where it does not say all of the
-    /// drives, they are assumed ([`UrdfDrives::assumed`]): enough to look at the arm, and a cell is then refused.
+    /// The robot in the text of a file; `section` has the ends of a URDF. Its drives are assumed ([`UrdfDrives::assumed`]):
+    /// enough to look at the arm.
     ///
     /// # Errors
     /// [`CellError::Robot`], [`CellError::Urdf`].
@@ -41,20 +46,34 @@ impl RobotSource {
         };
         let arm = UrdfArm::read(&text, base, tip)
             .map_err(|source| CellError::Urdf { file: file.to_path_buf(), source })?;
-        let drives = section.and_then(UrdfSection::drives);
-        let drives = drives.filter(|drives| is_gear(&drives.gear_ratios, arm.joints()));
-        let toml = arm.to_toml(&drives.unwrap_or_else(|| UrdfDrives::assumed(arm.joints())));
+        let toml = arm.to_toml(&UrdfDrives::assumed(arm.joints()));
         let robot = Robot::from_toml(&toml).map_err(|source| {
-            // What is not wrong with other friction is wrong with this.
-            let plain = arm.to_toml(&UrdfDrives::assumed(arm.joints()));
-            if Robot::from_toml(&plain).is_ok() {
-                return CellError::UrdfFriction { problem: without_line(&source) };
-            }
             // Its lines are those of the robot file that comes of it.
             let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
             CellError::Robot { file: as_robot_file.into(), source }
         })?;
         Ok(Self { robot, toml, urdf: Some(arm) })
+    }
+
+    /// The same with what a cell states of a URDF's drives; a robot file has its own.
+    pub(super) fn with_drives(self, section: Option<&UrdfSection>) -> Result<Self, Wrong> {
+        let wrong = |problem: String| Err(("urdf".to_owned(), problem));
+        let (arm, section) = match (&self.urdf, section) {
+            (None, None) => return Ok(self),
+            (None, Some(_)) => {
+                return wrong(
+                    "belongs to a URDF, and the robot is a robot file; remove [urdf]".to_owned(),
+                );
+            }
+            (Some(arm), None) => return wrong(missing(arm)),
+            (Some(arm), Some(section)) => (arm, section),
+        };
+        let drives = drives(arm, section)?;
+        let toml = arm.to_toml(&drives);
+        match Robot::from_toml(&toml) {
+            Ok(robot) => Ok(Self { robot, toml, ..self }),
+            Err(error) => Err(at_fault(arm, drives).unwrap_or(("urdf".to_owned(), said(&error)))),
+        }
     }
 
     /// The names of the joints, where they have any.
@@ -69,10 +88,29 @@ impl RobotSource {
 }
 
 /// What is wrong, without the line of a file that nobody has.
-fn without_line(error: &RobotError) -> String {
+fn said(error: &RobotError) -> String {
     let text = error.to_string();
     let rest = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
-    rest.map_or(text.clone(), |(_, rest)| rest.to_owned())
+    let text = rest.map_or(text.as_str(), |(_, rest)| rest).trim_end();
+    format!("{text}{}", Instead::of(text))
+}
+
+/// Which of the stated values makes no robot, each tried by itself.
+fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
+    let UrdfDrives { joints, .. } = drives.clone();
+    let wrong = |key: String, joints| -> Option<Wrong> {
+        let error = Robot::from_toml(&arm.to_toml(&UrdfDrives { joints, ..drives.clone() }));
+        Some((key, said(&error.err()?)))
+    };
+    wrong("urdf.friction".to_owned(), BTreeMap::new()).or_else(|| {
+        joints.into_iter().find_map(|(joint, own)| {
+            own.into_iter().find_map(|(key, value)| {
+                let full = format!("urdf.joints.{joint}.{key}");
+                let alone = BTreeMap::from([(key, value)]);
+                wrong(full, BTreeMap::from([(joint.clone(), alone)]))
+            })
+        })
+    })
 }
 
 /// Whether these are gear ratios of so many joints.
@@ -86,43 +124,57 @@ fn is_urdf(file: &Path, text: &str) -> bool {
         || text.trim_start().starts_with('<')
 }
 
-/// What the cell lacks for a URDF, or has too much for a robot file; nothing where both fit.
-pub(super) fn misfit(
-    source: &RobotSource,
-    section: Option<&UrdfSection>,
-) -> Option<(&'static str, String)> {
-    match (&source.urdf, section) {
-        (None, Some(_)) => {
-            Some(("urdf", "belongs to a URDF, and the robot is a robot file; remove [urdf]".into()))
-        }
-        (Some(arm), None) => Some(("urdf", missing(arm))),
-        (Some(arm), Some(section)) => {
-            let (joints, found) = (arm.joints(), section.gear_ratios.as_ref().map_or(0, Vec::len));
-            let stated = section.drives().is_some();
-            let is_none = |name: &&String| arm.joint_names().all(|own| own != *name);
-            match () {
-                () if let Some(name) = section.joint_friction.keys().find(is_none) => Some((
-                    "urdf.joint_friction",
-                    format!(
-                        "has `{name}`, which is no driven joint of the arm; these are: {}",
-                        arm.joint_names().collect::<Vec<_>>().join(" ")
-                    ),
-                )),
-                () if !stated => Some(("urdf", missing(arm))),
-                () if found != joints => Some((
-                    "urdf.gear_ratios",
-                    format!("has {found} entries for {joints} driven joints; give one for each"),
-                )),
-                () if !is_gear(section.gear_ratios.as_deref().unwrap_or_default(), joints) => Some((
-                    "urdf.gear_ratios",
-                    "has an entry that is 0 or no finite number; give the turns of the motor to one of the joint"
-                        .to_owned(),
-                )),
-                () => None,
-            }
-        }
-        (None, None) => None,
+/// Keys of a joint in a robot file that no URDF has.
+const OF_ITS_OWN: [&str; 7] = [
+    "drive_inertia",
+    "friction",
+    "known_torque",
+    "acceleration_max_rad_s2",
+    "jerk_max_rad_s3",
+    "acceleration_max_m_s2",
+    "jerk_max_m_s3",
+];
+
+/// The drives that a section states, all of them.
+fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
+    let (Some(drive_inertia), Some(gear_ratios), Some(friction)) =
+        (section.drive_inertia, &section.gear_ratios, &section.friction)
+    else {
+        return Err(("urdf".to_owned(), missing(arm)));
+    };
+    let wrong = |key: &str, problem: String| Err((format!("urdf.{key}"), problem));
+    let (joints, found) = (arm.joints(), gear_ratios.len());
+    if found != joints {
+        let problem = format!("has {found} entries for {joints} driven joints; give one for each");
+        return wrong("gear_ratios", problem);
     }
+    if !is_gear(gear_ratios, joints) {
+        let problem = "has an entry that is 0 or no finite number; give the turns of the motor to one of the joint";
+        return wrong("gear_ratios", problem.to_owned());
+    }
+    for (joint, own) in &section.joints {
+        if arm.joint_names().all(|name| name != joint) {
+            let names = arm.joint_names().collect::<Vec<_>>().join(" ");
+            let problem = format!("is no driven joint of the arm; these are: {names}");
+            return wrong(&format!("joints.{joint}"), problem);
+        }
+        if let Some(key) = own.keys().find(|key| !OF_ITS_OWN.contains(&key.as_str())) {
+            let problem = format!(
+                "is not for a joint of a URDF, which has its geometry and its <limit>; here it may have {}",
+                OF_ITS_OWN.join(" ")
+            );
+            return wrong(&format!("joints.{joint}.{key}"), problem);
+        }
+    }
+    let values = |own: &toml::Table| -> BTreeMap<String, String> {
+        own.iter().map(|(key, value)| (key.clone(), value.to_string())).collect()
+    };
+    Ok(UrdfDrives {
+        drive_inertia,
+        gear_ratios: gear_ratios.clone(),
+        friction: friction.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),
+        joints: section.joints.iter().map(|(joint, own)| (joint.clone(), values(own))).collect(),
+    })
 }
 
 /// The section to paste.

@@ -45,14 +45,14 @@ pub struct UrdfArm {
 /// What a URDF does not have of an arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfDrives {
-    /// Whether the inertias of the drives are parameters: behind a torque sensor they are not.
+    /// Whether the inertias of the drives are parameters, where a joint has nothing of its own: behind a torque sensor they are not.
     pub drive_inertia: bool,
     /// Turns of each motor to one of its joint; 1 where signals are of the joints' side.
     pub gear_ratios: Vec<f64>,
     /// The lines of a robot file's `[friction]`.
     pub friction: String,
-    /// The `friction` of single joints in a robot file, by their names.
-    pub joint_friction: BTreeMap<String, String>,
+    /// What single joints have of their own, by their names: keys of a joint in a robot file, with their values as TOML.
+    pub joints: BTreeMap<String, BTreeMap<String, String>>,
 }
 
 impl UrdfDrives {
@@ -64,7 +64,7 @@ impl UrdfDrives {
             drive_inertia: true,
             gear_ratios: vec![1.0; joints],
             friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
-            joint_friction: BTreeMap::new(),
+            joints: BTreeMap::new(),
         }
     }
 }
@@ -145,7 +145,10 @@ impl UrdfArm {
             writeln!(out, "d_m = {:?}", placed.d_m)?;
             writeln!(out, "theta_deg = {:?}", placed.theta_deg)?;
             writeln!(out, "r_m = {:?}", placed.r_m)?;
-            writeln!(out, "drive_inertia = {}", drives.drive_inertia)?;
+            let own = drives.joints.get(&axis.name);
+            if own.is_none_or(|own| !own.contains_key("drive_inertia")) {
+                writeln!(out, "drive_inertia = {}", drives.drive_inertia)?;
+            }
             let ([low, high], position, velocity, effort) = match prismatic {
                 true => (axis.position, "m", "velocity_max_m_s", "force_max_n"),
                 false => (
@@ -159,8 +162,8 @@ impl UrdfArm {
             writeln!(out, "position_max_{position} = {high:?}")?;
             writeln!(out, "{velocity} = {:?}", axis.velocity)?;
             writeln!(out, "{effort} = {:?}", axis.effort)?;
-            if let Some(friction) = drives.joint_friction.get(&axis.name) {
-                writeln!(out, "friction = {friction}")?;
+            for (key, value) in own.into_iter().flatten() {
+                writeln!(out, "{key} = {value}")?;
             }
         }
         writeln!(out, "\n[transmission]\nrows = [")?;
