@@ -181,6 +181,12 @@ fn joints_of_a_urdf_have_of_their_own_what_those_of_a_robot_file_have() {
     let ones = "gear_ratios = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]";
     let folder = cell(&format!("{section}{ones}\nfriction{friction}\n[urdf.joints]\n{own}"));
     let found = didim::cell::Cell::read(&folder.path().join("cell.toml")).unwrap();
+    // As earlier versions had it.
+    let earlier = own.replace("a2 = { friction = { quadratic = true }, ", "a2 = { ")
+        + "[urdf.joint_friction]\na2 = { quadratic = true }\n";
+    let earlier = cell(&format!("{section}{ones}\nfriction{friction}\n[urdf.joints]\n{earlier}"));
+    let earlier = didim::cell::Cell::read(&earlier.path().join("cell.toml")).unwrap();
+    assert_eq!(found.robot_as_described, earlier.robot_as_described);
     let text = succeed(&[&"robot", &folder.path().join("arm.urdf"), &"--toml"]);
     let mut joints: Vec<String> = text.split("[[joint]]").map(str::to_owned).collect();
     joints[2] += "friction = { quadratic = true }\nknown_torque = { position_deg = [-90, 90], torque_nm = [-3, 3] }\n";

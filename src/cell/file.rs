@@ -75,6 +75,9 @@ pub struct UrdfSection {
     /// What single joints have of their own, by their names: keys of a joint of a robot file.
     #[serde(default)]
     pub joints: BTreeMap<String, toml::Table>,
+    /// The friction of single joints, as earlier versions had it: `friction` under `joints`.
+    #[serde(default)]
+    pub joint_friction: toml::Table,
 }
 
 /// `[bus]`

@@ -152,7 +152,12 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         let problem = "has an entry that is 0 or no finite number; give the turns of the motor to one of the joint";
         return wrong("gear_ratios", problem.to_owned());
     }
-    for (joint, own) in &section.joints {
+    let mut stated = section.joints.clone();
+    for (joint, friction) in &section.joint_friction {
+        let own = stated.entry(joint.clone()).or_default();
+        own.entry("friction").or_insert_with(|| friction.clone());
+    }
+    for (joint, own) in &stated {
         if arm.joint_names().all(|name| name != joint) {
             let names = arm.joint_names().collect::<Vec<_>>().join(" ");
             let problem = format!("is no driven joint of the arm; these are: {names}");
@@ -173,7 +178,7 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         drive_inertia,
         gear_ratios: gear_ratios.clone(),
         friction: friction.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),
-        joints: section.joints.iter().map(|(joint, own)| (joint.clone(), values(own))).collect(),
+        joints: stated.iter().map(|(joint, own)| (joint.clone(), values(own))).collect(),
     })
 }
 
