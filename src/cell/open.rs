@@ -31,15 +31,10 @@ pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
         walk(&toml::Value::Table(table), "", &mut keys);
     }
     let places = places(text);
-    // The key itself, or the one in whose value it stands.
-    let place = |key: &str| {
-        let own = |stated: &String| key == stated || key.starts_with(&format!("{stated}."));
-        places.iter().filter(|(stated, ..)| own(stated)).max_by_key(|(stated, ..)| stated.len())
-    };
     let mut open: Vec<OpenKey> = (keys.into_iter())
         .map(|key| {
             let (line, what) =
-                place(&key).map_or((1, None), |(_, line, what)| (*line, what.clone()));
+                nearest(&places, &key).map_or((1, None), |(_, line, what)| (*line, what.clone()));
             OpenKey { key, line, what }
         })
         .collect();
@@ -50,12 +45,15 @@ pub(super) fn open_keys(text: &str) -> Vec<OpenKey> {
 
 /// The line of a key, or of the value or the section in which it would stand.
 pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {
+    nearest(&places(text), key).map(|(_, line, _)| *line)
+}
+
+/// The place of a key, or of the value or the section in which it would stand; quotes in keys count for nothing.
+fn nearest<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
     let key = key.replace('"', "");
     let is_above = |stated: &str| key == stated || key.starts_with(&format!("{stated}."));
-    let places = places(text).into_iter();
-    let stated = places.map(|(stated, line, _)| (stated.replace('"', ""), line));
-    let nearest = stated.filter(|(stated, _)| is_above(stated)).max_by_key(|(own, _)| own.len());
-    nearest.map(|(_, line)| line)
+    let above = places.iter().filter(|(stated, ..)| is_above(&stated.replace('"', "")));
+    above.max_by_key(|(stated, ..)| stated.len())
 }
 
 fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
@@ -79,8 +77,11 @@ fn walk(value: &toml::Value, key: &str, open: &mut Vec<String>) {
     }
 }
 
-/// Every section and every key with a line of its own, that line, and the comment above it.
-fn places(text: &str) -> Vec<(String, usize, Option<String>)> {
+/// A section or a key with a line of its own, that line, and the comment above it.
+type Place = (String, usize, Option<String>);
+
+/// Every section and every key with a line of its own.
+fn places(text: &str) -> Vec<Place> {
     let mut found = Vec::new();
     let (mut section, mut comment) = (String::new(), None);
     // How often a section has come that may come several times.
