@@ -139,6 +139,7 @@ fn child_serves() {
     };
     let estimation = EstimationPart {
         identify: identify(),
+        find_load: None,
         options: WorkerOptions {
             stream: network.options(),
             windows: windows.plan(crate::common::bus::RATE_HZ).unwrap(),

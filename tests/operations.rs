@@ -137,6 +137,10 @@ fn optional(key: &str) -> Value {
             "applicable": false, "reasons": ["in words"], "monitoring_reasons": ["in words"]
         }),
         "note" => json!({ "text": "in words" }),
+        "load" => json!({
+            "state": "load", "since": "2026-11-22T00:00:00Z",
+            "mass_kg": { "value": 2.0, "standard_deviation": 0.1 }, "changes": 1, "why_not": "in words"
+        }),
         "drift" => json!({
             "baseline": 1, "time": "2026-11-22T00:00:00Z", "compared": true, "reconfigured": true,
             "why_not": "in words",
@@ -185,8 +189,13 @@ fn everything() -> Snapshot {
     };
     let mut value = serde_json::to_value(snapshot).unwrap();
     // Left out by JSON while they are not there.
-    for key in ["baseline_unreadable", "results_wait_for", "history_waits_for", "without_samples_s"]
-    {
+    for key in [
+        "baseline_unreadable",
+        "results_wait_for",
+        "history_waits_for",
+        "without_samples_s",
+        "load",
+    ] {
         value["estimation"][key] = Value::Null;
     }
     fill(&mut value, "");

@@ -43,6 +43,7 @@ fn estimation(
 ) -> EstimationPart {
     EstimationPart {
         identify,
+        find_load: None,
         options: WorkerOptions {
             stream: network.options(),
             windows: windows(trigger).plan(crate::common::bus::RATE_HZ).unwrap(),

@@ -15,6 +15,7 @@ mod command_line;
 mod data;
 mod export;
 mod known_torques;
+mod load;
 mod metrics;
 mod new;
 mod payload;

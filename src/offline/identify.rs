@@ -50,9 +50,14 @@ impl IdentifyError {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
-    let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
-    let measurement = measurement(&window.samples, &bus.layout)?;
+    let measurement = measurement_of(cell, window)?;
     identify_measurement(cell, cell.method, &measurement, window.counted.clone())
+}
+
+/// What was measured along a window, its rate checked.
+pub(super) fn measurement_of(cell: &Cell, window: &Window) -> Result<Measurement, IdentifyError> {
+    let bus = cell.bus().map_err(|source| IdentifyError::Cell(Box::new(source)))?;
+    Ok(measurement(&window.samples, &bus.layout)?)
 }
 
 /// Identifies from a measurement, of which the samples in `counted` count and the others are margin

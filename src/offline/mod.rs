@@ -16,6 +16,6 @@ pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
-pub use payload::LoadError;
+pub use payload::{LoadError, find_load};
 pub use rate::RateError;
 pub use stored::{OTHER_CONFIGURATION, ResultError, StoredModel};

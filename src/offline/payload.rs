@@ -5,9 +5,12 @@ use std::ops::Range;
 use didim_core::identification::{Declared, Payload, PayloadError, payload};
 use didim_formats::Measurement;
 
-use super::identify::{IdentifyError, joined};
+use super::identify::{IdentifyError, joined, measurement_of};
 use super::stored::StoredModel;
+use crate::archive::drift::Baseline;
+use crate::archive::store::FoundLoad;
 use crate::cell::Cell;
+use crate::window::Window;
 
 /// Why no load is found; the inner errors carry the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +21,41 @@ pub enum LoadError {
     /// The result does not tell the arm, or the recording not the load.
     #[error(transparent)]
     Payload(#[from] PayloadError),
+    /// The baseline was set by an earlier version, or its result was gone. Set it anew.
+    #[error(
+        "the baseline has no covariance: it was set by an earlier version, or its result was gone; `didim baseline set` sets it anew"
+    )]
+    NoCovariance,
+    /// The baseline is of another arm, or of another model of it. Set a new one.
+    #[error("the baseline is of another robot or another model of it; set a new baseline")]
+    OtherModel,
+}
+
+/// What the arm carried along a window beyond what it did when its baseline was identified.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn find_load(
+    cell: &Cell,
+    baseline: &Baseline,
+    window: &Window,
+) -> Result<FoundLoad, LoadError> {
+    let line = &baseline.result;
+    if line.robot != cell.robot.name() || line.regrouping != cell.regrouping_sha256() {
+        return Err(LoadError::OtherModel);
+    }
+    if baseline.known.covariance.is_none() {
+        return Err(LoadError::NoCovariance);
+    }
+    let noted = window.note.as_ref().and_then(|note| note.payload_kg);
+    let declared_kg = noted.map(|kg| kg - line.payload_kg().unwrap_or(0.0));
+    let declared = Declared { mass_kg: declared_kg, centre_m: None };
+    let measurement = measurement_of(cell, window)?;
+    let measured = [(&measurement, window.counted.clone())];
+    let found = StoredModel::of_baseline(baseline).payload(cell, &measured, declared)?;
+    let Payload { presence, load, declared, .. } = found;
+    let baseline = line.result;
+    Ok(FoundLoad { baseline, presence, load, declared_kg, declared, changed: None })
 }
 
 impl StoredModel {

@@ -9,6 +9,7 @@ use didim_core::identification::{
 use didim_core::robot::JointFriction;
 use serde::Deserialize;
 
+use crate::archive::drift::Baseline;
 use crate::cell::Cell;
 
 /// Why a result cannot be read.
@@ -178,6 +179,19 @@ impl StoredModel {
         let (method, covariance) = (estimate.method, estimate.covariance);
         let model = Self { parameters, kept, method, configuration, uncertainty, covariance };
         Ok((model, cell))
+    }
+
+    /// What a baseline says of an arm; its parameters are those of the cell's robot.
+    pub(super) fn of_baseline(baseline: &Baseline) -> Self {
+        let Baseline { result, known, .. } = baseline;
+        Self {
+            parameters: result.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            kept: known.kept.iter().map(|kept| (kept.name.clone(), kept.value)).collect(),
+            method: result.method.clone(),
+            configuration: Some(result.configuration.clone()),
+            uncertainty: known.model_uncertainty.clone(),
+            covariance: known.covariance.clone(),
+        }
     }
 
     /// Whether the result was identified with the configuration of a cell; nothing where it does not say.

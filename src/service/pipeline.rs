@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
@@ -18,8 +19,9 @@ use crate::live::recording::{
 };
 use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
-    Configuration, Identified, ResultOptions, WindowOptionError, WorkerOptions,
+    Configuration, FindLoad, Identified, ResultOptions, WindowOptionError, WorkerOptions,
 };
+use crate::offline::find_load;
 use crate::offline::identify::{LastIdentification, LastWindow, identify_window};
 use crate::report::html::{Origin, Report, SampleRange};
 use crate::service::paths::Paths;
@@ -170,10 +172,13 @@ pub fn configuration(
     paths: &Paths,
     last: &LastIdentification,
 ) -> Result<Configuration, PipelineError> {
-    let (cell_of_worker, last) = (cell.clone(), last.clone());
+    let (cell_of_worker, last) = (Arc::new(cell.clone()), last.clone());
+    let cell_of_load = Arc::clone(&cell_of_worker);
+    let find_load: FindLoad =
+        Arc::new(move |baseline, window| Ok(find_load(&cell_of_load, baseline, window)?));
     let has_folder = paths.state.is_some();
     let identify = move |window: &Window| {
-        let cell = &cell_of_worker;
+        let cell = &*cell_of_worker;
         let identification = identify_window(cell, window)?;
         let provenance = WindowProvenance::of(window);
         let report = has_folder.then(|| {
@@ -189,6 +194,7 @@ pub fn configuration(
     Ok(Configuration {
         windows: cell.window.plan(cell.sample_rate_hz())?,
         identify: Box::new(identify),
+        find_load: Some(find_load),
         sha256: cell.configuration_sha256.clone(),
         results: ResultOptions {
             texts: cell.configuration.clone(),
@@ -207,9 +213,11 @@ pub fn estimation(
     paths: &Paths,
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
-    let Configuration { windows, identify, sha256, results } = configuration(cell, paths, last)?;
+    let Configuration { windows, identify, find_load, sha256, results } =
+        configuration(cell, paths, last)?;
     Ok(EstimationPart {
         identify,
+        find_load,
         options: WorkerOptions {
             stream: paths.stream(cell)?,
             windows,

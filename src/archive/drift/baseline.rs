@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use didim_core::identification::ModelUncertainty;
 use serde::{Deserialize, Serialize};
 
-use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, Timestamp};
+use crate::archive::store::{Against, HISTORY_SCHEMA, HistoryLine, Known, Timestamp};
 use crate::files::{TextError, read_bytes, replace};
 
 /// Version of the file's layout.
@@ -25,9 +25,9 @@ pub struct Baseline {
     pub set: Timestamp,
     /// The result's line of the history.
     pub result: HistoryLine,
-    /// What the result knows of the model's errors; nothing where its file was gone, or is of a version that did not say.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub model_uncertainty: Option<ModelUncertainty>,
+    /// What its file knew beside that.
+    #[serde(flatten)]
+    pub known: Known,
 }
 
 /// Why a baseline cannot be read or set.
@@ -67,12 +67,12 @@ pub enum BaselineError {
 impl Baseline {
     /// Makes a result the baseline as of now.
     pub fn of(result: HistoryLine) -> Self {
-        Self { schema: BASELINE_SCHEMA, set: Timestamp::now(), result, model_uncertainty: None }
+        Self { schema: BASELINE_SCHEMA, set: Timestamp::now(), result, known: Known::default() }
     }
 
     /// How far errors of the model may set a later result apart from it, where both say.
     pub fn against(&self, later: &ModelUncertainty) -> Option<Against> {
-        let deviations = later.difference_deviations(self.model_uncertainty.as_ref()?)?;
+        let deviations = later.difference_deviations(self.known.model_uncertainty.as_ref()?)?;
         #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
         let standard_deviations = deviations.iter().map(|deviation| *deviation as f32).collect();
         let HistoryLine { result, time, .. } = self.result;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Baseline, BaselineError};
-use crate::archive::store::{HistoryError, HistoryLine, read_history, read_model_uncertainty};
+use crate::archive::store::{HistoryError, HistoryLine, read_history, read_known};
 
 /// Why a result does not become the baseline.
 #[derive(Debug, thiserror::Error)]
@@ -46,8 +46,8 @@ pub enum ChooseError {
 /// [`ChooseError`]; the previous baseline stays.
 pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, ChooseError> {
     let result = choose(folder, result)?;
-    let model_uncertainty = read_model_uncertainty(folder, result.result);
-    let baseline = Baseline { model_uncertainty, ..Baseline::of(result) };
+    let known = read_known(folder, result.result);
+    let baseline = Baseline { known, ..Baseline::of(result) };
     baseline.write(folder)?;
     Ok(baseline)
 }

@@ -5,7 +5,6 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use didim_core::identification::ModelUncertainty;
 use rustix::fs::{FlockOperation, flock};
 
 use super::configurations::{ConfigurationTexts, Configurations};
@@ -13,7 +12,7 @@ use super::error::{StoreError, at, write};
 use super::history::{HistoryFile, HistoryLine, TREND_LINES};
 use super::owed::{Owed, line_of};
 use super::record::{Beside, ResultRecord};
-use crate::files::{read_bytes, remove_leftovers};
+use crate::files::remove_leftovers;
 
 /// Results kept unless the cell says otherwise.
 pub const DEFAULT_KEEP: usize = 1000;
@@ -281,20 +280,6 @@ pub struct Stored {
 #[derive(serde::Deserialize)]
 struct Referring {
     configuration: String,
-}
-
-/// What a stored result knows of the model's errors; nothing where it is gone, or does not say.
-pub fn read_model_uncertainty(folder: &Path, number: u64) -> Option<ModelUncertainty> {
-    #[derive(serde::Deserialize)]
-    struct Record {
-        estimate: Estimate,
-    }
-    #[derive(serde::Deserialize)]
-    struct Estimate {
-        model_uncertainty: Option<ModelUncertainty>,
-    }
-    let content = read_bytes(&result_file(folder, number)).ok()?;
-    serde_json::from_slice::<Record>(&content).ok()?.estimate.model_uncertainty
 }
 
 /// The file of a result in a folder.

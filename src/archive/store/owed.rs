@@ -160,6 +160,7 @@ pub(super) fn line_of(
         note: None,
         parameters,
         against: None,
+        load: None,
     })
 }
 
@@ -182,6 +183,7 @@ mod tests {
             note: None,
             parameters: Vec::new(),
             against: None,
+            load: None,
         }
     }
 

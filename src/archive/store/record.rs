@@ -4,6 +4,7 @@ use didim_core::identification::Estimate;
 use serde::Serialize;
 
 use super::against::Against;
+use super::load::FoundLoad;
 use super::samples::input_sha256;
 use crate::window::{Note, Window, WindowEnd};
 
@@ -102,4 +103,6 @@ pub struct Beside {
     pub regrouping: String,
     /// How far the model's errors may set it apart from the baseline.
     pub against: Option<Against>,
+    /// What the arm carried, by the baseline.
+    pub load: Option<FoundLoad>,
 }

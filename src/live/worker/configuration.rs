@@ -6,6 +6,8 @@ use didim_core::identification::Estimate;
 
 use super::options::WindowPlan;
 use super::setup::ResultOptions;
+use crate::archive::drift::Baseline;
+use crate::archive::store::FoundLoad;
 use crate::window::Window;
 
 /// Why a window could not be identified; its text reaches the status.
@@ -23,12 +25,17 @@ pub struct Identified {
 /// Identifies from one window.
 pub type Identify = Box<dyn FnMut(&Window) -> Result<Identified, Refusal> + Send>;
 
+/// Finds what the arm carried along a window beyond what it did with a baseline.
+pub type FindLoad = Arc<dyn Fn(&Baseline, &Window) -> Result<FoundLoad, Refusal> + Send + Sync>;
+
 /// How windows are cut and identified, valid from one window to another.
 pub struct Configuration {
     /// The windows; their sample rate is the stream's.
     pub windows: WindowPlan,
     /// What identifies one.
     pub identify: Identify,
+    /// What finds the load along one; nothing looks for none.
+    pub find_load: Option<FindLoad>,
     /// Hash of the configuration, for the results.
     pub sha256: String,
     /// What is stored beside the results.
@@ -43,13 +50,32 @@ pub(super) struct Identifier(Arc<Inner>);
 struct Inner {
     /// One thread identifies; the lock is never waited for.
     identify: Mutex<Identify>,
+    find_load: Option<FindLoad>,
     sha256: String,
     results: ResultOptions,
 }
 
 impl Identifier {
-    pub(super) fn new(identify: Identify, sha256: String, results: ResultOptions) -> Self {
-        Self(Arc::new(Inner { identify: Mutex::new(identify), sha256, results }))
+    pub(super) fn new(
+        identify: Identify,
+        find_load: Option<FindLoad>,
+        sha256: String,
+        results: ResultOptions,
+    ) -> Self {
+        Self(Arc::new(Inner { identify: Mutex::new(identify), find_load, sha256, results }))
+    }
+
+    /// Nothing where no load is looked for.
+    pub(super) fn load(
+        &self,
+        baseline: &Baseline,
+        window: &Window,
+    ) -> Option<Result<FoundLoad, Refusal>> {
+        self.0.find_load.as_ref().map(|find| find(baseline, window))
+    }
+
+    pub(super) fn looks_for_loads(&self) -> bool {
+        self.0.find_load.is_some()
     }
 
     pub(super) fn results(&self) -> &ResultOptions {
@@ -74,7 +100,7 @@ impl core::fmt::Debug for Identifier {
 
 impl core::fmt::Debug for Configuration {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { windows, identify: _, sha256, results: _ } = self;
+        let Self { windows, identify: _, find_load: _, sha256, results: _ } = self;
         f.debug_struct("Configuration")
             .field("windows", windows)
             .field("sha256", sha256)

@@ -7,12 +7,13 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::configuration::{Identified, Identifier};
+use super::load::load_of_window;
 use super::results::Results;
 use super::setup::{WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Beside, ResultRecord};
+use crate::archive::store::{Beside, FoundLoad, ResultRecord};
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -267,13 +268,14 @@ impl Job {
         );
         let options = identifier.results().clone();
         let (note, regrouping) = (window.note.clone(), options.regrouping.clone());
+        let load = self.load(window, identifier);
         let cell = &self.options.stream.cell;
         let dropped = self.unstored.add(Finished {
-            summary: EstimateSummary::new(window, &estimate),
+            summary: EstimateSummary::new(window, &estimate, load.clone()),
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejected: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::of(window, identifier.sha256()),
-            beside: Beside { report, note, regrouping, against: None },
+            beside: Beside { report, note, regrouping, against: None, load },
             options,
         });
         if let Some(oldest) = dropped {
@@ -281,6 +283,17 @@ impl Job {
         }
         self.store_waiting();
         Ok(())
+    }
+
+    /// What the arm carried; nothing without a baseline, or where that cannot be told.
+    fn load(&mut self, window: &Window, identifier: &Identifier) -> Option<FoundLoad> {
+        let results = self.results.as_mut()?;
+        if results.look() {
+            results.tell(&mut self.shared.update());
+        }
+        let found = load_of_window(identifier, results.baseline()?, window)?;
+        // The status says so, too.
+        found.inspect_err(|why| tracing::debug!("no load is told: {why}")).ok()
     }
 
     /// Stores and tells what waits, until the disk refuses.

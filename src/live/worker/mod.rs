@@ -1,12 +1,13 @@
 //! From samples to results, off the bus thread: windows, their rejection, their identification.
 //!
-//! Two threads: one follows the stream and cuts windows, one identifies them, so that a long
-//! identification never makes the stream overflow. What is decided depends on sequence numbers
+//! Three threads: one follows the stream and cuts windows, one identifies them, so that a long
+//! identification never makes the stream overflow, and one looks for a load in the last seconds of motion. What is decided depends on sequence numbers
 //! only, never on when something arrived.
 
 mod command;
 mod configuration;
 mod identify;
+mod load;
 mod log_rate;
 mod open;
 mod options;
@@ -20,7 +21,8 @@ mod window;
 mod windower;
 
 pub use command::{Command, Commands, SubmitError};
-pub use configuration::{Configuration, Identified, Identify, Refusal};
+pub use configuration::{Configuration, FindLoad, Identified, Identify, Refusal};
+pub use load::{LoadState, LoadStatus};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Worker, WorkerEnd};
 pub use setup::{ResultOptions, WorkerError, WorkerOptions};

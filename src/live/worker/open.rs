@@ -8,6 +8,20 @@ use super::options::WindowPlan;
 use super::window::{RejectedWindow, Rejection, WindowEvent};
 use crate::window::{Window, WindowEnd};
 
+/// What a load is looked for in, of the samples that count \[s\]: the wrist has turned, and a load is told within seconds.
+const LOOK_S: f64 = 2.0;
+
+/// The same in samples.
+pub(super) fn look_samples(sample_rate_hz: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at most 20 kHz, as planned windows have"
+    )]
+    let samples = (LOOK_S * sample_rate_hz).round() as usize;
+    samples.max(1)
+}
+
 #[derive(Debug)]
 pub(super) struct OpenWindow {
     number: u64,
@@ -16,12 +30,14 @@ pub(super) struct OpenWindow {
     pub(super) quiet: usize,
     /// Length at which a command closes it.
     pub(super) close_at: Option<usize>,
+    /// Samples that count and were looked at for a load.
+    looked_at: usize,
 }
 
 impl OpenWindow {
     /// With the samples of its margin before.
     pub(super) fn new(number: u64, samples: Vec<JointSample>) -> Self {
-        Self { number, samples, quiet: 0, close_at: None }
+        Self { number, samples, quiet: 0, close_at: None, looked_at: 0 }
     }
 
     /// What would count of it if it were closed here.
@@ -29,6 +45,22 @@ impl OpenWindow {
         let before = plan.margin_before;
         let end = self.samples.len().saturating_sub(plan.margin_after);
         before..end.max(before)
+    }
+
+    /// What of it has come since the last look for a load, once that is enough for one.
+    pub(super) fn next_look(&mut self, plan: &WindowPlan) -> Option<Window> {
+        let (length, first) = (look_samples(plan.sample_rate_hz), self.looked_at);
+        let end = first + plan.margin_before + length + plan.margin_after;
+        let samples = self.samples.get(first..end)?.to_vec();
+        self.looked_at += length;
+        Some(Window {
+            number: self.number,
+            sample_rate_hz: plan.sample_rate_hz,
+            samples,
+            counted: plan.margin_before..plan.margin_before + length,
+            end: WindowEnd::Length,
+            note: None,
+        })
     }
 
     pub(super) fn close(self, plan: &WindowPlan, end: WindowEnd) -> WindowEvent {

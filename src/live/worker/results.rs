@@ -5,7 +5,9 @@ use std::path::Path;
 
 use super::setup::{ResultOptions, WorkerOptions};
 use super::state::EstimationStatus;
-use crate::archive::drift::{AlarmEvent, BaselineWatch, DriftOptions, DriftStatus, Tracker};
+use crate::archive::drift::{
+    AlarmEvent, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
+};
 use crate::archive::store::{
     Against, Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
 };
@@ -75,6 +77,11 @@ impl Results {
             None => {}
         }
         true
+    }
+
+    /// The baseline, if there is one.
+    pub(super) fn baseline(&self) -> Option<&Baseline> {
+        Some(self.tracker.as_ref()?.baseline())
     }
 
     /// Writes what the history lacks. Why that is refused is told; it is tried again.

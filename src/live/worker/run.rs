@@ -8,8 +8,9 @@ use std::time::Instant;
 use didim_drivers::socket::monotonic_ns;
 
 use super::command::{Answer, Asked, Command, Commands, Request};
-use super::configuration::{Configuration, Identifier, Identify};
+use super::configuration::{Configuration, FindLoad, Identifier, Identify};
 use super::identify::{Identification, WhenBusy};
+use super::load::LoadWatch;
 use super::setup::{WorkerError, WorkerOptions};
 use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
@@ -42,6 +43,7 @@ pub struct Worker {
     /// What is valid once no window is open.
     next: Option<Box<Configuration>>,
     identification: Identification,
+    load: Option<LoadWatch>,
     shared: SharedEstimation,
     requests: Receiver<Request>,
     last: Option<StreamSample>,
@@ -56,7 +58,7 @@ impl Worker {
     /// [`WorkerError`].
     pub fn start(
         options: &WorkerOptions,
-        identify: Identify,
+        (identify, find_load): (Identify, Option<FindLoad>),
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
         let archiver = options.archiver.as_ref().map(Archiver::start).transpose();
@@ -68,7 +70,10 @@ impl Worker {
         let identification = Identification::start(options, shared, handle.clone())?;
         let (submit, requests) = sync_channel(COMMANDS);
         let results = options.results.clone();
-        let identifier = Identifier::new(identify, options.configuration.clone(), results);
+        let identifier =
+            Identifier::new(identify, find_load, options.configuration.clone(), results);
+        let load = options.folder.as_ref().filter(|_| identifier.looks_for_loads());
+        let load = load.map(|folder| LoadWatch::start(folder, shared)).transpose()?;
         shared.update().configuration.clone_from(&options.configuration);
         let worker = Self {
             reader: StreamNode::join(&options.stream)?.sample_reader()?,
@@ -79,6 +84,7 @@ impl Worker {
             identifier,
             next: None,
             identification,
+            load,
             shared: shared.clone(),
             requests,
             last: None,
@@ -139,6 +145,9 @@ impl Worker {
         let event = self.windower.finish();
         self.handle(event, WhenBusy::Wait, stop)?;
         self.shared.update().window = WindowState::Idle;
+        if let Some(load) = self.load {
+            load.finish(stop);
+        }
         let all = self.identification.finish(stop);
         self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         let all = all?;
@@ -170,14 +179,14 @@ impl Worker {
             return;
         }
         let Some(next) = self.next.take() else { return };
-        let Configuration { windows, identify, sha256, results } = *next;
+        let Configuration { windows, identify, find_load, sha256, results } = *next;
         tracing::info!(configuration = sha256, "the new configuration is in effect from here on");
         let mut status = self.shared.update();
         status.configuration.clone_from(&sha256);
         status.configuration_waits = false;
         drop(status);
         self.windower.change_plan(windows);
-        self.identifier = Identifier::new(identify, sha256, results);
+        self.identifier = Identifier::new(identify, find_load, sha256, results);
     }
 
     /// Closes the open window and queues it. Whoever asks is told why not, and nothing is closed
@@ -234,6 +243,11 @@ impl Worker {
             self.last = Some(*sample);
             let event = self.windower.handle_sample(&sample.joint_sample());
             self.handle(event, when_busy, stop)?;
+            if let Some(load) = &self.load
+                && let Some(look) = self.windower.next_look()
+            {
+                load.submit(look, self.identifier.clone(), when_busy, stop)?;
+            }
         }
         let mut status = self.shared.update();
         status.batches += 1;

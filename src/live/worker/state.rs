@@ -8,10 +8,11 @@ use std::time::Instant;
 use didim_core::identification::Estimate;
 use serde::{Deserialize, Serialize};
 
+use super::load::LoadStatus;
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection};
 use crate::archive::drift::DriftStatus;
-use crate::archive::store::ParameterValue;
+use crate::archive::store::{FoundLoad, ParameterValue};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{ArchiveStatus, SharedArchive};
 use crate::live::stream::Batch;
@@ -55,10 +56,13 @@ pub struct EstimateSummary {
     /// The reasons against monitoring with it.
     #[serde(default)]
     pub monitoring_reasons: Vec<String>,
+    /// What the arm carried along it; nothing where that cannot be told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load: Option<FoundLoad>,
 }
 
 impl EstimateSummary {
-    pub(super) fn new(window: &Window, estimate: &Estimate) -> Self {
+    pub(super) fn new(window: &Window, estimate: &Estimate, load: Option<FoundLoad>) -> Self {
         let finite = |value: f64| value.is_finite().then_some(value);
         Self {
             window: window.number,
@@ -73,6 +77,7 @@ impl EstimateSummary {
             monitoring_reasons: (estimate.verdict.uses.monitoring.reasons.iter())
                 .map(ToString::to_string)
                 .collect(),
+            load,
         }
     }
 }
@@ -138,6 +143,9 @@ pub struct EstimationStatus {
     pub note: Option<Note>,
     /// How the last estimate differs from the baseline; nothing without one.
     pub drift: Option<DriftStatus>,
+    /// What the arm carries beyond what it did with the baseline; nothing where no results are kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<LoadStatus>,
     /// Why nothing is compared although there is a baseline: it cannot be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline_unreadable: Option<String>,

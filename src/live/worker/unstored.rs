@@ -93,7 +93,7 @@ mod tests {
         };
         let estimate = Estimate::default();
         let finished = Finished {
-            summary: EstimateSummary::new(&window, &estimate),
+            summary: EstimateSummary::new(&window, &estimate, None),
             record: ResultRecord::new("cell", "c0ffee", &window, estimate),
             rejected: RejectedWindow::new(&window, Rejection::Stopped),
             recorded: RecordedWindow::of(&window, "c0ffee"),

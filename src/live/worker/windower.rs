@@ -10,7 +10,7 @@ use super::open::OpenWindow;
 use super::options::{PlannedTrigger, WindowPlan};
 use super::window::{Loss, Rejection, WindowEvent};
 use crate::live::recording::RecordedWindow;
-use crate::window::WindowEnd;
+use crate::window::{Window, WindowEnd};
 
 /// Feed it each sample once, in order. At most one event follows from each call.
 #[derive(Debug)]
@@ -201,6 +201,11 @@ impl Windower {
     pub fn stop(&mut self) -> Option<WindowEvent> {
         let open = self.open.take()?;
         Some(open.reject(Rejection::Stopped))
+    }
+
+    /// The last seconds of the open window, once a load can be looked for in them.
+    pub(super) fn next_look(&mut self) -> Option<Window> {
+        self.open.as_mut()?.next_look(&self.plan)
     }
 
     /// Samples of the open window.

@@ -10,6 +10,7 @@ pub use plot::plot;
 
 use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::aligned;
+use crate::window::Note;
 
 /// What the last column says of a result.
 pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
@@ -54,9 +55,20 @@ pub fn table(history: &JudgedHistory) -> String {
         .collect();
     let header = ["result", "time (UTC)", "method", "applicable", "relative error", "drift"];
     let table = aligned(&header, &rows);
-    // Notes are words, and stand to the left in the last column.
-    let notes = history.entries.iter().map(|entry| entry.line.note.as_ref());
-    let notes: Vec<String> = notes.map(|note| note.map_or(String::new(), |n| n.line())).collect();
+    // Notes are words, and stand to the left in the last column; with them what was found of the load.
+    let notes = history.entries.iter().map(|entry| {
+        let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
+        entry
+            .line
+            .note
+            .as_ref()
+            .map(Note::line)
+            .into_iter()
+            .chain(load)
+            .collect::<Vec<_>>()
+            .join("; ")
+    });
+    let notes: Vec<String> = notes.collect();
     if notes.iter().all(String::is_empty) {
         return table;
     }

@@ -27,6 +27,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         note: None,
         parameters: vec![value("fc3", fc3, 0.01), value("mx4", -0.02, 0.0001)],
         against: None,
+        load: None,
     }
 }
 

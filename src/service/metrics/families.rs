@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::exposition::{Kind, MAX_LABELS, Text, count, truth, write};
-use super::{drift, recording};
+use super::{drift, load, recording};
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
@@ -180,6 +180,7 @@ fn estimation(text: &mut Text, status: &EstimationStatus) {
     status.last_estimate.iter().for_each(|last| estimate(text, last));
     status.kept_recordings.iter().for_each(|archive| recording::archive(text, archive));
     status.drift.iter().for_each(|status| drift::drift(text, status));
+    status.load.iter().for_each(|status| load::load(text, status));
 }
 
 fn estimate(text: &mut Text, last: &EstimateSummary) {

@@ -7,6 +7,7 @@
 mod drift;
 mod exposition;
 mod families;
+mod load;
 mod recording;
 mod serve;
 

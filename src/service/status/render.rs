@@ -9,7 +9,7 @@ use crate::archive::drift::DriftStatus;
 use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
-use crate::live::worker::{EstimationStatus, WindowState};
+use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
 
 /// Whether the terminal is sent colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,6 +170,9 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
     }
     if let Some(drift) = &status.drift {
         drift_rows(rows, drift);
+    }
+    for line in status.load.iter().flat_map(LoadStatus::lines) {
+        rows.plain("load", line);
     }
 }
 

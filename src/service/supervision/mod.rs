@@ -20,7 +20,7 @@ use didim_drivers::source::Source;
 use crate::live::acquire::{AcquireError, AcquireOptions, ReceiveBuffer};
 use crate::live::recording::RecorderOptions;
 use crate::live::stream::{StreamError, StreamOptions};
-use crate::live::worker::{Identify, WorkerError, WorkerOptions};
+use crate::live::worker::{FindLoad, Identify, WorkerError, WorkerOptions};
 use crate::service::status::{ListenError, Snapshot};
 
 pub use reload::Reload;
@@ -64,6 +64,8 @@ pub struct AcquisitionPart {
 pub struct EstimationPart {
     /// What identifies a window.
     pub identify: Identify,
+    /// What finds the load along one; nothing looks for none.
+    pub find_load: Option<FindLoad>,
     /// The rest.
     pub options: WorkerOptions,
 }

@@ -70,8 +70,8 @@ pub(super) fn start_estimation(
     let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
     spawn("worker", move || {
         let ended = guarded("worker", || {
-            let EstimationPart { identify, options } = part;
-            let (worker, commands) = Worker::start(&options, identify, &shared)?;
+            let EstimationPart { identify, find_load, options } = part;
+            let (worker, commands) = Worker::start(&options, (identify, find_load), &shared)?;
             let _ = reports.send(Report::EstimationReady(commands));
             Ok(worker.run(&stop)?)
         });

@@ -126,6 +126,9 @@ fn estimation(section: &mut Section, status: &EstimationStatus, sample_rate_hz: 
     if let Some(note) = &status.note {
         section.plain("noted", &note.line());
     }
+    if let Some(line) = status.load.as_ref().and_then(|load| load.lines().into_iter().next()) {
+        section.plain("load", &line);
+    }
     let Some(estimate) = &status.last_estimate else {
         section.plain("estimate", "none yet");
         return;

@@ -120,6 +120,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
             applicable: true,
             reasons: vec![],
             monitoring_reasons: Vec::new(),
+            load: None,
         }),
         drift,
         ..EstimationStatus::default()

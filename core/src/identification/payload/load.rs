@@ -1,7 +1,7 @@
 //! What is known of a load, with its uncertainty.
 
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::equation::LoadSums;
 
@@ -9,7 +9,7 @@ use super::equation::LoadSums;
 const SEEN: f64 = 3.0;
 
 /// A value with its standard deviation, in one unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Uncertain {
     /// The value.
     pub value: f64,
@@ -36,7 +36,7 @@ pub struct LoadParameter {
 
 /// Mass, centre and inertia as the record and the result tell them; none where they tell it in sums with others alone, or not
 /// at all.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     /// Mass \[kg\].
     pub mass_kg: Option<Uncertain>,

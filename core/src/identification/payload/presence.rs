@@ -1,7 +1,7 @@
 //! Whether a load is there, and whether it is the one that somebody declares.
 
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::equation::LoadSums;
@@ -25,7 +25,7 @@ pub struct Declared {
 }
 
 /// A distance of several values from others, by their covariance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distance {
     /// χ².
     pub chi_squared: f64,
@@ -51,7 +51,7 @@ impl Distance {
 }
 
 /// Whether a load is there at all.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Presence {
     /// Whether it is: its mass is more than 3 standard deviations, or where the mass is not told, the torques are not those of the
     /// arm alone.
@@ -91,7 +91,7 @@ fn limit(mass: Uncertain) -> f64 {
 }
 
 /// What is found against what is declared.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// How far the mass is above the declared one, in its standard deviations; none where it is not told or not declared.
     pub mass_deviations: Option<f64>,

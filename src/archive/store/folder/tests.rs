@@ -274,7 +274,7 @@ fn a_name_that_is_no_hash_is_never_a_folder() {
 /// A line as a store writes it, with what its result's file does not have.
 fn noted() -> Beside {
     let note = Some(Note { payload_kg: Some(2.0), ..Note::default() });
-    Beside { note, regrouping: "feed".into(), report: None, against: None }
+    Beside { note, regrouping: "feed".into(), report: None, against: None, load: None }
 }
 
 fn write_noted(folder: &Path) -> Vec<HistoryLine> {

@@ -4,6 +4,7 @@ use didim_core::identification::Estimate;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::archive::store::against::Against;
+use crate::archive::store::load::FoundLoad;
 use crate::archive::store::record::{Beside, ResultRecord};
 use crate::archive::store::timestamp::Timestamp;
 use crate::window::Note;
@@ -82,6 +83,9 @@ pub struct HistoryLine {
     /// How far the model's errors may set it apart from the baseline; nothing where there was none, or that is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Against>,
+    /// What the arm carried beyond what it did with the baseline; nothing where there was none, or it tells no load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load: Option<FoundLoad>,
 }
 
 impl HistoryLine {
@@ -102,6 +106,7 @@ impl HistoryLine {
             note: beside.note.clone(),
             parameters: ParameterValue::of(estimate),
             against: beside.against.clone(),
+            load: beside.load.clone(),
         }
     }
 

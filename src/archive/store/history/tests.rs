@@ -26,6 +26,7 @@ fn line(result: u64) -> HistoryLine {
             combined_standard_deviation: None,
         }],
         against: None,
+        load: None,
     }
 }
 

@@ -88,6 +88,7 @@ fn snapshot() -> Snapshot {
             applicable: true,
             reasons: vec![],
             monitoring_reasons: vec![],
+            load: None,
         }),
         ..EstimationStatus::default()
     };

@@ -1,0 +1,42 @@
+//! The load on the flange, as families of metrics.
+
+use super::exposition::{Kind, Text, count, truth, write};
+use crate::live::worker::{LoadState, LoadStatus};
+
+use Kind::{Counter, Gauge};
+
+pub(super) fn load(text: &mut Text, status: &LoadStatus) {
+    let gauges = [
+        ("didim_load_known", "Whether it is known what the arm carries.", {
+            truth(status.state != LoadState::Unknown)
+        }),
+        ("didim_load_seen", "Whether the arm carries more than with its baseline.", {
+            truth(status.state == LoadState::Load)
+        }),
+    ];
+    write(text, Gauge, &gauges);
+    if let Some(mass) = status.mass_kg {
+        let gauges = [
+            (
+                "didim_load_mass_kilograms",
+                "Mass on the flange beyond that of the baseline.",
+                mass.value,
+            ),
+            (
+                "didim_load_mass_standard_deviation_kilograms",
+                "Standard deviation of the mass on the flange.",
+                mass.standard_deviation,
+            ),
+        ];
+        write(text, Gauge, &gauges);
+    }
+    let counters = [
+        ("didim_load_changes_total", "Changes of the load on the flange.", count(status.changes)),
+        (
+            "didim_load_looks_left_out_total",
+            "Looks for a load that were left out, because the one before took too long.",
+            count(status.looks_left_out),
+        ),
+    ];
+    write(text, Counter, &counters);
+}
