@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::configuration::{Identified, Identifier};
 use super::load::load_of_window;
 use super::results::Results;
-use super::setup::{WorkerError, WorkerOptions};
+use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{Finished, Unstored};
 use super::window::{RejectedWindow, Rejection};
@@ -33,15 +33,6 @@ const IDLE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// How soon a late reader of the estimates gets the last one.
 const WELCOME_EVERY: Duration = Duration::from_millis(500);
-
-/// What to do with a window when the queue is full.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum WhenBusy {
-    /// Reject it: the bus does not wait.
-    Reject,
-    /// Wait: the log does.
-    Wait,
-}
 
 /// A window, and what is to identify it.
 struct Queued {

@@ -8,6 +8,7 @@ mod command;
 mod configuration;
 mod identify;
 mod load;
+mod load_status;
 mod log_rate;
 mod open;
 mod options;
@@ -22,7 +23,7 @@ mod windower;
 
 pub use command::{Command, Commands, SubmitError};
 pub use configuration::{Configuration, FindLoad, Identified, Identify, Refusal};
-pub use load::{LoadState, LoadStatus};
+pub use load_status::{LoadState, LoadStatus};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Worker, WorkerEnd};
 pub use setup::{ResultOptions, WorkerError, WorkerOptions};

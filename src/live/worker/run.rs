@@ -9,9 +9,9 @@ use didim_drivers::socket::monotonic_ns;
 
 use super::command::{Answer, Asked, Command, Commands, Request};
 use super::configuration::{Configuration, FindLoad, Identifier, Identify};
-use super::identify::{Identification, WhenBusy};
+use super::identify::Identification;
 use super::load::LoadWatch;
-use super::setup::{WorkerError, WorkerOptions};
+use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
 use super::window::{Loss, Rejection, WindowEvent};

@@ -8,6 +8,15 @@ use crate::archive::store::{ConfigurationTexts, StoreError};
 use crate::live::recording::{ArchiverOptions, RecordedWindow};
 use crate::live::stream::{StreamError, StreamOptions};
 
+/// What to do with a window when the queue is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum WhenBusy {
+    /// Reject it: the bus does not wait.
+    Reject,
+    /// Wait: the log does.
+    Wait,
+}
+
 /// What the worker needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkerOptions {

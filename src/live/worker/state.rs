@@ -8,7 +8,7 @@ use std::time::Instant;
 use didim_core::identification::Estimate;
 use serde::{Deserialize, Serialize};
 
-use super::load::LoadStatus;
+use super::load_status::LoadStatus;
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection};
 use crate::archive::drift::DriftStatus;

@@ -5,14 +5,15 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Instant;
 
-use super::status::{LoadState, LoadStatus};
 use super::track::{LoadTrack, Look};
 use crate::archive::drift::{Baseline, BaselineWatch};
 use crate::archive::store::{FoundLoad, Timestamp, mass_text};
 use crate::live::worker::configuration::Identifier;
-use crate::live::worker::identify::WhenBusy;
-use crate::live::worker::setup::WorkerError;
+use crate::live::worker::load_status::{LoadState, LoadStatus};
+use crate::live::worker::log_rate::LogRate;
+use crate::live::worker::setup::{WhenBusy, WorkerError};
 use crate::live::worker::state::SharedEstimation;
 use crate::window::Window;
 
@@ -99,12 +100,20 @@ struct Watcher {
     baseline: Option<Baseline>,
     track: LoadTrack,
     shared: SharedEstimation,
+    /// An arm that picks and places changes its load with each cycle.
+    changes: LogRate,
 }
 
 impl Watcher {
     fn new(folder: &Path, shared: SharedEstimation) -> Self {
         let watch = BaselineWatch::new(folder);
-        Self { watch, baseline: None, track: LoadTrack::from(Look::NONE), shared }
+        Self {
+            watch,
+            baseline: None,
+            track: LoadTrack::from(Look::NONE),
+            shared,
+            changes: LogRate::default(),
+        }
     }
 
     fn run(&mut self, pieces: &Receiver<Piece>) {
@@ -141,7 +150,7 @@ impl Watcher {
         };
         self.baseline = baseline;
         self.track = LoadTrack::from(Look::NONE);
-        self.tell(|status| {
+        tell(&self.shared, |status| {
             *status = LoadStatus {
                 why_not: Some(why_not),
                 changes: status.changes,
@@ -154,11 +163,12 @@ impl Watcher {
     fn take(&mut self, found: Result<FoundLoad, String>) {
         let found = match found {
             Ok(found) => found,
-            Err(why) => return self.tell(|status| status.why_not = Some(why)),
+            Err(why) => return tell(&self.shared, |status| status.why_not = Some(why)),
         };
         let before = self.track.handle_look(Look::of(&found));
         let (level, suspects) = (self.track.level(), self.track.suspects());
-        self.tell(|status| {
+        let log = &mut self.changes;
+        tell(&self.shared, |status| {
             status.why_not = None;
             status.last_look = Some(found);
             let first = status.state == LoadState::Unknown;
@@ -173,16 +183,21 @@ impl Watcher {
                 status.before_kg = before.mass;
                 status.changes += 1;
                 let [from, to] = [before, level].map(text_of);
-                tracing::info!("the load on the flange has changed: {from} before, {to} now");
+                if let Some(unlogged) = log.admit("load", Instant::now()) {
+                    tracing::info!(
+                        unlogged,
+                        "the load on the flange has changed: {from} before, {to} now"
+                    );
+                }
             } else {
                 tracing::info!("the load on the flange: {}", text_of(level));
             }
         });
     }
+}
 
-    fn tell(&self, change: impl FnOnce(&mut LoadStatus)) {
-        change(self.shared.update().load.get_or_insert_default());
-    }
+fn tell(shared: &SharedEstimation, change: impl FnOnce(&mut LoadStatus)) {
+    change(shared.update().load.get_or_insert_default());
 }
 
 fn state_of(look: Look) -> LoadState {
