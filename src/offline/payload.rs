@@ -75,3 +75,68 @@ impl StoredModel {
         Ok(payload(&cell.robot, &cell.base, &experiment, &cell.options, arm, declared)?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use didim_core::identification::ParameterCovariance;
+
+    use super::*;
+    use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, Known, Timestamp};
+    use crate::window::WindowEnd;
+
+    fn cell() -> Cell {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/cells/tx40-packed-fd.toml");
+        Cell::read(&file).unwrap()
+    }
+
+    /// Of this robot and model, without a covariance.
+    fn baseline(cell: &Cell) -> Baseline {
+        Baseline::of(HistoryLine {
+            schema: HISTORY_SCHEMA,
+            time: Timestamp::now(),
+            result: 0,
+            robot: cell.robot.name().to_owned(),
+            configuration: cell.configuration_sha256.clone(),
+            regrouping: cell.regrouping_sha256(),
+            method: "idim-ls".into(),
+            applicable: true,
+            monitoring: None,
+            relative_error: None,
+            note: None,
+            parameters: Vec::new(),
+            against: None,
+            load: None,
+        })
+    }
+
+    #[test]
+    fn a_baseline_that_tells_no_arm_is_refused_with_what_to_do() {
+        let cell = cell();
+        let window = Window {
+            number: 0,
+            sample_rate_hz: cell.sample_rate_hz(),
+            samples: Vec::new(),
+            counted: 0..0,
+            end: WindowEnd::Length,
+            note: None,
+        };
+        let why = |baseline: &Baseline| find_load(&cell, baseline, &window).unwrap_err();
+        let plain = baseline(&cell);
+        assert!(matches!(why(&plain), LoadError::NoCovariance));
+        for change in [
+            (|line: &mut HistoryLine| line.robot = "another".into()) as fn(&mut HistoryLine),
+            |line| line.regrouping = "another".into(),
+        ] {
+            let mut other = plain.clone();
+            change(&mut other.result);
+            assert!(matches!(why(&other), LoadError::OtherModel));
+        }
+        // With one it comes to the samples, of which there are none.
+        let covariance: ParameterCovariance =
+            serde_json::from_value(serde_json::json!([])).unwrap();
+        let known = Known { covariance: Some(covariance), ..Known::default() };
+        assert!(!matches!(why(&Baseline { known, ..plain }), LoadError::NoCovariance));
+    }
+}
