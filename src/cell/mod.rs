@@ -402,6 +402,7 @@ fn simulation_key(error: &IdentificationError) -> &'static str {
         IdentificationError::Convergence { .. } => "identification.simulation.convergence",
         IdentificationError::DidimSteps { .. } => "identification.simulation.didim_steps",
         IdentificationError::NoNominalParameters { .. } => "identification.simulation.start",
+        IdentificationError::Bodies(_) => "identification.simulation.bodies",
         IdentificationError::Setup(SetupError::BadValue { what: "substeps", .. }) => {
             "identification.simulation.substeps"
         }

@@ -9,6 +9,7 @@
 
 mod block;
 mod body;
+mod constraint;
 mod drives;
 mod error;
 mod estimate;
@@ -25,6 +26,7 @@ mod solve;
 mod tests;
 
 pub use body::Body;
+pub use constraint::{Constraint, Possible};
 pub use error::FeasibilityError;
 pub use estimate::{Estimate, Held};
 pub use finding::{FarBody, NoBodies};

@@ -37,10 +37,10 @@ pub use equation_error::{
 };
 pub use friction::choose_friction;
 pub use given::{
-    ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure, IdentificationError,
-    IterationError, KeptParameters, LimitError, Method, Optimiser, Options, PositionFilter,
-    Selection, SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start, ToleranceError,
-    Tolerances, UnknownMethod, Use, VerdictLimits,
+    BodiesFrom, ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure,
+    IdentificationError, IterationError, KeptParameters, LimitError, Method, Optimiser, Options,
+    PositionFilter, Selection, SensitivityMethod, SignalTiming, Signals, SimulationOptions, Start,
+    ToleranceError, Tolerances, UnknownMethod, Use, VerdictLimits,
 };
 pub use identify::identify;
 pub use judgement::{

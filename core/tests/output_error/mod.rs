@@ -1,5 +1,6 @@
 //! The output error methods, and instruments of the simulated motion, on simulated arms.
 
+mod bodies;
 mod controller;
 mod exact;
 mod failures;

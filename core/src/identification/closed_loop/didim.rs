@@ -1,8 +1,9 @@
 //! DIDIM: direct and inverse dynamic identification models (paper, section 3.3).
 
 use super::alignment::torque_of_simulated_samples;
+use super::bodies::Bodies;
 use super::position_noise::noisy_torques;
-use super::pseudo_linear::{Converged, Equation, PseudoLinear};
+use super::pseudo_linear::{Converged, Equation, PseudoLinear, possible};
 use super::simulation_error::relative_errors;
 use super::simulator::Simulator;
 use super::start::start;
@@ -26,6 +27,7 @@ use crate::identification::observation::BaseColumns;
 /// equation error (see IDIM-LS) through all iterations, since residuals of a
 /// motion far from the real one would weight away the joints that fit worst. After convergence
 /// they are renewed from the residuals once, and the last equation is solved once more.
+/// Where `simulation.bodies` asks for it, each solution is moved to the nearest one that bodies can have.
 ///
 /// # Errors
 /// [`IdentificationError`], each variant with its remedy.
@@ -33,13 +35,18 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
     let fit = EquationErrorFit::new(context)?;
     let simulator = Simulator::new(context, &fit, Method::Didim)?;
     let torque = torque_of_simulated_samples(context, simulator.timing())?;
-    let mut loops = PseudoLinear::new(context, &fit, Equation::Simulated { torque }, simulator);
-    let Converged { simulated, observations, solution: last } = loops.run(start(context, &fit)?)?;
+    let bodies = Bodies::of(context, &fit)?;
+    let bodies = bodies.as_ref();
+    let equation = Equation::Simulated { torque };
+    let mut loops = PseudoLinear::new(context, &fit, equation, bodies, simulator);
+    let Converged { simulated, observations, solution: last } =
+        loops.run(start(context, &fit, bodies)?)?;
 
     let named = |error| context.selection.named(error);
     let noise_levels = observations.noise_levels(&last.residuals);
     let weighting =
         Weighting::new(&observations, &noise_levels, context.options.robust).map_err(named)?;
+    let weighting = possible(weighting, &observations, bodies)?;
     let solution = &weighting.solution;
     let outliers = fit.outlier_samples(context, Some(&weighting));
     let unweighted = observations.ordinary().map_err(named)?;

@@ -38,8 +38,8 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let (fit, beside) = EquationErrorFit::with_beside(context)?;
     let simulator = Simulator::new(context, &fit, Method::IdimIv)?;
     let timing = simulator.timing();
-    let mut loops = PseudoLinear::new(context, &fit, Equation::Instrumented, simulator);
-    let Converged { simulated, solution: last, .. } = loops.run(start(context, &fit)?)?;
+    let mut loops = PseudoLinear::new(context, &fit, Equation::Instrumented, None, simulator);
+    let Converged { simulated, solution: last, .. } = loops.run(start(context, &fit, None)?)?;
 
     let named = |error| context.selection.named(error);
     let levels = fit.observations.noise_levels(&last.residuals);

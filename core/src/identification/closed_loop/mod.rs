@@ -1,6 +1,7 @@
 //! Methods that simulate the closed loop with what they have found, and what they share.
 
 mod alignment;
+mod bodies;
 mod convergence;
 mod didim;
 mod idim_iv;

@@ -3,6 +3,7 @@
 
 use nalgebra::DVector;
 
+use super::bodies::Bodies;
 use super::convergence::Convergence;
 use super::instruments::Instruments;
 use super::simulation_error::position_errors;
@@ -38,6 +39,8 @@ pub(super) struct PseudoLinear<'a> {
     context: &'a Context<'a>,
     fit: &'a EquationErrorFit,
     equation: Equation,
+    /// What the steps of DIDIM's equation are held to.
+    bodies: Option<&'a Bodies>,
     pub(super) simulator: Simulator<'a>,
     /// Simulations run, those that failed included.
     pub(super) simulations: u32,
@@ -49,11 +52,12 @@ impl<'a> PseudoLinear<'a> {
         context: &'a Context<'a>,
         fit: &'a EquationErrorFit,
         equation: Equation,
+        bodies: Option<&'a Bodies>,
         simulator: Simulator<'a>,
     ) -> Self {
         let limits = context.options.simulation.convergence;
         let convergence = Convergence::new(limits, context.selection.names());
-        Self { context, fit, equation, simulator, simulations: 0, convergence }
+        Self { context, fit, equation, bodies, simulator, simulations: 0, convergence }
     }
 
     /// Until the estimates stand still.
@@ -130,7 +134,8 @@ impl<'a> PseudoLinear<'a> {
                 let observations = torque_equation(context, matrix, torque.clone(), motion)?;
                 let robust = context.options.robust;
                 let weighting = Weighting::new(&observations, &fit.noise_levels, robust);
-                Ok((observations, weighting.map_err(named)?.solution))
+                let weighting = possible(weighting.map_err(named)?, &observations, self.bodies)?;
+                Ok((observations, weighting.solution))
             }
             Equation::Instrumented => {
                 let (equation, levels) = (&fit.observations, &fit.noise_levels);
@@ -158,4 +163,15 @@ impl<'a> PseudoLinear<'a> {
     fn check_simulations_left(&self) -> Result<(), IdentificationError> {
         self.convergence.check_left(self.simulations, self.simulations)
     }
+}
+
+/// A weighted solution, moved to the nearest bodies where it is to be theirs.
+pub(super) fn possible(
+    weighting: Weighting,
+    equation: &Observations,
+    bodies: Option<&Bodies>,
+) -> Result<Weighting, IdentificationError> {
+    let Some(bodies) = bodies else { return Ok(weighting) };
+    let nearest = bodies.nearest(&weighting.solution)?;
+    Ok(weighting.with_parameters(equation, nearest.parameters))
 }

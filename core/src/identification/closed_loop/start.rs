@@ -2,13 +2,23 @@
 
 use nalgebra::DVector;
 
+use super::bodies::Bodies;
 use super::inertia::ball;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Start};
 use crate::robot::{ParameterKind, Robot};
 
-/// A value for every selected parameter.
+/// A value for every selected parameter, those of bodies where the steps are to be theirs.
 pub(super) fn start(
+    context: &Context<'_>,
+    fit: &EquationErrorFit,
+    bodies: Option<&Bodies>,
+) -> Result<DVector<f64>, IdentificationError> {
+    let start = chosen(context, fit)?;
+    bodies.map_or(Ok(start.clone()), |bodies| Ok(bodies.start(&start)?.parameters))
+}
+
+fn chosen(
     context: &Context<'_>,
     fit: &EquationErrorFit,
 ) -> Result<DVector<f64>, IdentificationError> {

@@ -36,6 +36,20 @@ impl Weighting {
         Ok(Self { solution, robust: Some(robust) })
     }
 
+    /// With other parameters than those of least squares, which the covariance stays that of.
+    pub(crate) fn with_parameters(
+        mut self,
+        equation: &Observations,
+        parameters: DVector<f64>,
+    ) -> Self {
+        self.solution.residuals = self.solved(equation).residuals(&parameters);
+        if let Some(robust) = &mut self.robust {
+            robust.residuals = equation.residuals(&parameters);
+        }
+        self.solution.parameters = parameters;
+        self
+    }
+
     /// The equation that least squares solved.
     pub(crate) fn solved<'a>(&'a self, equation: &'a Observations) -> &'a Observations {
         self.robust.as_ref().map_or(equation, |robust| &robust.kept)

@@ -10,6 +10,7 @@ use super::iteration_error::IterationError;
 use super::limits::LimitError;
 use super::method::Method;
 use super::tolerances::ToleranceError;
+use crate::feasibility::FeasibilityError;
 use crate::regression::RegressionError;
 use crate::signal::SignalError;
 use crate::simulation::SetupError;
@@ -249,6 +250,9 @@ pub enum IdentificationError {
         /// The robot.
         robot: String,
     },
+    /// The steps cannot be held to bodies. Remedy: as the cause says, or leave `simulation.bodies` out.
+    #[error("simulation.bodies: {0}")]
+    Bodies(FeasibilityError),
     /// The iteration with simulated loops failed. Remedy: as the cause says.
     #[error(transparent)]
     Iteration(#[from] IterationError),

@@ -29,7 +29,9 @@ pub use method::{Method, UnknownMethod};
 pub use options::{DecimationFilter, Options, PositionFilter};
 pub use selection::Selection;
 pub use signals::Signals;
-pub use simulation::{ConvergenceLimits, Optimiser, SensitivityMethod, SimulationOptions, Start};
+pub use simulation::{
+    BodiesFrom, ConvergenceLimits, Optimiser, SensitivityMethod, SimulationOptions, Start,
+};
 pub use timing::SignalTiming;
 pub use tolerances::{ToleranceError, Tolerances};
 pub use uses::Use;

@@ -32,6 +32,10 @@ pub struct SimulationOptions {
     pub sensitivities: SensitivityMethod,
     /// How CLIE and CLOE find the next parameters.
     pub optimiser: Optimiser,
+    /// The linear steps of DIDIM, CLIE and CLOE, and their start, are of arms whose bodies can be, and this says what
+    /// is known of them besides; any parameters when left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<BodiesFrom>,
 }
 
 impl Default for SimulationOptions {
@@ -46,6 +50,7 @@ impl Default for SimulationOptions {
             didim_steps: 0,
             sensitivities: SensitivityMethod::default(),
             optimiser: Optimiser::default(),
+            bodies: None,
         }
     }
 }
@@ -124,6 +129,16 @@ impl ConvergenceLimits {
     }
 }
 
+/// What is known of an arm's bodies beside the data.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BodiesFrom {
+    /// The nominal parameters of the robot's file.
+    Nominal,
+    /// The mass of all moving links \[kg\], which the robot's geometry shares out.
+    TotalMassKg(f64),
+}
+
 /// Where the derivatives of the simulated signals with respect to the parameters come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -147,4 +162,21 @@ pub enum Optimiser {
     /// The linear least-squares step (equation 15), halved while it does not lower the criterion or
     /// cannot be simulated.
     GaussNewton,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_are_near_nominal_ones_or_of_a_mass() {
+        let read = |text: &str| toml::from_str::<SimulationOptions>(text).map(|read| read.bodies);
+        assert_eq!(read("").unwrap(), None);
+        assert_eq!(read("bodies = \"nominal\"").unwrap(), Some(BodiesFrom::Nominal));
+        let mass = Some(BodiesFrom::TotalMassKg(27.0));
+        assert_eq!(read("bodies = { total_mass_kg = 27 }").unwrap(), mass);
+        for wrong in ["bodies = \"cad\"", "bodies = 27", "bodies = { mass = 27 }"] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
 }

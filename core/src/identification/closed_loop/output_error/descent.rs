@@ -4,6 +4,8 @@ use nalgebra::DVector;
 
 use super::damping::Damped;
 use super::problem::{Point, Problem};
+use crate::feasibility::Possible;
+use crate::identification::closed_loop::bodies::Bodies;
 use crate::identification::closed_loop::convergence::Convergence;
 use crate::identification::given::{IdentificationError, IterationError, Optimiser};
 use crate::regression::{Observations, Solution};
@@ -31,6 +33,37 @@ pub(super) struct Linearised {
     pub(super) point: Point,
     pub(super) observations: Observations,
     pub(super) solution: Solution,
+    /// The bodies of the point and of the solution, where they are to be those of an arm.
+    pub(super) possible: Option<Possible>,
+    pub(super) target: Option<Possible>,
+}
+
+/// Parameters to go to.
+pub(super) struct Place {
+    pub(super) parameters: DVector<f64>,
+    pub(super) possible: Option<Possible>,
+}
+
+impl Place {
+    /// Whatever bodies have them.
+    pub(super) fn at(parameters: DVector<f64>) -> Self {
+        Self { parameters, possible: None }
+    }
+
+    /// What the distance of the bodies adds to the criterion.
+    fn penalty(&self) -> f64 {
+        penalty(self.possible.as_ref())
+    }
+}
+
+impl From<Possible> for Place {
+    fn from(possible: Possible) -> Self {
+        Self { parameters: possible.parameters.clone(), possible: Some(possible) }
+    }
+}
+
+fn penalty(possible: Option<&Possible>) -> f64 {
+    possible.map_or(0.0, |possible| possible.penalty)
 }
 
 /// Why a point that could be simulated, or not, is none to go on from.
@@ -43,6 +76,8 @@ pub(super) enum Rejection {
 /// A way down the criterion Σ ‖y_j − y_sj(θ)‖²/σ_j² over the joints (equation 14, weighted).
 pub(super) struct Descent<'p, 'a> {
     pub(super) problem: &'p mut Problem<'a>,
+    /// What the steps are held to.
+    pub(super) bodies: Option<&'p Bodies>,
     /// σ_j.
     pub(super) levels: Vec<f64>,
     damping: f64,
@@ -54,12 +89,13 @@ pub(super) struct Descent<'p, 'a> {
 }
 
 impl<'p, 'a> Descent<'p, 'a> {
-    pub(super) fn new(problem: &'p mut Problem<'a>) -> Self {
+    pub(super) fn new(problem: &'p mut Problem<'a>, bodies: Option<&'p Bodies>) -> Self {
         let context = problem.context;
         let limits = context.options.simulation.convergence;
         Self {
             trials: problem.simulations,
             problem,
+            bodies,
             levels: vec![],
             damping: FIRST_DAMPING,
             linear_steps: 0,
@@ -83,18 +119,25 @@ impl<'p, 'a> Descent<'p, 'a> {
     pub(super) fn solved(
         &mut self,
         point: Point,
+        possible: Option<Possible>,
         observations: Observations,
     ) -> Result<Linearised, Rejection> {
-        let solution = self.solve(&observations).map_err(Rejection::Equation)?;
-        Ok(Linearised { point, observations, solution })
+        let (solution, target) = self.solve(&observations).map_err(Rejection::Equation)?;
+        Ok(Linearised { point, observations, solution, possible, target })
     }
 
     pub(super) fn solve(
         &mut self,
         observations: &Observations,
-    ) -> Result<Solution, IdentificationError> {
+    ) -> Result<(Solution, Option<Possible>), IdentificationError> {
         self.linear_steps += 1;
-        observations.weighted(&self.levels).map_err(|error| self.problem.named(error))
+        let solved = observations.weighted(&self.levels);
+        let mut solution = solved.map_err(|error| self.problem.named(error))?;
+        let Some(bodies) = self.bodies else { return Ok((solution, None)) };
+        let target = bodies.nearest(&solution)?;
+        solution.residuals = observations.residuals(&target.parameters);
+        solution.parameters.copy_from(&target.parameters);
+        Ok((solution, Some(target)))
     }
 
     /// Σ ‖ρ_j‖²/σ_j².
@@ -110,25 +153,31 @@ impl<'p, 'a> Descent<'p, 'a> {
         &mut self,
         from: &Linearised,
     ) -> Result<(Linearised, u32), IdentificationError> {
-        let Linearised { point, observations, solution } = from;
+        let Linearised { point, observations, solution, possible, .. } = from;
         let step = &solution.parameters - &point.parameters;
         let damped = Damped::new(observations, &self.levels, &step);
-        let before = self.criterion(&self.problem.residuals(point));
+        let before = self.criterion(&self.problem.residuals(point)) + penalty(possible.as_ref());
         let optimiser = self.problem.context.options.simulation.optimiser;
         let mut cause = None;
         for tries in 0..MAX_TRIES {
             self.convergence.check_left(self.trials, self.problem.simulations)?;
-            let step = match optimiser {
-                Optimiser::GaussNewton => &step * 0.5_f64.powi(tries.cast_signed()),
-                Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => step.clone(),
-                Optimiser::LevenbergMarquardt => damped.step(self.damping),
+            let part = 0.5_f64.powi(tries.cast_signed());
+            let place = match (self.between(from, part), optimiser) {
+                (Some(place), _) => place,
+                (None, Optimiser::GaussNewton) => Place::at(&point.parameters + &step * part),
+                (None, Optimiser::LevenbergMarquardt) if self.damping < NO_DAMPING => {
+                    Place::at(&point.parameters + &step)
+                }
+                (None, Optimiser::LevenbergMarquardt) => {
+                    Place::at(&point.parameters + damped.step(self.damping))
+                }
             };
             self.trials += 1;
-            let parameters = &point.parameters + step;
-            match self.try_point(&parameters, before, tries)? {
+            let (parameters, added) = (place.parameters.clone(), place.penalty());
+            match self.try_point(place, before, tries)? {
                 Ok(next) => {
-                    let predicted = self.criterion(&observations.residuals(&parameters));
-                    let after = self.criterion(&self.problem.residuals(&next.point));
+                    let predicted = self.criterion(&observations.residuals(&parameters)) + added;
+                    let after = self.criterion(&self.problem.residuals(&next.point)) + added;
                     self.adapt_damping((before - after) / (before - predicted));
                     return Ok((next, tries));
                 }
@@ -151,14 +200,22 @@ impl<'p, 'a> Descent<'p, 'a> {
         })
     }
 
+    /// A part of the way to the bodies of the linear step, where they are what it is held to.
+    fn between(&self, from: &Linearised, part: f64) -> Option<Place> {
+        let (possible, target) = (from.possible.as_ref()?, from.target.as_ref()?);
+        Some(self.bodies?.between(possible, target, part)?.into())
+    }
+
     /// The point with these parameters, if it is one to go on from; why not, where that is more than a
     /// criterion that is not below `before`.
     fn try_point(
         &mut self,
-        parameters: &DVector<f64>,
+        place: Place,
         before: f64,
         tries: u32,
     ) -> Result<Result<Linearised, Option<Rejection>>, IdentificationError> {
+        let parameters = &place.parameters;
+        let before = before - place.penalty();
         // Most first tries are taken. After one that was not, a simulation without sensitivities
         // says sooner whether this one is.
         if tries > 0 && self.problem.exact() {
@@ -174,7 +231,9 @@ impl<'p, 'a> Descent<'p, 'a> {
             Ok(point) => point,
         };
         let linearised = self.linearise(point);
-        Ok(linearised.and_then(|(point, equation)| self.solved(point, equation)).map_err(Some))
+        let solved =
+            linearised.and_then(|(point, equation)| self.solved(point, place.possible, equation));
+        Ok(solved.map_err(Some))
     }
 
     fn lowers(&self, point: &Point, before: f64) -> bool {

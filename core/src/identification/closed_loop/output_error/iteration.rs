@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::descent::{Descent, Linearised, MAX_TRIES, Rejection};
+use super::descent::{Descent, Linearised, MAX_TRIES, Place, Rejection};
 use crate::identification::given::{IdentificationError, IterationError};
 use crate::identification::judgement::ConvergenceStep;
 use crate::regression::{Observations, Solution};
@@ -59,7 +59,7 @@ impl Descent<'_, '_> {
                 let settled =
                     same.into_iter().all(|(new, old)| (new / old - 1.0).abs() <= SAME_LEVEL);
                 self.levels = levels;
-                at.solution = self.solve(&at.observations)?;
+                (at.solution, at.target) = self.solve(&at.observations)?;
                 if settled || renewals == MAX_RENEWALS {
                     let (linear_steps, steps) = (self.linear_steps, self.convergence.steps);
                     return Ok(Optimum { at, linear_steps, steps });
@@ -78,7 +78,11 @@ impl Descent<'_, '_> {
         start: &DVector<f64>,
     ) -> Result<Result<Linearised, Rejection>, IdentificationError> {
         self.trials += 1;
-        let point = match self.problem.simulate(start)? {
+        let place = match self.bodies {
+            None => Place::at(start.clone()),
+            Some(bodies) => bodies.start(start)?.into(),
+        };
+        let point = match self.problem.simulate(&place.parameters)? {
             Err(failed) => return Ok(Err(Rejection::Simulation(failed))),
             Ok(point) => point,
         };
@@ -90,7 +94,7 @@ impl Descent<'_, '_> {
             Ok(levels) => self.levels = levels,
             Err(error) => return Ok(Err(Rejection::Equation(error))),
         }
-        Ok(self.solved(point, observations))
+        Ok(self.solved(point, place.possible, observations))
     }
 
     /// The weights to begin with: the residuals of the first linear step, without weights, are free of

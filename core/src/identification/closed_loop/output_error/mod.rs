@@ -8,6 +8,7 @@ mod sensitivities;
 mod sufficiency;
 
 use super::alignment::torque_of_simulated_samples;
+use super::bodies::Bodies;
 use super::pseudo_linear::{Equation, PseudoLinear};
 use super::simulation_error::{position_errors, relative_errors};
 use super::simulator::Simulator;
@@ -30,6 +31,10 @@ use problem::Problem;
 /// 3. A weighted Levenberg–Marquardt or Gauss–Newton step gives the next θ.
 /// 4. Repeat until the linear step is a small part of the standard deviations; renew the weights,
 ///    and repeat until they stay.
+///
+/// Where `simulation.bodies` asks for it, the linear step goes to the nearest parameters that bodies can have, it is
+/// halved rather than damped, and what has to fall is the criterion with the distance of the bodies from what is known
+/// of them.
 ///
 /// Torques are aligned as in DIDIM, and so are initial state and reference. The
 /// gains of the simulated controller are fixed: the sensitivities belong to one controller.
@@ -65,9 +70,11 @@ fn identify(
         Simulator::new(context, &fit, method)?.with_gains_for(&fit.weighted.solution.parameters)?;
     let torque = torque_of_simulated_samples(context, simulator.timing())?;
     let equation = Equation::Simulated { torque: torque.clone() };
-    let mut approach = PseudoLinear::new(context, &fit, equation, simulator);
-    let (start, before) =
-        approach.steps_from(start(context, &fit)?, context.options.simulation.didim_steps)?;
+    let bodies = Bodies::of(context, &fit)?;
+    let bodies = bodies.as_ref();
+    let mut approach = PseudoLinear::new(context, &fit, equation, bodies, simulator);
+    let (start, before) = approach
+        .steps_from(start(context, &fit, bodies)?, context.options.simulation.didim_steps)?;
     let measured = match output {
         Output::Torque => torque.clone(),
         Output::Position => context.rows_of(context.experiment.position_rad(), "position")?,
@@ -77,10 +84,10 @@ fn identify(
     let (start, before) = (simulator.arm(&start), before.map(|before| simulator.arm(&before)));
     simulator.add_nothing();
     let mut problem = Problem { output, context, fit: &fit, measured, simulations, simulator };
-    let optimum = Descent::new(&mut problem).run(start, before.as_ref())?;
+    let optimum = Descent::new(&mut problem, bodies).run(start, before.as_ref())?;
 
     let named = |error| context.selection.named(error);
-    let Linearised { point, observations, solution } = &optimum.at;
+    let Linearised { point, observations, solution, .. } = &optimum.at;
     let unweighted = observations.ordinary().map_err(named)?;
     let BaseColumns { selected, beside } = BaseColumns::new(context, &point.motion)?;
     let joints = context.robot.joints();
