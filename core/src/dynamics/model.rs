@@ -2,6 +2,7 @@
 
 use super::drives::Drives;
 use super::inertia::Inertia;
+use super::load::Load;
 use super::regressor_columns::RegressorColumns;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
@@ -18,6 +19,8 @@ pub struct Model {
     /// Column of each link's XX; its other nine parameters follow.
     pub(super) first_columns: Vec<usize>,
     pub(super) drives: Drives,
+    /// Where friction grows with it.
+    pub(super) load: Option<Load>,
     /// Of each joint; none at all where no joint has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) all_columns: RegressorColumns,
@@ -44,6 +47,7 @@ impl Model {
             gravity_m_s2: robot.gravity_m_s2(),
             first_columns,
             table,
+            load: drives.feel_loads().then_some(Load::OfParameters),
             drives,
             known_torques,
             all_columns,
@@ -79,14 +83,15 @@ impl Model {
     }
 
     /// The same model with friction laws that are as different as they can be at speeds of about
-    /// 1 rad/s or m/s: which parameters act together is a matter of structure, not of how narrow a
+    /// 1 rad/s or m/s, and loads of an arm that has all of them: which parameters act together is a matter of structure, not of how narrow a
     /// law is.
     #[must_use]
     pub fn with_plain_friction(self) -> Self {
         let mut model = self.with_sign_model(SignModel::Sign);
         model.drives.set_stribeck_speed(1.0);
         model.all_columns.set_stribeck_speed(1.0);
-        model
+        let ones = vec![1.0; model.parameter_names().len()];
+        model.with_load(ones)
     }
 
     /// The same model with another geometry at one joint, counted from 0, of the same kind.

@@ -91,6 +91,18 @@ impl<'a> Context<'a> {
         Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
     }
 
+    /// Gives the model the loads of the arm with these selected parameters, where friction grows with them.
+    pub(crate) fn set_loads(&mut self, parameters: &DVector<f64>) {
+        if self.model.feels_loads() {
+            self.model = self.with_loads(parameters);
+        }
+    }
+
+    /// The model with these loads.
+    pub(crate) fn with_loads(&self, parameters: &DVector<f64>) -> Model {
+        self.model.clone().with_load(self.selection.standard(parameters))
+    }
+
     /// Of so many signals behind the decimation filter, each recording's by itself, the rows that are fitted
     /// (rows × signals). `read` is that of
     /// [`decimate_groups`](ParallelDecimation::decimate_groups) for the whole experiment.
