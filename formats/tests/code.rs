@@ -141,7 +141,7 @@ fn check(robot: &Robot, standard: &[f64]) {
         let rest = vec![0.0; n];
         let friction_of = |dq: &[f64]| {
             let mut tau = vec![0.0; n];
-            dynamics.friction(standard, dq, &mut tau);
+            dynamics.friction(&mut Workspace::new(), standard, &q, dq, &mut tau);
             tau
         };
         let at_rest = torques(&rest, &rest, &mut ws);
