@@ -6,22 +6,13 @@
 //! alone: with the torque of the acceleration in it, direct dynamics would have an algebraic loop.
 
 use super::inertia::Wrench;
-use super::model::Model;
+use super::model::{Load, Model};
 use super::pose::Pose;
 use super::regressor_columns::RegressorColumns;
 use super::vector::Vector3;
 use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
-
-/// Whose load it is.
-#[derive(Clone, Debug)]
-pub(super) enum Load {
-    /// That of the parameters that torques are computed with: the arm's own.
-    OfParameters,
-    /// That of an arm with these standard parameters: torques are linear in the parameters then.
-    Of(Vec<f64>),
-}
 
 impl Model {
     /// Whether any friction grows with the load.

@@ -2,13 +2,21 @@
 
 use super::drives::Drives;
 use super::inertia::Inertia;
-use super::load::Load;
 use super::regressor_columns::RegressorColumns;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::{
     Joint, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot, SignModel,
 };
+
+/// Whose load friction grows with.
+#[derive(Clone, Debug)]
+pub(super) enum Load {
+    /// That of the parameters that torques are computed with: the arm's own.
+    OfParameters,
+    /// That of an arm with these standard parameters: torques are linear in the parameters then.
+    Of(Vec<f64>),
+}
 
 /// The dynamics of one robot, prepared for evaluation.
 #[derive(Clone, Debug)]
@@ -19,7 +27,7 @@ pub struct Model {
     /// Column of each link's XX; its other nine parameters follow.
     pub(super) first_columns: Vec<usize>,
     pub(super) drives: Drives,
-    /// Where friction grows with it.
+    /// Where friction grows with one.
     pub(super) load: Option<Load>,
     /// Of each joint; none at all where no joint has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
@@ -83,8 +91,8 @@ impl Model {
     }
 
     /// The same model with friction laws that are as different as they can be at speeds of about
-    /// 1 rad/s or m/s, and loads of an arm that has all of them: which parameters act together is a matter of structure, not of how narrow a
-    /// law is.
+    /// 1 rad/s or m/s, and loads of an arm that has all of them: which parameters act together is a
+    /// matter of structure, not of how narrow a law is.
     #[must_use]
     pub fn with_plain_friction(self) -> Self {
         let mut model = self.with_sign_model(SignModel::Sign);
