@@ -19,6 +19,7 @@ use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 const MOST_ENTRIES: usize = 20_000_000;
 
 /// What every method works with.
+#[derive(Clone)]
 pub(crate) struct Context<'a> {
     pub(crate) robot: &'a Robot,
     pub(crate) base: &'a BaseParameters,
@@ -89,6 +90,14 @@ impl<'a> Context<'a> {
         }
         let model = Model::new(robot);
         Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
+    }
+
+    /// The same with the loads of a final estimate, which is judged with its own.
+    #[must_use]
+    pub(crate) fn judging(&self, parameters: &DVector<f64>) -> Self {
+        let mut judged = self.clone();
+        judged.set_loads(parameters);
+        judged
     }
 
     /// Gives the model the loads of the arm with these selected parameters, where friction grows with them.
