@@ -34,7 +34,19 @@ impl BaseParameters {
         let parameters = model.parameters().parameters();
         let mut preference: Vec<usize> = (0..parameters.len()).collect();
         preference.sort_by_key(|&column| rank_of_choice(parameters[column], model.chain()));
-        let selection = select(&observation(model), &preference)?;
+        let mut selection = select(&observation(model), &preference)?;
+        // Where a load is always the same, a share of it is Coulomb friction, of a size that the arm's own
+        // parameters decide: no coefficient is that of every arm.
+        for (column, parameter) in parameters.iter().enumerate() {
+            let by_load = parameter.kind == ParameterKind::FcLoad;
+            if by_load
+                && !selection.kept.contains(&column)
+                && !selection.without_effect.contains(&column)
+            {
+                selection.regrouping.column_mut(column).fill(0.0);
+                selection.without_effect.push(column);
+            }
+        }
 
         let standard_names = model.parameter_names().to_vec();
         let name = |(row, &column): (usize, &usize)| {
@@ -63,7 +75,8 @@ impl BaseParameters {
         &self.columns
     }
 
-    /// Names of the standard parameters that no motion and no gravity can show.
+    /// Names of the standard parameters that no motion and no gravity can show, or not beside Coulomb
+    /// friction: shares of a load that is always the same.
     pub fn without_effect(&self) -> &[String] {
         &self.without_effect
     }
