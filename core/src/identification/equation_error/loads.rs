@@ -4,10 +4,6 @@ use super::fit::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError};
 use crate::robot::ParameterKind;
 
-/// Each pass leaves of the last one's error in the loads about the share by which friction grows with them, a
-/// few hundredths.
-const PASSES: usize = 8;
-
 /// Gives a context's model the loads of its own estimate by IDIM-LS, where friction grows with them.
 ///
 /// The columns of this friction need the loads, and the loads the estimate: equation and estimate are made in turn,
@@ -24,9 +20,5 @@ pub(crate) fn settle_loads(context: &mut Context<'_>) -> Result<(), Identificati
     let first = EquationErrorFit::new(context)?;
     context.set_loads(&first.weighted.solution.parameters);
     context.selection = all;
-    for _ in 0..PASSES {
-        let fit = EquationErrorFit::new(context)?;
-        context.set_loads(&fit.weighted.solution.parameters);
-    }
-    Ok(())
+    context.settle_loads(|context| Ok(EquationErrorFit::new(context)?.weighted.solution.parameters))
 }

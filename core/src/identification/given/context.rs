@@ -18,6 +18,10 @@ use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 /// the model is checked, which looks at every column's spectrum.
 const MOST_ENTRIES: usize = 20_000_000;
 
+/// Parameters and loads are found in turn so often. Each pass leaves of the last one's error in the loads about the
+/// share by which friction grows with them, a few hundredths.
+const LOAD_PASSES: usize = 8;
+
 /// What every method works with.
 #[derive(Clone)]
 pub(crate) struct Context<'a> {
@@ -105,6 +109,23 @@ impl<'a> Context<'a> {
         if self.model.feels_loads() {
             self.model = self.with_loads(parameters);
         }
+    }
+
+    /// Gives the model the loads of the selected parameters that `find` finds with it, where friction grows with them.
+    ///
+    /// # Errors
+    /// Those of `find`.
+    pub(crate) fn settle_loads<E>(
+        &mut self,
+        mut find: impl FnMut(&Self) -> Result<DVector<f64>, E>,
+    ) -> Result<(), E> {
+        if self.model.feels_loads() {
+            for _ in 0..LOAD_PASSES {
+                let found = find(self)?;
+                self.set_loads(&found);
+            }
+        }
+        Ok(())
     }
 
     /// The model with these loads.
