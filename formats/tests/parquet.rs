@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use didim_formats::{
-    AxisColumns, Columns, Side, Table, TableError, list_table, read_rows, read_table,
+    AxisColumns, Columns, Side, Table, TableError, TimeColumns, list_table, read_rows, read_table,
 };
 
 fn golden(name: &str) -> PathBuf {
@@ -23,7 +23,7 @@ fn columns(second: f64) -> Columns {
     Columns {
         side: Side::Joint,
         axes: 2,
-        time: Some(("t_ms".into(), second)),
+        time: Some(TimeColumns::Numbers { column: "t_ms".into(), second }),
         position: of("q_{axis}", 0.5),
         torque: of("tau_{index}", 3.0),
         reference: None,
@@ -64,15 +64,10 @@ fn types_tell_units_of_times_and_how_numbers_are_stored() {
         assert_eq!(a.len(), b.len());
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= most), "{a:?} {b:?}");
     };
-    let since_first = |table: &Table| -> Vec<f64> {
-        let times = table.time.as_ref().unwrap();
-        times.iter().map(|time| time - times[0]).collect()
-    };
     for (name, second) in [("stamps_ms", 1e-3), ("stamps_us", 1e-6), ("stamps_ns", 1e-9)] {
         assert_eq!(list_table(&file(name)).unwrap().seconds[0], Some(second));
         let table = rows(&file(name), &columns(second)).unwrap();
-        // Counted from 1970, a double has 2.4e-7 s.
-        near(&since_first(&table), text.time.as_ref().unwrap(), 3e-7);
+        near(table.time.as_ref().unwrap(), text.time.as_ref().unwrap(), 1e-15);
         for (quantity, most) in [(0, 6e-8), (1, 4e-7)] {
             for axis in 0..2 {
                 let (own, other) = (&table.signals[quantity][axis], &text.signals[quantity][axis]);

@@ -33,7 +33,7 @@ pub enum TableError {
         what: String,
     },
     /// A column whose type has no numbers: convert it.
-    #[error("{}: column `{column}` holds {what}, and numbers are wanted; write it as DOUBLE", file.display())]
+    #[error("{}: column `{column}` holds {what}, and numbers are wanted; write it as DOUBLE, a time as TIMESTAMP", file.display())]
     NoNumbers {
         /// The file.
         file: PathBuf,
@@ -116,6 +116,44 @@ pub enum TableError {
         /// What stands there.
         text: String,
     },
+    /// A field that is no date, where dates are stated.
+    #[error("{}: {place}, column `{column}`: `{text}` is no date with a time of day (ISO 8601); write 2024-05-01T12:00:00.123456Z or with an offset as +02:00, or state the unit that the column has in data.time", file.display())]
+    NotADate {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A date, where numbers are stated.
+    #[error("{}: {place}, column `{column}`: `{text}` is a date, and a number is stated; state unit = \"iso8601\" in data.time", file.display())]
+    Date {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A part of a stamp that cannot be one.
+    #[error("{}: {place}, column `{column}`: {value} is not {wanted}; put the right column into data.time, or one with its unit as `column`", file.display())]
+    NotAPart {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        value: f64,
+        /// What was expected.
+        wanted: &'static str,
+    },
     /// Neither a `time_s` column nor a sample rate was given: give one of them.
     #[error("{}: there is no time_s column; give the sampling frequency with --sample-rate HZ", file.display())]
     NoTime {
@@ -131,15 +169,15 @@ pub enum TableError {
         source: TimesError,
     },
     /// Time does not advance by one period per row: samples are missing or repeated there.
-    #[error("{}: {place}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated", file.display())]
+    #[error("{}: {place}: the time, {time_s:.9} s after the first, leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9} s); samples are missing or repeated", file.display())]
     NotUniform {
         /// The file.
         file: PathBuf,
         /// Where it stands.
         place: Place,
-        /// The time that stands there \[s\].
+        /// The time that stands there, after the first \[s\].
         time_s: f64,
-        /// The time that the grid has there \[s\].
+        /// The time that the grid has there, after the first \[s\].
         expected_s: f64,
         /// The grid's frequency \[Hz\].
         sample_rate_hz: f64,

@@ -13,6 +13,7 @@ mod parquet;
 mod place;
 mod source;
 mod text;
+mod time;
 mod write;
 
 use std::fs::File;
@@ -22,7 +23,7 @@ use std::path::Path;
 use didim_core::identification::Signals;
 use flate2::bufread::MultiGzDecoder;
 
-use crate::columns::{Columns, Quantity};
+use crate::columns::{Columns, Quantity, TimeColumns};
 use crate::measurement::{Measurement, Side};
 use crate::record::Record;
 use crate::uniform::{Rows, resample};
@@ -151,7 +152,7 @@ pub struct Table {
     side: Side,
     axes: usize,
     first_row: Place,
-    /// The time of each row, where there is one \[s\].
+    /// The time of each row after the first, where there is one \[s\].
     pub time: Option<Vec<f64>>,
     /// What the last digit of the finest of them is worth \[s\].
     resolution_s: f64,
@@ -190,26 +191,35 @@ fn read(
     if needs_time && !header.has_time {
         return Err(TableError::NoTime { file: file() });
     }
-    let second = columns.map_or(1.0, Columns::time_scale);
-    if let Some(index) = header.columns.iter().position(|column| *column == Column::Time)
+    let second = match columns.and_then(|columns| columns.time.as_ref()) {
+        Some(TimeColumns::Numbers { second, .. }) => *second,
+        _ => 1.0,
+    };
+    let is_time = |column: &Column| matches!(column, Column::Time | Column::Date);
+    if let Some(index) = header.columns.iter().position(is_time)
         && let Some(own) = source.second(index)
-        && (own / second - 1.0).abs() > f64::EPSILON
+        && let is_date = header.columns[index] == Column::Date
+        && (is_date || (own / second - 1.0).abs() > f64::EPSILON)
     {
         let column = source.names()[index].clone();
-        let (found, stated) = (unit_of_time(own), unit_of_time(second));
+        let stated = if is_date { "dates in text (iso8601)" } else { unit_of_time(second) };
+        let found = unit_of_time(own);
         return Err(TableError::TimeUnit { file: file(), column, found, stated });
     }
-    let first_row = source.first_row();
-    let Values { columns: numbers, resolution } = source.read(&header.columns)?;
+    let (first_row, names) = (source.first_row(), source.names().to_vec());
+    let Values { columns: numbers, mut resolution } = source.read(&header.columns)?;
     let (mut time, mut rows) = (None, 0);
+    let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
     if !header.has_reference {
         signals[Quantity::Reference as usize].clear();
     }
-    for (column, mut numbers) in header.columns.iter().zip(numbers) {
+    for (index, (column, mut numbers)) in header.columns.iter().zip(numbers).enumerate() {
         rows = rows.max(numbers.len());
         match *column {
-            Column::Time => {
+            Column::Seconds => parts[0] = Some((index, numbers)),
+            Column::Nanoseconds => parts[1] = Some((index, numbers)),
+            Column::Time | Column::Date => {
                 numbers.iter_mut().for_each(|time| *time *= second);
                 time = Some(numbers);
             }
@@ -220,6 +230,20 @@ fn read(
             }
             Column::Other => {}
         }
+    }
+    if let [Some((sec, seconds)), Some((nanosec, nanoseconds))] = parts {
+        let wrong = |(is_sec, (row, value, wanted)): (bool, time::NotAPart)| {
+            let column = names[if is_sec { sec } else { nanosec }].clone();
+            TableError::NotAPart {
+                file: file(),
+                place: first_row.after(row),
+                column,
+                value,
+                wanted,
+            }
+        };
+        time = Some(time::of_parts(&seconds, &nanoseconds).map_err(wrong)?);
+        resolution = 1e-9;
     }
     if rows < 2 {
         return Err(TableError::TooShort { file: file() });
@@ -373,7 +397,7 @@ mod tests {
         let columns = Columns {
             side: Side::Joint,
             axes: 2,
-            time: Some(("t".into(), 1e-3)),
+            time: Some(TimeColumns::Numbers { column: "t".into(), second: 1e-3 }),
             position: of_others(&["actual_q_{index}"], 0.5),
             torque: of_others(&["tau_{axis}"], 1.0),
             reference: Some(of_others(&["goal", "aim"], 1.0)),
