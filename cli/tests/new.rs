@@ -391,7 +391,11 @@ fn stamps_in_two_columns_and_dates_are_times_to_the_nanosecond() {
                 "time.unit = \"s\"",
                 "is a date, and a number is stated; state unit = \"iso8601\"",
             ),
-            ("time.nanosec = \"header.stamp.nanosec\"", "", "data.time: is one column or two"),
+            (
+                "time.nanosec = \"header.stamp.nanosec\"",
+                "",
+                "is one column or two; give `column` and `unit`, or",
+            ),
         ] {
             if text.contains(right) {
                 fs::write(&log, &table).unwrap();

@@ -9,6 +9,7 @@ mod bag;
 mod code;
 mod columns;
 mod export;
+mod holes;
 mod measurement;
 mod record;
 mod table;
@@ -22,6 +23,7 @@ pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity, TimeColumns};
 pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
+pub use holes::{Apart, Holes};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use table::{

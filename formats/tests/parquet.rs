@@ -101,8 +101,6 @@ fn what_has_no_numbers_is_refused_with_the_reason_and_passed_over_where_nobody_a
         rows(&file("other"), &columns).unwrap_err().to_string()
     };
     for (column, why) in [
-        ("tau_0", "row 78, column `tau_0`: `null` is not a finite number"),
-        ("tau_1", "row 100, column `tau_1`: `NaN` is not a finite number"),
         ("mode", "column `mode` holds text or bytes, and numbers are wanted"),
         ("flag", "`flag` holds what is true or false"),
         ("day", "`day` holds dates"),
@@ -119,6 +117,36 @@ fn what_has_no_numbers_is_refused_with_the_reason_and_passed_over_where_nobody_a
     assert!(said.contains("`t_ms` holds times of the outdated type INT96"), "{said}");
     let said = read_table(&file("other"), None, 250.0, None).unwrap_err().to_string();
     assert!(said.contains("column `t_ms` is not known"), "{said}");
+}
+
+/// Null and NaN, empty fields and NaN: the same rows are no samples.
+#[test]
+fn rows_that_lack_a_value_are_left_out_alike_in_text_and_in_parquet() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("motion.csv");
+    let table = fs::read_to_string(golden("parquet.csv")).unwrap();
+    let without = |(row, line): (usize, &str)| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        match row {
+            78 => fields[3] = "",
+            100 => fields[4] = "nan",
+            _ => {}
+        }
+        fields.join(",") + "\n"
+    };
+    fs::write(&path, table.lines().enumerate().map(without).collect::<String>()).unwrap();
+    let [text, parquet] = [path, file("other")]
+        .map(|path| read_table(&path, Some(250.0), 250.0, Some(&columns(1e-3))).unwrap());
+    assert_eq!((&parquet.pieces, parquet.resampled), (&text.pieces, text.resampled));
+    let said = [&text, &parquet].map(|record| record.holes.as_ref().unwrap().to_string());
+    assert_eq!(
+        said,
+        ["line 79", "row 78"].map(|place| format!(
+            "2 of 120 rows lack a value, the first in {place}, column `tau_0`; they are no samples"
+        ))
+    );
+    // Each is missing alone.
+    assert_eq!((parquet.pieces.len(), parquet.resampled.alone), (1, 2));
 }
 
 /// Cut off or damaged anywhere, compressed or not: read or refused in words, and never more than it says.

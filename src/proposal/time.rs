@@ -119,7 +119,8 @@ fn advancing(
             | TableError::Date { .. }
             | TableError::NotADate { .. }
             | TableError::NotAPart { .. }
-            | TableError::NoNumbers { .. },
+            | TableError::NoNumbers { .. }
+            | TableError::NoValues { .. },
         ) => return Ok(None),
         Err(error) => return Err(error.into()),
     };

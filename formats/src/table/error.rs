@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::place::Place;
+use crate::holes::{Apart, Holes};
 use crate::measurement::MAX_SAMPLES;
 use crate::uniform::TimesError;
 
@@ -103,6 +104,34 @@ pub enum TableError {
     MixedSides {
         /// The file.
         file: PathBuf,
+    },
+    /// A column that is asked for and has nothing.
+    #[error("{}: column `{column}` has no value in any row; was it recorded? Name another column in [data], or record it", file.display())]
+    NoValues {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// Rows that lack values, and a whole experiment is wanted.
+    #[error("{}: {holes}; a whole experiment is wanted", file.display())]
+    Holes {
+        /// The file.
+        file: PathBuf,
+        /// Them.
+        holes: Holes,
+    },
+    /// So many rows lack values that the others are no record: signals of other rates, each in rows of its own.
+    #[error("{}: {holes}. The others are no record: {source}. {apart}: signals of other sources or rates, each in its own rows? Put all on common times, the positions' as a rule, before they are exported, or record them in one message", file.display())]
+    Apart {
+        /// The file.
+        file: PathBuf,
+        /// The rows that lack one.
+        holes: Holes,
+        /// What is wrong with the others.
+        source: TimesError,
+        /// Two columns that show it.
+        apart: Box<Apart>,
     },
     /// A field that is not a finite number.
     #[error("{}: {place}, column `{column}`: `{text}` is not a finite number", file.display())]

@@ -242,11 +242,23 @@ impl Numbers {
             if rows == 0 {
                 return Ok(());
             }
-            let null = (read.len() < rows).then(|| levels.iter().position(|level| *level == 0));
-            for value in read.drain(..).take(null.flatten().unwrap_or(rows)) {
+            let lacks = read.len() < rows;
+            let mut values = read.drain(..);
+            for row in 0..rows {
+                if lacks && levels.get(row) == Some(&0) {
+                    self.values.push(f64::NAN);
+                    continue;
+                }
+                let Some(value) = values.next() else {
+                    return Err(Stop::Damaged("fewer values than rows".to_owned()));
+                };
                 let text = self.first.is_some().then(|| value.to_string());
                 let (mut value, whole) = number(value);
-                if !value.is_finite() {
+                if value.is_nan() {
+                    self.values.push(value);
+                    continue;
+                }
+                if value.is_infinite() {
                     return Err(Stop::NotANumber(value.to_string()));
                 }
                 if let (Some(first), Some(text)) = (&mut self.first, text) {
@@ -255,9 +267,6 @@ impl Numbers {
                     value = first.after(whole.unwrap_or(value.into()));
                 }
                 self.values.push(value);
-            }
-            if null.is_some() {
-                return Err(Stop::NotANumber("null".to_owned()));
             }
             if self.values.len() > MAX_SAMPLES {
                 return Err(Stop::Damaged("more rows than the footer says".to_owned()));

@@ -24,7 +24,8 @@ pub(super) trait Source {
 
 /// The numbers of a table, as they stand.
 pub(super) struct Values {
-    /// One entry per column of the file, empty where it is not asked for. Times are after the first.
+    /// One entry per column of the file, empty where it is not asked for. Times are after the first, and
+    /// what is empty or null is NaN.
     pub(super) columns: Vec<Vec<f64>>,
     /// What the last digit of the finest time is worth.
     pub(super) resolution: f64,

@@ -82,6 +82,10 @@ impl Source for Text {
                 let point =
                     (self.delimiter != b',' && text.contains(',')).then(|| text.replace(',', "."));
                 let number = point.as_deref().unwrap_or(text);
+                if number.is_empty() || number.parse().is_ok_and(f64::is_nan) {
+                    values[index].push(f64::NAN);
+                    continue;
+                }
                 let value = match column {
                     Column::Time => Exact::of_number(number).map(|time| first.after(time)),
                     Column::Date => Exact::of_date(number).map(|time| first.after(time)),
