@@ -289,6 +289,124 @@ fn from_urdf_and_log_to_the_report_in_three_commands() {
     }
 }
 
+/// Stamps in the two columns that exported logs of ROS have, and dates: as a time from 0, to the bit, in what comes out.
+#[test]
+fn stamps_in_two_columns_and_dates_are_times_to_the_nanosecond() {
+    // 1 May 2024, 12:00 in UTC.
+    const BEGIN_S: u64 = 1_714_564_800;
+    let convert = |folder: &Path| {
+        let [cell, log, out] = ["cell.toml", "log.csv", "out.csv"].map(|file| folder.join(file));
+        didim(&[&"convert", &"--cell", &cell, &log, &out])
+    };
+    let converted = |folder: &Path| -> String {
+        let Finished { code, stderr, .. } = convert(folder);
+        assert_eq!(code, Some(0), "{stderr}");
+        assert!(!stderr.contains("off a uniform grid"), "{stderr}");
+        fs::read_to_string(folder.join("out.csv")).unwrap()
+    };
+    let (names, answers) =
+        (["time", "q1", "q2", "tau1", "tau2"], ["--set", "urdf.drive_inertia=false"]);
+    let from_zero = folder(names, RAD);
+    assert_eq!(new(from_zero.path(), &answers).code, Some(0));
+    let expected = converted(from_zero.path());
+    // Names, the fields of a row, what is found, and rows with what is wrong and what is said of it.
+    type Case = (
+        &'static str,
+        fn(u64) -> String,
+        &'static [&'static str],
+        [(&'static str, &'static str, &'static str); 2],
+    );
+    let cases: [Case; 2] = [
+        (
+            "header.stamp.sec,header.stamp.nanosec",
+            |ns| format!("{},{}", BEGIN_S + ns / 1_000_000_000, ns % 1_000_000_000),
+            &["time.sec = \"header.stamp.sec\"", "time.nanosec = \"header.stamp.nanosec\""],
+            [
+                (
+                    "1714564800,15000000",
+                    "1714564800,1000000000",
+                    "line 5, column `header.stamp.nanosec`: 1000000000 is not a number of nanoseconds within a second, 0 to 999999999",
+                ),
+                (
+                    "1714564800,15000000",
+                    "1714564800.5,0",
+                    "line 5, column `header.stamp.sec`: 1714564800.5 is not a number of whole seconds; put the right column",
+                ),
+            ],
+        ),
+        (
+            "stamp",
+            |ns| {
+                format!(
+                    "2024-05-01T14:00:{:02}.{:09}+02:00",
+                    ns / 1_000_000_000,
+                    ns % 1_000_000_000
+                )
+            },
+            &["time.column = \"stamp\"", "time.unit = \"iso8601\""],
+            [
+                (
+                    "T14:00:00.015",
+                    "T24:00:00.015",
+                    "line 5, column `stamp`: `2024-05-01T24:00:00.015000000+02:00` is no date with a time of day (ISO 8601); write 2024-05-01T12:00:00.123456Z",
+                ),
+                (
+                    "2024-05-01T14:00:00.015000000+02:00",
+                    "0.015",
+                    "line 5, column `stamp`: `0.015` is no date",
+                ),
+            ],
+        ),
+    ];
+    for (names, time, found, wrong) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("log.csv");
+        fs::copy(from_zero.path().join("arm.urdf"), folder.path().join("arm.urdf")).unwrap();
+        let text = fs::read_to_string(from_zero.path().join("log.csv")).unwrap();
+        let mut rows = text.lines();
+        let mut table = rows.next().unwrap().replace("time", names) + "\n";
+        for (row, k) in rows.zip(0..) {
+            let others = row.splitn(3, ',').nth(2).unwrap();
+            writeln!(table, "auto,{},{others}", time(5_000_000 * k)).unwrap();
+        }
+        fs::write(&log, &table).unwrap();
+        let made = new(folder.path(), &answers);
+        assert_eq!(made.code, Some(0), "{}", made.stderr);
+        for line in found.iter().chain(&["rate_hz = 200.0"]) {
+            assert!(made.stdout.contains(&format!("found    data.{line}")), "{}", made.stdout);
+        }
+        assert_eq!(converted(folder.path()), expected, "{names}");
+        fs::remove_file(folder.path().join("out.csv")).unwrap();
+        for (right, wrong, said) in wrong {
+            fs::write(&log, table.replacen(right, wrong, 1)).unwrap();
+            let Finished { code, stderr, .. } = convert(folder.path());
+            assert!(code != Some(0) && stderr.contains(said), "{stderr}");
+        }
+        // Dates are no numbers, and one column no two.
+        let cell = folder.path().join("cell.toml");
+        let text = fs::read_to_string(&cell).unwrap();
+        for (right, wrong, said) in [
+            (
+                "time.unit = \"iso8601\"",
+                "time.unit = \"s\"",
+                "is a date, and a number is stated; state unit = \"iso8601\"",
+            ),
+            (
+                "time.nanosec = \"header.stamp.nanosec\"",
+                "",
+                "is one column or two; give `column` and `unit`, or",
+            ),
+        ] {
+            if text.contains(right) {
+                fs::write(&log, &table).unwrap();
+                fs::write(&cell, text.replace(right, wrong)).unwrap();
+                let Finished { code, stderr, .. } = convert(folder.path());
+                assert!(code != Some(0) && stderr.contains(said), "{stderr}");
+            }
+        }
+    }
+}
+
 /// The name says ms, the type us; the file is known by its first bytes, also where it is converted.
 #[cfg(feature = "parquet")]
 #[test]

@@ -39,6 +39,40 @@ pub struct AxisColumns {
     pub scales: Vec<f64>,
 }
 
+/// Where a table has the time of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeColumns {
+    /// A column of numbers.
+    Numbers {
+        /// Its name.
+        column: String,
+        /// Seconds to a 1.
+        second: f64,
+    },
+    /// A column of dates with their time of day (ISO 8601).
+    Dates {
+        /// Its name.
+        column: String,
+    },
+    /// A stamp in two columns, as in exported logs of ROS.
+    Parts {
+        /// Whole seconds.
+        sec: String,
+        /// Whole nanoseconds beyond them.
+        nanosec: String,
+    },
+}
+
+impl TimeColumns {
+    fn names(&self) -> impl Iterator<Item = &String> {
+        let (first, second) = match self {
+            Self::Numbers { column, .. } | Self::Dates { column } => (column, None),
+            Self::Parts { sec, nanosec } => (sec, Some(nanosec)),
+        };
+        [first].into_iter().chain(second)
+    }
+}
+
 /// The columns of a table that another program wrote.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
@@ -46,8 +80,8 @@ pub struct Columns {
     pub side: Side,
     /// Number of axes.
     pub axes: usize,
-    /// Name of the column of the time and seconds to its 1, where there is one.
-    pub time: Option<(String, f64)>,
+    /// The time, where there is one.
+    pub time: Option<TimeColumns>,
     /// Positions.
     pub position: AxisColumns,
     /// Torques or forces.
@@ -57,13 +91,13 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// A time alone, with the seconds to its 1.
-    pub fn of_time(name: String, second: f64) -> Self {
+    /// A time alone.
+    pub fn of_time(time: TimeColumns) -> Self {
         let none = || AxisColumns { names: Vec::new(), scales: Vec::new() };
         Self {
             side: Side::Joint,
             axes: 0,
-            time: Some((name, second)),
+            time: Some(time),
             position: none(),
             torque: none(),
             reference: None,
@@ -95,18 +129,10 @@ impl Columns {
     /// The names of all columns.
     pub(crate) fn all_names(&self) -> Vec<String> {
         let names = Quantity::ALL.into_iter().flat_map(|quantity| self.names(quantity));
-        names.chain(self.time_name().map(str::to_owned)).collect()
+        names.chain(self.time.iter().flat_map(TimeColumns::names).cloned()).collect()
     }
 
     pub(crate) fn scale(&self, quantity: Quantity, axis: usize) -> f64 {
         self.of(quantity).and_then(|of| of.scales.get(axis)).copied().unwrap_or(1.0)
-    }
-
-    pub(crate) fn time_name(&self) -> Option<&str> {
-        self.time.as_ref().map(|(name, _)| name.as_str())
-    }
-
-    pub(crate) fn time_scale(&self) -> f64 {
-        self.time.as_ref().map_or(1.0, |(_, scale)| *scale)
     }
 }

@@ -9,6 +9,7 @@ mod bag;
 mod code;
 mod columns;
 mod export;
+mod holes;
 mod measurement;
 mod record;
 mod table;
@@ -18,10 +19,11 @@ mod xml;
 
 pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
 pub use code::{CodeError, CodeModel, to_c, to_rust};
-pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity};
+pub use columns::{AXIS, AxisColumns, Columns, INDEX, Quantity, TimeColumns};
 pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
+pub use holes::{Apart, Holes};
 pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use table::{

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::holes::Holes;
 use crate::measurement::Measurement;
 use crate::uniform::{Resampled, Uniform};
 
@@ -38,6 +39,8 @@ pub struct Record {
     pub pieces: Vec<Piece>,
     /// What was done for a uniform grid.
     pub resampled: Resampled,
+    /// What was left out because it lacks a value.
+    pub holes: Option<Holes>,
 }
 
 impl Record {
@@ -47,7 +50,7 @@ impl Record {
     ) -> Self {
         let piece =
             |Uniform { begins_s, columns }| Piece { begins_s, measurement: measurement(columns) };
-        Self { pieces: pieces.into_iter().map(piece).collect(), resampled }
+        Self { pieces: pieces.into_iter().map(piece).collect(), resampled, holes: None }
     }
 
     /// All of it, where nothing is missing.
@@ -58,9 +61,10 @@ impl Record {
 
     /// What has to be known of it, if anything.
     pub fn notes(&self) -> Vec<String> {
+        let holes = self.holes.as_ref().map(ToString::to_string);
         let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());
         let cut = (self.pieces.len() > 1).then(|| Cut(&self.pieces).to_string());
-        resampled.into_iter().chain(cut).collect()
+        holes.into_iter().chain(resampled).chain(cut).collect()
     }
 }
 
@@ -68,7 +72,7 @@ impl From<Measurement> for Record {
     /// One whole piece.
     fn from(measurement: Measurement) -> Self {
         let pieces = vec![Piece { begins_s: 0.0, measurement }];
-        Self { pieces, resampled: Resampled::default() }
+        Self { pieces, resampled: Resampled::default(), holes: None }
     }
 }
 

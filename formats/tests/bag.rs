@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim_formats::{BagSpec, BagTime, Piece, Side, read_bag};
+use didim_formats::{BagSpec, BagTime, Piece, Record, Side, list_bag, read_bag};
+
+use crate::bag_writer::{Bag, State};
 
 fn golden(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
@@ -68,7 +70,11 @@ fn what_is_wrong_with_a_bag_is_said() {
     assert!(said(&bag, &spec(&["a", "d"])).contains(
         "no topic has all of the joints a d in its messages; found /joint_states (a b c finger)"
     ));
-    assert!(said(&bag, &spec(&["finger"])).contains(" s joint finger has no effort"));
+    let text = said(&bag, &spec(&["finger"]));
+    assert!(
+        text.contains("none of 19 messages on /joint_states has positions and efforts of all joints, and the first has no effort of joint finger. Simulated drives"),
+        "{text}"
+    );
     let other = BagSpec { topic: Some("/other".into()), ..abc.clone() };
     assert!(said(&bag, &other).contains("no topic has all"));
     let slow = BagSpec { rate_hz: 50.0, ..abc.clone() };
@@ -106,4 +112,90 @@ fn what_is_wrong_with_a_bag_is_said() {
         }
     }
     assert!(refused > 500, "{refused}");
+}
+
+/// 4 s of two joints at 100 Hz, and what each publisher says at an instant: when it says it \[ns later\], positions, efforts.
+fn published(path: &Path, says: impl Fn(u64, f64) -> Vec<(u64, [f64; 2], Vec<f64>)>) {
+    let mut bag = Bag::create(path);
+    for k in 0..400_u32 {
+        let t = f64::from(k) / 100.0;
+        for (later_ns, positions, efforts) in says(k.into(), t) {
+            let stamp_ns = 1_700_000_000_000_000_000 + u64::from(k) * 10_000_000 + later_ns;
+            let joints = &["a", "b"];
+            bag.state(
+                "/joint_states",
+                &State { stamp_ns, joints, positions: &positions, efforts: &efforts },
+            );
+        }
+    }
+    bag.finish();
+}
+
+#[test]
+fn efforts_that_lack_in_all_messages_are_an_error_and_in_some_a_loss() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let state = |t: f64| [(2.0 * t).sin(), (2.0 * t).cos()];
+    let read = |time: BagTime| read_bag(&path, &BagSpec { time, ..spec(&["a", "b"]) });
+    for efforts in [vec![], vec![f64::NAN; 2], vec![1.0]] {
+        published(&path, |_, t| vec![(0, state(t), efforts.clone())]);
+        let said = read(BagTime::Header).unwrap_err().to_string();
+        let joint = if efforts.len() == 1 { "b" } else { "a" };
+        let expected = format!(
+            "none of 400 messages on /joint_states has positions and efforts of all joints, and the first has no effort of joint {joint}. Simulated drives"
+        );
+        assert!(
+            said.contains(&expected) && said.contains("Record what the drives themselves tell"),
+            "{said}"
+        );
+        let lacking = &list_bag(&path).unwrap().topics[0].without_effort;
+        assert_eq!(lacking.last().map(String::as_str), Some("b"), "{efforts:?}");
+    }
+    // Before the drives are on, and while one does not answer.
+    let lacks = |k| k < 10 || (200..205).contains(&k);
+    published(&path, |k, t| vec![(0, state(t), if lacks(k) { vec![] } else { vec![1.0, 2.0] })]);
+    for time in [BagTime::Header, BagTime::Rows] {
+        let record: Record = read(time).unwrap();
+        let lengths: Vec<usize> =
+            record.pieces.iter().map(|piece| piece.measurement.samples()).collect();
+        assert_eq!(lengths, [190, 195]);
+        let said = record.notes().join("; ");
+        assert!(said.starts_with("15 of 400 messages lack a value, the first message 1, effort of joint a; they are no samples"), "{said}");
+    }
+    assert!(list_bag(&path).unwrap().topics[0].without_effort.is_empty());
+}
+
+#[test]
+fn two_publishers_of_the_same_joints_are_told_and_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let state = |t: f64| [(2.0 * t).sin(), (2.0 * t).cos()];
+    let said = |rate_hz: f64| {
+        read_bag(&path, &BagSpec { rate_hz, ..spec(&["a", "b"]) }).unwrap_err().to_string()
+    };
+    // A joint_state_publisher tells zeros between, as often or every third time.
+    for every in [1, 3] {
+        published(&path, |k, t| {
+            let mut all = vec![(0, state(t), vec![1.0, 2.0])];
+            all.extend((k % every == 0).then(|| (5_000_000, [0.0; 2], vec![0.0; 2])));
+            all
+        });
+        let said = said(200.0);
+        assert!(said.contains("joint a on /joint_states jumps to and fro in "), "{said}");
+        assert!(said.contains("Record with one of them alone, or name the `topic`"), "{said}");
+    }
+    // The same state by two, whose stamps do not keep their order.
+    published(&path, |_, t| {
+        vec![(5_000_000, state(t + 0.005), vec![1.0; 2]), (0, state(t), vec![1.0; 2])]
+    });
+    let said = said(200.0);
+    assert!(
+        said.contains(
+            "time goes back at 0.000 s after the first (row 2): two publishers of the same joints"
+        ) || said.contains("two publishers of the same joints"),
+        "{said}"
+    );
+    // One at rest that flickers is none.
+    published(&path, |k, _| vec![(0, [1e-5 * f64::from(u8::from(k % 2 == 0)), 1.0], vec![1.0; 2])]);
+    assert!(read_bag(&path, &spec(&["a", "b"])).is_ok());
 }

@@ -7,6 +7,7 @@
 )]
 
 mod bag;
+mod bag_writer;
 mod code;
 mod export;
 #[cfg(feature = "parquet")]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use didim_formats::{
-    AxisColumns, Columns, Side, Table, TableError, list_table, read_rows, read_table,
+    AxisColumns, Columns, Side, Table, TableError, TimeColumns, list_table, read_rows, read_table,
 };
 
 fn golden(name: &str) -> PathBuf {
@@ -23,7 +23,7 @@ fn columns(second: f64) -> Columns {
     Columns {
         side: Side::Joint,
         axes: 2,
-        time: Some(("t_ms".into(), second)),
+        time: Some(TimeColumns::Numbers { column: "t_ms".into(), second }),
         position: of("q_{axis}", 0.5),
         torque: of("tau_{index}", 3.0),
         reference: None,
@@ -64,15 +64,10 @@ fn types_tell_units_of_times_and_how_numbers_are_stored() {
         assert_eq!(a.len(), b.len());
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= most), "{a:?} {b:?}");
     };
-    let since_first = |table: &Table| -> Vec<f64> {
-        let times = table.time.as_ref().unwrap();
-        times.iter().map(|time| time - times[0]).collect()
-    };
     for (name, second) in [("stamps_ms", 1e-3), ("stamps_us", 1e-6), ("stamps_ns", 1e-9)] {
         assert_eq!(list_table(&file(name)).unwrap().seconds[0], Some(second));
         let table = rows(&file(name), &columns(second)).unwrap();
-        // Counted from 1970, a double has 2.4e-7 s.
-        near(&since_first(&table), text.time.as_ref().unwrap(), 3e-7);
+        near(table.time.as_ref().unwrap(), text.time.as_ref().unwrap(), 1e-15);
         for (quantity, most) in [(0, 6e-8), (1, 4e-7)] {
             for axis in 0..2 {
                 let (own, other) = (&table.signals[quantity][axis], &text.signals[quantity][axis]);
@@ -106,8 +101,6 @@ fn what_has_no_numbers_is_refused_with_the_reason_and_passed_over_where_nobody_a
         rows(&file("other"), &columns).unwrap_err().to_string()
     };
     for (column, why) in [
-        ("tau_0", "row 78, column `tau_0`: `null` is not a finite number"),
-        ("tau_1", "row 100, column `tau_1`: `NaN` is not a finite number"),
         ("mode", "column `mode` holds text or bytes, and numbers are wanted"),
         ("flag", "`flag` holds what is true or false"),
         ("day", "`day` holds dates"),
@@ -124,6 +117,36 @@ fn what_has_no_numbers_is_refused_with_the_reason_and_passed_over_where_nobody_a
     assert!(said.contains("`t_ms` holds times of the outdated type INT96"), "{said}");
     let said = read_table(&file("other"), None, 250.0, None).unwrap_err().to_string();
     assert!(said.contains("column `t_ms` is not known"), "{said}");
+}
+
+/// Null and NaN, empty fields and NaN: the same rows are no samples.
+#[test]
+fn rows_that_lack_a_value_are_left_out_alike_in_text_and_in_parquet() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("motion.csv");
+    let table = fs::read_to_string(golden("parquet.csv")).unwrap();
+    let without = |(row, line): (usize, &str)| {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        match row {
+            78 => fields[3] = "",
+            100 => fields[4] = "nan",
+            _ => {}
+        }
+        fields.join(",") + "\n"
+    };
+    fs::write(&path, table.lines().enumerate().map(without).collect::<String>()).unwrap();
+    let [text, parquet] = [path, file("other")]
+        .map(|path| read_table(&path, Some(250.0), 250.0, Some(&columns(1e-3))).unwrap());
+    assert_eq!((&parquet.pieces, parquet.resampled), (&text.pieces, text.resampled));
+    let said = [&text, &parquet].map(|record| record.holes.as_ref().unwrap().to_string());
+    assert_eq!(
+        said,
+        ["line 79", "row 78"].map(|place| format!(
+            "2 of 120 rows lack a value, the first in {place}, column `tau_0`; they are no samples"
+        ))
+    );
+    // Each is missing alone.
+    assert_eq!((parquet.pieces.len(), parquet.resampled.alone), (1, 2));
 }
 
 /// Cut off or damaged anywhere, compressed or not: read or refused in words, and never more than it says.

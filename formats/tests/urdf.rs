@@ -32,6 +32,8 @@ fn links_alone(joints: usize) -> UrdfDrives {
     }
 }
 
+const XACRO: &str = "xmlns:xacro=\"http://www.ros.org/wiki/xacro\"";
+
 #[test]
 fn torques_are_those_of_pinocchio() {
     let golden: Golden = toml::from_str(include_str!("golden/urdf.toml")).unwrap();
@@ -102,15 +104,42 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
         ("<robot/>".to_owned(), "no name"),
         ("<robot name=\"a\"/>".to_owned(), "<robot> has no link"),
         (
-            "<robot name=\"a\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:macro/></robot>".to_owned(),
-            "expand it with `xacro FILE > arm.urdf`",
+            format!("<robot name=\"a\" {XACRO}>\n<xacro:macro name=\"m\" params=\"x\"/></robot>"),
+            "line 2: it is a xacro file, `<xacro:macro>` stands there; expand it with `xacro FILE > arm.urdf`",
+        ),
+        (
+            format!("<robot name=\"a\" {XACRO}><xacro:property name=\"m\" value=\"2\"/></robot>"),
+            "`<xacro:property>` stands there; expand it",
+        ),
+        (
+            format!(
+                "<robot name=\"a\" {XACRO}><xacro:include filename=\"$(find arm)/a.xacro\"/></robot>"
+            ),
+            "`<xacro:include>` stands there; expand it",
+        ),
+        (
+            "<robot name=\"a\">\n\n<xacro:include filename=\"a.xacro\"/></robot>".to_owned(),
+            "line 3: it is a xacro file",
+        ),
+        (
+            own.replace("effort=\"50\"", "effort=\"${effort}\""),
+            "it is a xacro file, `${effort}` stands there; expand it",
         ),
         (two_links(&link("upper"), ""), "the link `upper` is there twice"),
         (two_links(&moving("elbow", "upper", "lower"), ""), "the joint `elbow` is there twice"),
         (two_links("<link/>", ""), "<link> has no name"),
-        (two_links(&joint("x", "ball", "lower", "upper"), ""), "the type \"ball\" of joint `x` does not exist"),
-        (two_links(&joint("x", "fixed", "lower", "hand"), ""), "names the link `hand`, which is not there"),
-        (two_links(&joint("x", "fixed", "lower", "upper"), ""), "closes a loop at the link `upper`"),
+        (
+            two_links(&joint("x", "ball", "lower", "upper"), ""),
+            "the type \"ball\" of joint `x` does not exist",
+        ),
+        (
+            two_links(&joint("x", "fixed", "lower", "hand"), ""),
+            "names the link `hand`, which is not there",
+        ),
+        (
+            two_links(&joint("x", "fixed", "lower", "upper"), ""),
+            "closes a loop at the link `upper`",
+        ),
         (two_links(&joint("x", "fixed", "lower", "base"), ""), "closes a loop"),
         (two_links(&link("other"), ""), "no joint leads to any of the links base other"),
         (
@@ -122,12 +151,18 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
             "joint `x` is floating",
         ),
         (two_links("", "<mimic joint=\"shoulder\"/>"), "joint `elbow` follows `shoulder`"),
-        (own.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>"), "`0 0 0` of `xyz` is not a direction"),
+        (
+            own.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>"),
+            "`0 0 0` of `xyz` is not a direction",
+        ),
         (own.replace("0.5 0 0", "0.5 0"), "`0.5 0` of `xyz` is not three numbers"),
         (own.replace("0.5 0 0", "0.5 0 inf"), "not three numbers"),
         (own.replace("effort=\"50\"", "effort=\"0\""), "no positive effort"),
         (own.replace("upper=\"1\"", "upper=\"-1\""), "a range from -1 to -1"),
-        (own.replace("<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>", ""), "no limits"),
+        (
+            own.replace("<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>", ""),
+            "no limits",
+        ),
         (own.replace("type=\"revolute\"", "type=\"fixed\""), "0 joints move between"),
     ];
     for (text, expected) in cases {

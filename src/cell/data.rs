@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use didim_core::identification::SignalTiming;
 use didim_core::robot::{JointKind, Robot};
 use didim_drivers::layout::TorqueValidity;
-use didim_formats::{AXIS, AxisColumns, BagSpec, BagTime, Columns, INDEX, Side};
+use didim_formats::{AXIS, AxisColumns, BagSpec, BagTime, Columns, INDEX, Side, TimeColumns};
 use serde::Deserialize;
 
 /// Tables (CSV) of measured signals. Without columns they are didim's own: `motor_position_rad_1` and so on.
@@ -67,14 +67,22 @@ pub struct EffortSection {
     pub sign: Option<OneOrEach<f64>>,
 }
 
-/// The column of the time.
+/// The time: a column, or a stamp in two.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a column such as { column = \"t\", unit = \"ms\" }")]
 pub struct TimeColumn {
     /// Its name.
-    pub column: String,
-    /// Its unit: s, ms, us or ns.
-    pub unit: String,
+    #[serde(default)]
+    pub column: Option<String>,
+    /// Its unit: s, ms, us or ns; iso8601, of dates.
+    #[serde(default)]
+    pub unit: Option<String>,
+    /// Or the column of the stamp's whole seconds,
+    #[serde(default)]
+    pub sec: Option<String>,
+    /// and that of the nanoseconds beyond them.
+    #[serde(default)]
+    pub nanosec: Option<String>,
 }
 
 /// The columns of one quantity.
@@ -159,6 +167,8 @@ const TORQUES: Units = Units {
     ],
     amperes: true,
 };
+/// What stands for a unit of dates in text.
+pub(crate) const DATES: &str = "iso8601";
 const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
@@ -256,12 +266,29 @@ fn kinds(robot: &Robot) -> Vec<JointKind> {
     robot.chain().iter().map(|joint| joint.kind).collect()
 }
 
-fn time(TimeColumn { column, unit }: &TimeColumn) -> Result<(String, f64), Wrong> {
+fn time(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
+    let TimeColumn { column, unit, sec, nanosec } = time;
+    let (column, unit) = match (column, unit, sec, nanosec) {
+        (Some(column), Some(unit), None, None) => (column.clone(), unit),
+        (None, None, Some(sec), Some(nanosec)) => {
+            return Ok(TimeColumns::Parts { sec: sec.clone(), nanosec: nanosec.clone() });
+        }
+        _ => {
+            let problem = "is one column or two; give `column` and `unit`, or `sec` and `nanosec`";
+            return Err(("data.time", problem.to_owned()));
+        }
+    };
+    if unit == DATES {
+        return Ok(TimeColumns::Dates { column });
+    }
     let found = TIMES.iter().find(|(name, _)| name == unit);
-    let (_, scale) = found.ok_or_else(|| {
-        ("data.time", format!("has the unit \"{unit}\"; use \"s\", \"ms\", \"us\" or \"ns\""))
+    let (_, second) = found.ok_or_else(|| {
+        let problem = format!(
+            "has the unit \"{unit}\"; use \"s\", \"ms\", \"us\" or \"ns\", of dates \"{DATES}\""
+        );
+        ("data.time", problem)
     })?;
-    Ok((column.clone(), *scale))
+    Ok(TimeColumns::Numbers { column, second: *second })
 }
 
 fn axis_columns(

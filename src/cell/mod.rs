@@ -28,6 +28,7 @@ use didim_formats::{BagSpec, Columns, UrdfArm};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
+pub(crate) use data::DATES;
 pub use data::{DataColumns, DataSection};
 pub use error::CellError;
 pub use file::{

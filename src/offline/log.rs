@@ -101,7 +101,7 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
             "{file}: {without_reference} of {all} samples have no reference, so the reference is not used"
         );
     }
-    Ok(Record { pieces, resampled: Resampled::default() })
+    Ok(Record { pieces, resampled: Resampled::default(), holes: None })
 }
 
 /// A target takes effect at the SYNC after its frame, so that the first cycle of a piece has none. Without this, one

@@ -12,6 +12,7 @@ mod names;
 mod nodes;
 mod plausible;
 mod table;
+mod time;
 mod value;
 
 use std::path::Path;

@@ -112,6 +112,26 @@ pub(super) fn meaning(name: &str) -> Option<Meaning> {
     }
 }
 
+/// Words of whole seconds, and of nanoseconds beyond them.
+const PARTS: [&[&str]; 2] =
+    [&["sec", "secs", "seconds"], &["nanosec", "nsec", "nanosecs", "nsecs", "nanoseconds"]];
+
+/// Pairs of columns that are the two parts of a stamp: of one name but for its last word.
+pub(super) fn stamps(columns: &[String]) -> Vec<[&String; 2]> {
+    let stem = |name: &'_ String, part: usize| -> Option<String> {
+        let at = name.rfind(|c: char| !c.is_alphabetic()).map_or(0, |at| at + 1);
+        let (stem, last) = name.split_at_checked(at)?;
+        PARTS[part].contains(&last.to_lowercase().as_str()).then(|| stem.to_owned())
+    };
+    let mut pairs = Vec::new();
+    for sec in columns {
+        let own = stem(sec, 0);
+        let nanosec = columns.iter().find(|other| own.is_some() && stem(other, 1) == own);
+        pairs.extend(nanosec.map(|nanosec| [sec, nanosec]));
+    }
+    pairs
+}
+
 /// Columns of one quantity, one for each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Group {

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, mean_rate_hz, read_rows};
+use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::names::{Group, Meaning, counted_otherwise, groups, meaning, unit, words};
-use super::plausible::{Look, RATES_HZ, rounded, torque_valid};
+use super::plausible::{Look, torque_valid};
+use super::time::Time;
 use super::value::{Guess, WHICH_POSITION, WHICH_SIDE, WHICH_SIGN, WHICH_TORQUE, list, quoted};
 use crate::cell::OPEN;
 
@@ -19,9 +20,6 @@ const TORQUES: &[(&str, &str)] =
     &[("nm", "Nm"), ("mnm", "mNm"), ("a", "A"), ("amp", "A"), ("ampere", "A"), ("n", "N")];
 /// Names that say what was measured, where there are several of a kind.
 const MEASURED: &[&str] = &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
-const TIME_UNITS: &[(&str, &str)] =
-    &[("s", "s"), ("sec", "s"), ("ms", "ms"), ("us", "us"), ("µs", "us"), ("ns", "ns")];
-const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 pub(super) fn propose(
     draft: &mut Draft<'_>,
@@ -33,19 +31,6 @@ pub(super) fn propose(
     table.propose(draft)
 }
 
-/// The column of the time.
-struct Time {
-    /// Nothing where there are several.
-    name: Option<String>,
-    /// Then these.
-    others: Vec<String>,
-    unit: Option<&'static str>,
-    /// By its unit \[Hz\].
-    rate_hz: Option<f64>,
-    /// Whether somebody, or the name, states the unit.
-    is_stated: bool,
-}
-
 struct Table<'a> {
     file: &'a PathBuf,
     names: &'a TableNames,
@@ -55,7 +40,7 @@ struct Table<'a> {
 
 impl Table<'_> {
     fn propose(&self, draft: &mut Draft<'_>) -> Result<(), ProposalError> {
-        let time = self.time(draft)?;
+        let time = Time::find(draft, self.file, self.names)?;
         let rate_hz = match &time {
             Some(Time { rate_hz: Some(rate_hz), is_stated, .. }) => {
                 let guess = if *is_stated { Guess::found } else { Guess::assumed };
@@ -76,60 +61,6 @@ impl Table<'_> {
         }
     }
 
-    /// The column of the time, where one is found, named or asked for.
-    fn time(&self, draft: &Draft<'_>) -> Result<Option<Time>, ProposalError> {
-        let named = |name: &&String| meaning(name) == Some(Meaning::Time);
-        let found: Vec<&String> = self.names.columns.iter().filter(named).collect();
-        let (name, others) =
-            match (self.names.own, draft.answered_text("data.time.column"), found.as_slice()) {
-                (Some((_, true)), ..) => ("time_s".to_owned(), Vec::new()),
-                (Some((_, false)), ..) | (None, None, []) => return Ok(None),
-                (None, Some(answered), _) => (answered, Vec::new()),
-                (None, None, [one]) => ((*one).clone(), Vec::new()),
-                (None, None, several) => {
-                    let others = several.iter().map(|name| format!("`{name}`")).collect();
-                    return Ok(Some(Time {
-                        name: None,
-                        others,
-                        unit: None,
-                        rate_hz: None,
-                        is_stated: false,
-                    }));
-                }
-            };
-        let mut types = self.names.columns.iter().zip(&self.names.seconds);
-        let by_type = types.find(|(own, _)| **own == name).and_then(|(_, second)| *second);
-        let second = by_type.unwrap_or(1.0);
-        let times = match read_rows(self.file, Some(&Columns::of_time(name.clone(), second))) {
-            Ok(table) => table.time.unwrap_or_default(),
-            // A date, or whatever is no number.
-            Err(TableError::NotANumber { .. } | TableError::NoNumbers { .. }) => return Ok(None),
-            Err(error) => return Err(error.into()),
-        };
-        if let Some(row) = times.windows(2).position(|pair| pair[1] < pair[0]) {
-            let (file, column, row) = (self.file.clone(), name, row + 2);
-            return Err(ProposalError::Backwards { file, column, row });
-        }
-        let Some(rate_hz) = mean_rate_hz(&times) else { return Ok(None) };
-        // By the unit of its type the times are seconds already.
-        let of = |unit: f64| rate_hz * second / unit;
-        let by_type = TIMES.into_iter().find(|(_, second)| by_type == Some(*second));
-        let by_type = by_type.map(|(unit, _)| Ok(unit.to_owned()));
-        let stated = draft.answered_text("data.time.unit").map(Ok).or(by_type);
-        let stated = stated.or_else(|| Some(unit(&name, TIME_UNITS)?.map(str::to_owned)));
-        let is_stated = matches!(stated, Some(Ok(_)));
-        let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
-        let fits = match stated {
-            Some(Ok(stated)) => TIMES.into_iter().find(|(unit, _)| *unit == stated),
-            Some(Err(_)) => None,
-            // A slow log in seconds, or a fast one in milliseconds; a number of the row is no time.
-            None if counts || (1.0..RATES_HZ.start).contains(&of(1.0)) => None,
-            None => TIMES.into_iter().find(|(_, second)| RATES_HZ.contains(&of(*second))),
-        };
-        let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(of(second)))).unzip();
-        Ok(Some(Time { name: Some(name), others, unit, rate_hz, is_stated }))
-    }
-
     /// Positions and torques as they stand.
     fn columns(&self, position: &Group, torque: &Group) -> Result<[Vec<Vec<f64>>; 3], TableError> {
         let axes = self.robot.joints();
@@ -146,22 +77,8 @@ impl Table<'_> {
     }
 
     fn of_others(&self, draft: &mut Draft<'_>, time: Option<&Time>) -> Result<(), ProposalError> {
-        if let Some(Time { name, others, unit, rate_hz, is_stated }) = time {
-            let column = match name {
-                Some(name) => Guess::found(quoted(name), "by its name"),
-                None => {
-                    Guess::open(&format!("the column of the time, one of {}", others.join(" ")))
-                }
-            };
-            draft.put(SECTION, "time.column", column);
-            let unit = match unit.zip(*rate_hz) {
-                Some((unit, rate_hz)) => {
-                    let guess = if *is_stated { Guess::found } else { Guess::assumed };
-                    guess(quoted(unit), &format!("the rows are then {rate_hz:.6} a second"))
-                }
-                None => Guess::open("the unit of the time: \"s\", \"ms\", \"us\" or \"ns\""),
-            };
-            draft.put(SECTION, "time.unit", unit);
+        if let Some(time) = time {
+            time.put(draft, SECTION);
         }
         let axes = self.robot.joints();
         if self.names.columns.len() < 2 * axes {

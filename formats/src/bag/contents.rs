@@ -19,7 +19,7 @@ pub struct BagTopic {
     pub name: String,
     /// Joints that these messages name, sorted: of a topic with several publishers there is one entry for each of their sets.
     pub joints: Vec<String>,
-    /// Those of them that a message gives no finite effort.
+    /// Those of them that no message gives a finite effort.
     pub without_effort: Vec<String>,
     /// Messages.
     pub messages: usize,
@@ -38,8 +38,8 @@ pub struct BagContents {
     pub robot_description: Option<String>,
 }
 
-/// What was seen of a topic, and the stamps and times of recording of its messages.
-type Seen = (BagTopic, [Vec<u64>; 2]);
+/// What was seen of a topic, the joints with an effort, and the stamps and times of recording of its messages.
+type Seen = (BagTopic, Vec<String>, [Vec<u64>; 2]);
 
 /// Looks through a bag, which may be the folder of a split one.
 ///
@@ -63,10 +63,14 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
                     let state = state.map_err(|_| malformed(&file, name, messages))?;
                     let mut joints = state.name.clone();
                     joints.sort_unstable();
-                    let (topic, [header, log]) =
+                    let (topic, with_effort, [header, log]) =
                         found.entry((name.to_owned(), joints)).or_default();
                     topic.messages += 1;
-                    topic.see(&state);
+                    for (joint, effort) in state.name.iter().zip(&state.effort) {
+                        if effort.is_finite() && !with_effort.contains(joint) {
+                            with_effort.push(joint.clone());
+                        }
+                    }
                     if header.len() < MAX_SAMPLES {
                         header.push(state.stamp_ns);
                         log.push(log_ns);
@@ -77,20 +81,12 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
             Ok(())
         })?;
     }
-    for ((name, joints), (topic, [header, log])) in found {
+    for ((name, joints), (topic, with_effort, [header, log])) in found {
         let [header_hz, log_hz] = [header, log].map(|times| mean_rate_hz(&after_first_s(&times)));
-        contents.topics.push(BagTopic { name, joints, header_hz, log_hz, ..topic });
+        let without = joints.iter().filter(|joint| !with_effort.contains(joint));
+        let without_effort = without.cloned().collect();
+        let topic = BagTopic { name, joints, without_effort, header_hz, log_hz, ..topic };
+        contents.topics.push(topic);
     }
     Ok(contents)
-}
-
-impl BagTopic {
-    fn see(&mut self, state: &JointState) {
-        for (k, name) in state.name.iter().enumerate() {
-            let effort = state.effort.get(k).is_some_and(|effort| effort.is_finite());
-            if !effort && !self.without_effort.contains(name) {
-                self.without_effort.push(name.clone());
-            }
-        }
-    }
 }

@@ -71,17 +71,33 @@ pub enum BagError {
         /// Them.
         topics: String,
     },
-    /// A message lacks positions or efforts.
-    #[error("{}: at {time_s:.3} s joint {joint} has no {what}; is it recorded from the drives?", file.display())]
+    /// Every message lacks positions or efforts.
+    #[error("{}: none of {messages} messages on {topic} has positions and efforts of all joints, and the first has no {what} of joint {joint}. Simulated drives and those without a torque or a current leave `effort` empty or NaN: nothing can be identified without it. Record what the drives themselves tell, as `topic` in [data.bag] where it is another one", file.display())]
     Missing {
         /// The file.
         file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// How many.
+        messages: usize,
         /// The joint's name.
         joint: String,
         /// `position` or `effort`.
         what: &'static str,
-        /// When.
-        time_s: f64,
+    },
+    /// Messages of two publishers by turns.
+    #[error("{}: joint {joint} on {topic} jumps to and fro in {jumps} of {messages} messages: two publishers tell other states of it, as a joint_state_publisher beside the drives does. Record with one of them alone, or name the `topic` that is of the drives in [data.bag]", file.display())]
+    TwoPublishers {
+        /// The file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// The joint's name.
+        joint: String,
+        /// How often.
+        jumps: usize,
+        /// Of how many.
+        messages: usize,
     },
     /// The times of the messages are none of a record.
     #[error("{}: {source}", file.display())]

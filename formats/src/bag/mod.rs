@@ -6,6 +6,7 @@ mod error;
 mod mcap;
 mod messages;
 mod spec;
+mod turns;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,6 +16,7 @@ use didim_core::identification::Signals;
 pub use error::BagError;
 pub use spec::{BagSpec, BagTime};
 
+use crate::holes::Holes;
 use crate::measurement::{MAX_SAMPLES, Measurement};
 use crate::record::Record;
 use crate::uniform::{Rows, TimesError, resample};
@@ -29,12 +31,26 @@ const LISTED: usize = 12;
 struct Topic {
     joints: Vec<String>,
     messages: usize,
+    /// Messages with all of the joints that are asked for.
+    complete: usize,
+    /// Those of them that lack a value, and are left out.
+    lacking: usize,
+    first: Option<Lacking>,
     times_ns: Vec<u64>,
     /// Positions, then efforts.
     columns: Vec<Vec<f64>>,
 }
 
-/// Reads the joint states of a bag at its rate, cut where messages are missing.
+/// The first message that lacks a value.
+struct Lacking {
+    /// Which of those with all joints, from 1.
+    number: usize,
+    /// `position` or `effort`.
+    what: &'static str,
+    joint: String,
+}
+
+/// Reads the joint states of a bag at its rate, cut where messages are missing or lack a value.
 ///
 /// # Errors
 /// [`BagError`].
@@ -43,7 +59,17 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     for file in files(path)? {
         read_file(&file, spec, &mut topics)?;
     }
-    let (_, Topic { times_ns, columns, .. }) = choose(path, topics, spec)?;
+    let (name, topic) = choose(path, topics, spec)?;
+    let Topic { times_ns, columns, complete, lacking, first, .. } = topic;
+    let positions = &columns[..spec.joints.len()];
+    if let Some((joint, jumps)) = turns::two_publishers(positions) {
+        let (file, joint, messages) = (path.into(), spec.joints[joint].clone(), times_ns.len());
+        return Err(BagError::TwoPublishers { file, topic: name, joint, jumps, messages });
+    }
+    let holes = first.map(|Lacking { number, what, joint }| {
+        let first = format!("message {number}, {what} of joint {joint}");
+        Holes { lacking, of: complete, what: "messages", first }
+    });
     let measurement = |columns: Vec<Vec<f64>>| {
         let mut position = columns;
         let mut torque = position.split_off(spec.joints.len());
@@ -59,12 +85,18 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         Measurement { side: spec.side, rate_unchecked: spec.time == BagTime::Rows, signals }
     };
     let wrong = |source| BagError::Times { file: path.to_path_buf(), source };
+    let mut times_s = after_first_s(&times_ns);
     if spec.time == BagTime::Rows {
-        let enough = times_ns.len() > 1;
-        return enough.then(|| measurement(columns).into()).ok_or(wrong(TimesError::TooShort));
+        if holes.is_none() {
+            let enough = times_ns.len() > 1;
+            return enough.then(|| measurement(columns).into()).ok_or(wrong(TimesError::TooShort));
+        }
+        // They count messages.
+        times_s.iter_mut().for_each(|time| *time *= 1e9 / spec.rate_hz);
     }
-    let rows = Rows { times_s: after_first_s(&times_ns), columns };
-    Ok(Record::resampled(resample(rows, spec.rate_hz).map_err(wrong)?, measurement))
+    let rows = Rows { times_s, columns };
+    let record = Record::resampled(resample(rows, spec.rate_hz).map_err(wrong)?, measurement);
+    Ok(Record { holes, ..record })
 }
 
 /// Takes every topic with joint states of a file.
@@ -105,27 +137,33 @@ impl Topic {
         let Some(places) = spec.joints.iter().map(place).collect::<Option<Vec<usize>>>() else {
             return Ok(());
         };
+        self.complete += 1;
         let time_ns = match spec.time {
             BagTime::Header => state.stamp_ns,
             BagTime::Log => log_ns,
-            BagTime::Rows => self.times_ns.len() as u64,
+            BagTime::Rows => self.complete as u64,
         };
         if self.times_ns.len() == MAX_SAMPLES {
             return Err(BagError::TooLong { file: path.to_path_buf() });
         }
-        self.columns.resize_with(2 * places.len(), Vec::new);
-        let mut columns = self.columns.iter_mut();
+        let mut row = Vec::with_capacity(2 * places.len());
         for (what, of) in [("position", &state.position), ("effort", &state.effort)] {
-            for ((place, joint), column) in places.iter().zip(&spec.joints).zip(&mut columns) {
+            for (place, joint) in places.iter().zip(&spec.joints) {
                 let Some(value) = of.get(*place).copied().filter(|value| value.is_finite()) else {
-                    #[expect(clippy::cast_precision_loss, reason = "for people")]
-                    let time_s = time_ns as f64 * 1e-9;
-                    let (file, joint) = (path.to_path_buf(), joint.clone());
-                    return Err(BagError::Missing { file, joint, what, time_s });
+                    self.lacking += 1;
+                    let number = self.complete;
+                    self.first.get_or_insert_with(|| Lacking {
+                        number,
+                        what,
+                        joint: joint.clone(),
+                    });
+                    return Ok(());
                 };
-                column.push(value);
+                row.push(value);
             }
         }
+        self.columns.resize_with(row.len(), Vec::new);
+        self.columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
         self.times_ns.push(time_ns);
         Ok(())
     }
@@ -141,12 +179,17 @@ fn choose(
         .map(|(name, topic)| format!("{name} ({})", topic.joints.join(" ")))
         .collect();
     let wanted = |name: &String| spec.topic.as_ref().is_none_or(|wanted| wanted == name);
-    let mut fitting: Vec<(String, Topic)> = topics
-        .into_iter()
-        .filter(|(name, topic)| wanted(name) && !topic.times_ns.is_empty())
-        .collect();
+    let (mut fitting, others): (Vec<(String, Topic)>, Vec<_>) = (topics.into_iter())
+        .filter(|(name, _)| wanted(name))
+        .partition(|(_, topic)| !topic.times_ns.is_empty());
     let file = path.to_path_buf();
+    let lacking = others.into_iter().find_map(|(name, Topic { complete, first, .. })| {
+        first.map(|first| (name, complete, first))
+    });
     match fitting.len() {
+        0 if let Some((topic, messages, Lacking { what, joint, .. })) = lacking => {
+            Err(BagError::Missing { file, topic, messages, joint, what })
+        }
         0 => {
             let (wanted, none) = (spec.joints.join(" "), "no topic of joint states".to_owned());
             let found = if found.is_empty() { none } else { found.join(", ") };

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::place::Place;
+use crate::holes::{Apart, Holes};
 use crate::measurement::MAX_SAMPLES;
 use crate::uniform::TimesError;
 
@@ -33,7 +34,7 @@ pub enum TableError {
         what: String,
     },
     /// A column whose type has no numbers: convert it.
-    #[error("{}: column `{column}` holds {what}, and numbers are wanted; write it as DOUBLE", file.display())]
+    #[error("{}: column `{column}` holds {what}, and numbers are wanted; write it as DOUBLE, a time as TIMESTAMP", file.display())]
     NoNumbers {
         /// The file.
         file: PathBuf,
@@ -104,6 +105,34 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
     },
+    /// A column that is asked for and has nothing.
+    #[error("{}: column `{column}` has no value in any row; was it recorded? Name another column in [data], or record it", file.display())]
+    NoValues {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// Rows that lack values, and a whole experiment is wanted.
+    #[error("{}: {holes}; a whole experiment is wanted", file.display())]
+    Holes {
+        /// The file.
+        file: PathBuf,
+        /// Them.
+        holes: Holes,
+    },
+    /// So many rows lack values that the others are no record: signals of other rates, each in rows of its own.
+    #[error("{}: {holes}. The others are no record: {source}. {apart}: signals of other sources or rates, each in its own rows? Put all on common times, the positions' as a rule, before they are exported, or record them in one message", file.display())]
+    Apart {
+        /// The file.
+        file: PathBuf,
+        /// The rows that lack one.
+        holes: Holes,
+        /// What is wrong with the others.
+        source: TimesError,
+        /// Two columns that show it.
+        apart: Box<Apart>,
+    },
     /// A field that is not a finite number.
     #[error("{}: {place}, column `{column}`: `{text}` is not a finite number", file.display())]
     NotANumber {
@@ -115,6 +144,44 @@ pub enum TableError {
         column: String,
         /// What stands there.
         text: String,
+    },
+    /// A field that is no date, where dates are stated.
+    #[error("{}: {place}, column `{column}`: `{text}` is no date with a time of day (ISO 8601); write 2024-05-01T12:00:00.123456Z or with an offset as +02:00, or state the unit that the column has in data.time", file.display())]
+    NotADate {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A date, where numbers are stated.
+    #[error("{}: {place}, column `{column}`: `{text}` is a date, and a number is stated; state unit = \"iso8601\" in data.time", file.display())]
+    Date {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A part of a stamp that cannot be one.
+    #[error("{}: {place}, column `{column}`: {value} is not {wanted}; put the right column into data.time, or one with its unit as `column`", file.display())]
+    NotAPart {
+        /// The file.
+        file: PathBuf,
+        /// Where it stands.
+        place: Place,
+        /// The column's header name.
+        column: String,
+        /// What stands there.
+        value: f64,
+        /// What was expected.
+        wanted: &'static str,
     },
     /// Neither a `time_s` column nor a sample rate was given: give one of them.
     #[error("{}: there is no time_s column; give the sampling frequency with --sample-rate HZ", file.display())]
@@ -131,15 +198,15 @@ pub enum TableError {
         source: TimesError,
     },
     /// Time does not advance by one period per row: samples are missing or repeated there.
-    #[error("{}: {place}: time_s = {time_s} leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9}); samples are missing or repeated", file.display())]
+    #[error("{}: {place}: the time, {time_s:.9} s after the first, leaves the uniform grid of {sample_rate_hz:.6} Hz (expected {expected_s:.9} s); samples are missing or repeated", file.display())]
     NotUniform {
         /// The file.
         file: PathBuf,
         /// Where it stands.
         place: Place,
-        /// The time that stands there \[s\].
+        /// The time that stands there, after the first \[s\].
         time_s: f64,
-        /// The time that the grid has there \[s\].
+        /// The time that the grid has there, after the first \[s\].
         expected_s: f64,
         /// The grid's frequency \[Hz\].
         sample_rate_hz: f64,

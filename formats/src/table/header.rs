@@ -3,13 +3,20 @@
 use std::path::Path;
 
 use super::error::TableError;
-use crate::columns::{Columns, Quantity};
+use crate::columns::{Columns, Quantity, TimeColumns};
 use crate::measurement::Side;
 
 /// What one column of the file holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Column {
+    /// The time in numbers.
     Time,
+    /// The time in dates.
+    Date,
+    /// Whole seconds of the time.
+    Seconds,
+    /// Nanoseconds beyond them.
+    Nanoseconds,
     Signal(Quantity, usize),
     /// Nothing that is asked for.
     Other,
@@ -99,8 +106,14 @@ impl Header {
                 }
             }
         };
-        if let Some(time) = wanted.time_name() {
-            set(time, Column::Time)?;
+        match &wanted.time {
+            None => {}
+            Some(TimeColumns::Numbers { column, .. }) => set(column, Column::Time)?,
+            Some(TimeColumns::Dates { column }) => set(column, Column::Date)?,
+            Some(TimeColumns::Parts { sec, nanosec }) => {
+                set(sec, Column::Seconds)?;
+                set(nanosec, Column::Nanoseconds)?;
+            }
         }
         for quantity in Quantity::ALL {
             let given = wanted.names(quantity);
@@ -117,7 +130,7 @@ impl Header {
             side: wanted.side,
             axes: wanted.axes,
             columns,
-            has_time: wanted.time_name().is_some(),
+            has_time: wanted.time.is_some(),
             has_reference: !wanted.names(Quantity::Reference).is_empty(),
         })
     }

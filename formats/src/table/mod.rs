@@ -13,6 +13,7 @@ mod parquet;
 mod place;
 mod source;
 mod text;
+mod time;
 mod write;
 
 use std::fs::File;
@@ -22,10 +23,11 @@ use std::path::Path;
 use didim_core::identification::Signals;
 use flate2::bufread::MultiGzDecoder;
 
-use crate::columns::{Columns, Quantity};
+use crate::columns::{Columns, Quantity, TimeColumns};
+use crate::holes::{Apart, Holes, Whole};
 use crate::measurement::{Measurement, Side};
 use crate::record::Record;
-use crate::uniform::{Rows, resample};
+use crate::uniform::{Rows, TimesError, resample};
 use grid::{Grid, grid};
 use header::{Column, Header};
 use source::{Source, Values};
@@ -43,12 +45,15 @@ pub use write::write_csv;
 /// See [`TableError`].
 pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement, TableError> {
     let table = read(open(path, None)?, path, sample_rate_hz.is_none(), None)?;
+    if let Some(Lacking { holes, .. }) = table.lacking {
+        return Err(TableError::Holes { file: path.to_path_buf(), holes });
+    }
     let rate_hz = table.grid(sample_rate_hz, path)?.rate_hz;
     Ok(table.measurement(rate_hz))
 }
 
 /// Reads a table of didim's own columns, or of others. Times that jitter are resampled to `nominal_hz`, and cut where samples are
-/// missing.
+/// missing or lack a value.
 ///
 /// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
 ///
@@ -61,6 +66,38 @@ pub fn read_table(
     columns: Option<&Columns>,
 ) -> Result<Record, TableError> {
     let mut table = read(open(path, columns)?, path, sample_rate_hz.is_none(), columns)?;
+    let lacking = table.lacking.take();
+    if let (None, Some(lacking), Some(rate_hz)) = (&table.time, &lacking, sample_rate_hz) {
+        // Without times a row is where it stands.
+        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        let time_s = |row: &usize| *row as f64 / rate_hz;
+        table.time = Some(lacking.whole.rows.iter().map(time_s).collect());
+    }
+    let mut record = record(table, path, sample_rate_hz, nominal_hz);
+    match (&mut record, lacking) {
+        (_, None) => {}
+        (Ok(record), Some(Lacking { holes, .. })) => record.holes = Some(holes),
+        (Err(error), Some(Lacking { holes, apart, .. })) => {
+            let source = match *error {
+                TableError::Times { source, .. } => source,
+                TableError::RateMismatch { found_hz, given_hz: stated_hz, .. } => {
+                    TimesError::Rate { found_hz, stated_hz }
+                }
+                _ => return record,
+            };
+            return Err(TableError::Apart { file: path.to_path_buf(), holes, source, apart });
+        }
+    }
+    record
+}
+
+/// The record of whole rows.
+fn record(
+    mut table: Table,
+    path: &Path,
+    sample_rate_hz: Option<f64>,
+    nominal_hz: f64,
+) -> Result<Record, TableError> {
     let Table { side, axes, first_row, resolution_s, .. } = table;
     // Off the grid by more than the digits that they are written with, times jitter.
     match table.grid(sample_rate_hz, path) {
@@ -76,7 +113,9 @@ pub fn read_table(
             Ok(Record::resampled(uniform, |columns| {
                 let mut columns = columns.into_iter();
                 let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
-                Table { side, axes, first_row, time: None, resolution_s, signals }.measurement(rate)
+                let (time, lacking) = (None, None);
+                Table { side, axes, first_row, time, resolution_s, signals, lacking }
+                    .measurement(rate)
             }))
         }
         Err(error) => Err(error),
@@ -151,12 +190,23 @@ pub struct Table {
     side: Side,
     axes: usize,
     first_row: Place,
-    /// The time of each row, where there is one \[s\].
+    /// The time of each row after the first, where there is one \[s\].
     pub time: Option<Vec<f64>>,
     /// What the last digit of the finest of them is worth \[s\].
     resolution_s: f64,
     /// Positions, torques and references by axis; no references where there are none.
     pub signals: [Vec<Vec<f64>>; 3],
+    /// The rows that lack a value and were left out, if any.
+    lacking: Option<Lacking>,
+}
+
+/// Rows that lack a value.
+#[derive(Clone, Debug, PartialEq)]
+struct Lacking {
+    /// The others.
+    whole: Whole,
+    holes: Holes,
+    apart: Box<Apart>,
 }
 
 /// Times that are off the grid by less of a period are on it for whoever derives positions.
@@ -190,26 +240,36 @@ fn read(
     if needs_time && !header.has_time {
         return Err(TableError::NoTime { file: file() });
     }
-    let second = columns.map_or(1.0, Columns::time_scale);
-    if let Some(index) = header.columns.iter().position(|column| *column == Column::Time)
+    let second = match columns.and_then(|columns| columns.time.as_ref()) {
+        Some(TimeColumns::Numbers { second, .. }) => *second,
+        _ => 1.0,
+    };
+    let is_time = |column: &Column| matches!(column, Column::Time | Column::Date);
+    if let Some(index) = header.columns.iter().position(is_time)
         && let Some(own) = source.second(index)
-        && (own / second - 1.0).abs() > f64::EPSILON
+        && let is_date = header.columns[index] == Column::Date
+        && (is_date || (own / second - 1.0).abs() > f64::EPSILON)
     {
         let column = source.names()[index].clone();
-        let (found, stated) = (unit_of_time(own), unit_of_time(second));
+        let stated = if is_date { "dates in text (iso8601)" } else { unit_of_time(second) };
+        let found = unit_of_time(own);
         return Err(TableError::TimeUnit { file: file(), column, found, stated });
     }
-    let first_row = source.first_row();
-    let Values { columns: numbers, resolution } = source.read(&header.columns)?;
+    let (first_row, names) = (source.first_row(), source.names().to_vec());
+    let Values { columns: mut numbers, mut resolution } = source.read(&header.columns)?;
+    let lacking = leave_out(&mut numbers, &names, first_row, path)?;
     let (mut time, mut rows) = (None, 0);
+    let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
     if !header.has_reference {
         signals[Quantity::Reference as usize].clear();
     }
-    for (column, mut numbers) in header.columns.iter().zip(numbers) {
+    for (index, (column, mut numbers)) in header.columns.iter().zip(numbers).enumerate() {
         rows = rows.max(numbers.len());
         match *column {
-            Column::Time => {
+            Column::Seconds => parts[0] = Some((index, numbers)),
+            Column::Nanoseconds => parts[1] = Some((index, numbers)),
+            Column::Time | Column::Date => {
                 numbers.iter_mut().for_each(|time| *time *= second);
                 time = Some(numbers);
             }
@@ -221,12 +281,58 @@ fn read(
             Column::Other => {}
         }
     }
+    if let [Some((sec, seconds)), Some((nanosec, nanoseconds))] = parts {
+        let wrong = |(is_sec, (row, value, wanted)): (bool, time::NotAPart)| {
+            let column = names[if is_sec { sec } else { nanosec }].clone();
+            TableError::NotAPart {
+                file: file(),
+                place: first_row
+                    .after(lacking.as_ref().map_or(row, |lacking| lacking.whole.rows[row])),
+                column,
+                value,
+                wanted,
+            }
+        };
+        time = Some(time::of_parts(&seconds, &nanoseconds).map_err(wrong)?);
+        resolution = 1e-9;
+    }
     if rows < 2 {
         return Err(TableError::TooShort { file: file() });
     }
     let resolution_s = second * resolution;
     let Header { side, axes, .. } = header;
-    Ok(Table { side, axes, first_row, time, resolution_s, signals })
+    Ok(Table { side, axes, first_row, time, resolution_s, signals, lacking })
+}
+
+/// Leaves out the rows that lack a value.
+fn leave_out(
+    columns: &mut [Vec<f64>],
+    names: &[String],
+    first_row: Place,
+    path: &Path,
+) -> Result<Option<Lacking>, TableError> {
+    let file = path.to_path_buf();
+    let is_empty = |column: &Vec<f64>| !column.is_empty() && column.iter().all(|v| v.is_nan());
+    if let Some(index) = columns.iter().position(is_empty) {
+        return Err(TableError::NoValues { file, column: names[index].clone() });
+    }
+    let (Some(whole), Some(apart)) = (Whole::of(columns), Apart::of(columns, names)) else {
+        return Ok(None);
+    };
+    let (row, column) = whole.first;
+    let holes = Holes {
+        lacking: whole.of - whole.rows.len(),
+        of: whole.of,
+        what: "rows",
+        first: format!("in {}, column `{}`", first_row.after(row), names[column]),
+    };
+    let apart = Box::new(apart);
+    if whole.rows.len() < 2 {
+        let source = TimesError::TooShort;
+        return Err(TableError::Apart { file, holes, source, apart });
+    }
+    columns.iter_mut().for_each(|column| whole.keep(column));
+    Ok(Some(Lacking { whole, holes, apart }))
 }
 
 /// A unit of time in words, by the seconds to a 1 of it.
@@ -331,7 +437,8 @@ mod tests {
     #[test]
     fn bad_tables_say_what_and_where() {
         let cases = [
-            (format!("{HEADER}0,1,2\n0.1,NaN,2\n"), "line 3, column `joint_position_rad_1`: `NaN`"),
+            (format!("{HEADER}0,1,2\n0.1,inf,2\n"), "line 3, column `joint_position_rad_1`: `inf`"),
+            (format!("{HEADER}0,1,\n0.1,1,NaN\n"), "`joint_torque_nm_1` has no value in any row"),
             (format!("{HEADER}0,1,2\n0.1,1\n"), "line: 3"),
             ("time_s,joint_position_deg_1\n".into(), "`joint_position_deg_1` is not known"),
             ("joint_position_rad_9,time_s\n".into(), "`joint_position_rad_9` is not known"),
@@ -363,6 +470,84 @@ mod tests {
         assert!(said.contains("cargo build --release --features parquet"), "{said}");
     }
 
+    /// 200 rows of 100 Hz, as (time, position, torque) by the number of the row.
+    fn record_of(header: &str, row: impl Fn(usize) -> String) -> Result<Record, TableError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let rows: String = (0..200).map(row).collect();
+        std::fs::write(&path, format!("{header}{rows}")).unwrap();
+        read_table(&path, Some(100.0), 100.0, None)
+    }
+
+    #[test]
+    #[expect(clippy::cast_precision_loss, reason = "rows")]
+    fn what_lacks_a_value_is_a_loss_and_no_number() {
+        let field = |lacks: bool, value: f64| if lacks { String::new() } else { value.to_string() };
+        let sine = |row: usize| (0.03 * row as f64).sin();
+        let pieces = |record: &Record| -> Vec<(f64, usize)> {
+            let of = |piece: &crate::record::Piece| (piece.begins_s, piece.measurement.samples());
+            record.pieces.iter().map(of).collect()
+        };
+        // Several rows cut, one alone is interpolated; by the times, or by where rows stand.
+        for (header, with_time) in [(HEADER, true), (HEADER.split_once(',').unwrap().1, false)] {
+            let record = record_of(header, |row| {
+                let time =
+                    if with_time { format!("{},", row as f64 / 100.0) } else { String::new() };
+                let (q, tau) = (field(row == 20, sine(row)), field((100..105).contains(&row), 1.0));
+                format!("{time}{q},{tau}\n")
+            })
+            .unwrap();
+            assert_eq!(pieces(&record), [(0.0, 100), (1.05, 95)]);
+            assert_eq!(record.resampled.alone, 1);
+            let error = record.pieces[0].measurement.signals.position_rad[0][20] - sine(20);
+            assert!(error.abs() < 1e-6, "{error}");
+            let said = record.notes().join("; ");
+            assert!(said.starts_with("6 of 200 rows lack a value, the first in line 22, column `joint_position_rad_1`; they are no samples"), "{said}");
+        }
+        // Before a drive was on: no loss within.
+        let late = record_of(HEADER, |row| {
+            format!("{},{},{}\n", row as f64 / 100.0, sine(row), field(row < 7, 1.0))
+        });
+        let late = late.unwrap();
+        assert_eq!(pieces(&late), [(0.0, 193)]);
+        assert_eq!(late.notes().len(), 1, "{:?}", late.notes());
+    }
+
+    #[test]
+    #[expect(clippy::cast_precision_loss, reason = "rows")]
+    fn signals_in_rows_of_their_own_are_refused_with_what_to_do() {
+        let said = |row: &dyn Fn(usize) -> String| record_of(HEADER, row).unwrap_err().to_string();
+        // Positions and torques by turns, half a period apart.
+        let by_turns = said(&|row| {
+            let (q, tau) = if row % 2 == 0 { ("1", "") } else { ("", "2") };
+            format!("{},{q},{tau}\n", row as f64 / 200.0)
+        });
+        // A torque with every tenth position.
+        let slower = said(&|row| {
+            format!("{},1,{}\n", row as f64 / 100.0, if row % 10 == 0 { "2" } else { "NaN" })
+        });
+        for (said, parts) in [
+            (
+                by_turns,
+                [
+                    "200 of 200 rows lack a value, the first in line 2, column `joint_torque_nm_1`",
+                    "`joint_position_rad_1` has 100 values and `joint_torque_nm_1` 100, 0 of them in the same rows",
+                ],
+            ),
+            (
+                slower,
+                [
+                    "180 of 200 rows lack a value, the first in line 3, column `joint_torque_nm_1`; they are no samples. The others are no record: 10.00 samples a second, and 100 are stated",
+                    "column `joint_torque_nm_1` has 20 values and `joint_position_rad_1` 200, 20 of them in the same rows",
+                ],
+            ),
+        ] {
+            for part in parts.iter().chain(&["Put all on common times"]) {
+                assert!(said.contains(part), "{said}");
+            }
+        }
+    }
+
     fn of_others(names: &[&str], scale: f64) -> AxisColumns {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
         AxisColumns { names, scales: vec![scale, -scale] }
@@ -373,7 +558,7 @@ mod tests {
         let columns = Columns {
             side: Side::Joint,
             axes: 2,
-            time: Some(("t".into(), 1e-3)),
+            time: Some(TimeColumns::Numbers { column: "t".into(), second: 1e-3 }),
             position: of_others(&["actual_q_{index}"], 0.5),
             torque: of_others(&["tau_{axis}"], 1.0),
             reference: Some(of_others(&["goal", "aim"], 1.0)),

@@ -14,7 +14,8 @@ use parquet::schema::types::ColumnDescriptor;
 use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
-use super::source::{Source, Values, resolution};
+use super::source::{Source, Values};
+use super::time::{Exact, First, resolution};
 use crate::measurement::MAX_SAMPLES;
 
 /// Values that are decoded at once.
@@ -70,7 +71,11 @@ impl Parquet {
             }
         };
         let damaged = |error: ParquetError| error_of(&self.path, &error);
-        let mut numbers = Numbers { values: Vec::new(), is_time, finest: f64::INFINITY };
+        let mut numbers = Numbers {
+            values: Vec::new(),
+            first: is_time.then(First::default),
+            finest: f64::INFINITY,
+        };
         let mut rows = 0;
         for group in 0..self.reader.num_row_groups() {
             let group = self.reader.get_row_group(group).map_err(damaged)?;
@@ -85,16 +90,22 @@ impl Parquet {
             #[expect(clippy::cast_precision_loss, reason = "numbers of tables are below 2^53")]
             #[expect(clippy::cast_sign_loss, reason = "what an unsigned type means by these bits")]
             let read = match group.get_column_reader(leaf).map_err(damaged)? {
-                ColumnReader::DoubleColumnReader(from) => numbers.read(from, |value| value),
-                ColumnReader::FloatColumnReader(from) => numbers.read(from, f64::from),
+                ColumnReader::DoubleColumnReader(from) => numbers.read(from, |value| (value, None)),
+                ColumnReader::FloatColumnReader(from) => {
+                    numbers.read(from, |value| (value.into(), None))
+                }
                 ColumnReader::Int32ColumnReader(from) if unsigned => {
-                    numbers.read(from, |value| f64::from(value as u32))
+                    numbers.read(from, |value| (f64::from(value as u32), None))
                 }
-                ColumnReader::Int32ColumnReader(from) => numbers.read(from, f64::from),
+                ColumnReader::Int32ColumnReader(from) => {
+                    numbers.read(from, |value| (value.into(), None))
+                }
                 ColumnReader::Int64ColumnReader(from) if unsigned => {
-                    numbers.read(from, |value| value as u64 as f64)
+                    numbers.read(from, |value| (value as u64 as f64, None))
                 }
-                ColumnReader::Int64ColumnReader(from) => numbers.read(from, |value| value as f64),
+                ColumnReader::Int64ColumnReader(from) => {
+                    numbers.read(from, |value| (value as f64, Some(value)))
+                }
                 _ => Err(Stop::Damaged("a column has another type than the header says".into())),
             };
             read.map_err(|stop| match stop {
@@ -210,15 +221,17 @@ impl From<ParquetError> for Stop {
 /// The numbers of a column so far.
 struct Numbers {
     values: Vec<f64>,
-    is_time: bool,
+    /// Of times, which are counted after it.
+    first: Option<First>,
     finest: f64,
 }
 
 impl Numbers {
+    /// `number` gives the value, and as it stands where it is a whole number that a double may not have.
     fn read<T: DataType>(
         &mut self,
         mut from: ColumnReaderImpl<T>,
-        number: impl Fn(T::T) -> f64,
+        number: impl Fn(T::T) -> (f64, Option<i64>),
     ) -> Result<(), Stop> {
         let (mut read, mut levels): (Vec<T::T>, Vec<i16>) = (Vec::new(), Vec::new());
         loop {
@@ -229,20 +242,31 @@ impl Numbers {
             if rows == 0 {
                 return Ok(());
             }
-            let null = (read.len() < rows).then(|| levels.iter().position(|level| *level == 0));
-            for value in read.drain(..).take(null.flatten().unwrap_or(rows)) {
-                let text = self.is_time.then(|| value.to_string());
-                let value = number(value);
-                if !value.is_finite() {
+            let lacks = read.len() < rows;
+            let mut values = read.drain(..);
+            for row in 0..rows {
+                if lacks && levels.get(row) == Some(&0) {
+                    self.values.push(f64::NAN);
+                    continue;
+                }
+                let Some(value) = values.next() else {
+                    return Err(Stop::Damaged("fewer values than rows".to_owned()));
+                };
+                let text = self.first.is_some().then(|| value.to_string());
+                let (mut value, whole) = number(value);
+                if value.is_nan() {
+                    self.values.push(value);
+                    continue;
+                }
+                if value.is_infinite() {
                     return Err(Stop::NotANumber(value.to_string()));
                 }
-                if let Some(text) = text {
+                if let (Some(first), Some(text)) = (&mut self.first, text) {
                     self.finest = self.finest.min(resolution(&text));
+                    let whole = whole.map(|whole| Exact { whole, part: 0.0 });
+                    value = first.after(whole.unwrap_or(value.into()));
                 }
                 self.values.push(value);
-            }
-            if null.is_some() {
-                return Err(Stop::NotANumber("null".to_owned()));
             }
             if self.values.len() > MAX_SAMPLES {
                 return Err(Stop::Damaged("more rows than the footer says".to_owned()));

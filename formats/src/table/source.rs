@@ -24,16 +24,9 @@ pub(super) trait Source {
 
 /// The numbers of a table, as they stand.
 pub(super) struct Values {
-    /// One entry per column of the file, empty where it is not asked for.
+    /// One entry per column of the file, empty where it is not asked for. Times are after the first, and
+    /// what is empty or null is NaN.
     pub(super) columns: Vec<Vec<f64>>,
     /// What the last digit of the finest time is worth.
     pub(super) resolution: f64,
-}
-
-/// What the last digit of a number is worth.
-pub(super) fn resolution(number: &str) -> f64 {
-    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
-    let decimals = mantissa.split_once(['.', ',']).map_or(0, |(_, decimals)| decimals.len());
-    let decimals = i32::try_from(decimals).unwrap_or(i32::MAX);
-    exponent.parse::<i32>().map_or(0.0, |exponent| 10f64.powi(exponent.saturating_sub(decimals)))
 }

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
-use super::source::{Source, Values, resolution};
+use super::source::{Source, Values};
+use super::time::{Exact, First, resolution};
 use crate::measurement::MAX_SAMPLES;
 
 /// A header beyond that is none \[bytes\].
@@ -62,7 +63,7 @@ impl Source for Text {
     fn read(mut self: Box<Self>, columns: &[Column]) -> Result<Values, TableError> {
         let file = || self.path.clone();
         let mut values = vec![Vec::new(); columns.len()];
-        let mut finest = f64::INFINITY;
+        let (mut first, mut finest) = (First::default(), f64::INFINITY);
         let mut record = csv::StringRecord::new();
         let mut rows = 0;
         while self
@@ -80,22 +81,40 @@ impl Source for Text {
                 }
                 let point =
                     (self.delimiter != b',' && text.contains(',')).then(|| text.replace(',', "."));
-                let number = point.as_deref().unwrap_or(text).parse::<f64>();
-                let value = number.ok().filter(|v| v.is_finite()).ok_or_else(|| {
-                    TableError::NotANumber {
-                        file: file(),
-                        place: Place::Line(record.position().map_or(0, csv::Position::line)),
-                        column: self.names[index].clone(),
-                        text: text.to_owned(),
-                    }
+                let number = point.as_deref().unwrap_or(text);
+                if number.is_empty() || number.parse().is_ok_and(f64::is_nan) {
+                    values[index].push(f64::NAN);
+                    continue;
+                }
+                let value = match column {
+                    Column::Time => Exact::of_number(number).map(|time| first.after(time)),
+                    Column::Date => Exact::of_date(number).map(|time| first.after(time)),
+                    _ => number.parse().ok(),
+                };
+                let value = value.filter(|value| value.is_finite()).ok_or_else(|| {
+                    let line = record.position().map_or(0, csv::Position::line);
+                    let (file, place) = (file(), Place::Line(line));
+                    let (column_name, text) = (self.names[index].clone(), text.to_owned());
+                    refused(*column, file, place, column_name, text)
                 })?;
                 values[index].push(value);
-                if *column == Column::Time {
-                    finest = finest.min(resolution(text));
+                if matches!(column, Column::Time | Column::Date) {
+                    finest = finest.min(resolution(number));
                 }
             }
         }
         Ok(Values { columns: values, resolution: finest })
+    }
+}
+
+/// What is wrong with a field.
+fn refused(of: Column, file: PathBuf, place: Place, column: String, text: String) -> TableError {
+    match of {
+        Column::Date => TableError::NotADate { file, place, column, text },
+        Column::Time if Exact::of_date(&text).is_some() => {
+            TableError::Date { file, place, column, text }
+        }
+        _ => TableError::NotANumber { file, place, column, text },
     }
 }
 

@@ -17,9 +17,11 @@ pub enum UrdfError {
     },
     /// A xacro file: macros that xacro has to expand.
     #[error(
-        "line {line}: it is a xacro file; expand it with `xacro FILE > arm.urdf`, and give that one"
+        "line {line}: it is a xacro file, `{what}` stands there; expand it with `xacro FILE > arm.urdf`, with the arguments of your robot (name:=value) and its packages sourced, and give that one"
     )]
     Xacro {
+        /// The element or the attribute's value.
+        what: String,
         /// Where that shows.
         line: usize,
     },

@@ -164,8 +164,14 @@ impl Body {
 
 impl File {
     pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
-        let document =
-            Document::parse(text).map_err(|error| UrdfError::Xml { problem: error.to_string() })?;
+        let document = Document::parse(text).map_err(|error| match text.split_once("<xacro:") {
+            // Without its name space it is not even XML.
+            Some((before, _)) => {
+                let line = 1 + before.matches('\n').count();
+                UrdfError::Xacro { what: "<xacro:…>".to_owned(), line }
+            }
+            None => UrdfError::Xml { problem: error.to_string() },
+        })?;
         let root = document.root_element();
         if root.tag_name().name() != "robot" {
             let found = root.tag_name().name().to_owned();
@@ -176,7 +182,17 @@ impl File {
             node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
         };
         if let Some(macros) = root.descendants().find(is_macro) {
-            return Err(UrdfError::Xacro { line: line(macros) });
+            let what = format!("<xacro:{}>", macros.tag_name().name());
+            return Err(UrdfError::Xacro { what, line: line(macros) });
+        }
+        // Or what xacro would replace is left, and the elements that define it are not.
+        let replaced = root.descendants().find_map(|node| {
+            let values = node.attributes().map(|attribute| attribute.value());
+            let mut left = values.filter(|value| value.contains("${") || value.contains("$("));
+            left.next().map(|value| (node, value.to_owned()))
+        });
+        if let Some((node, what)) = replaced {
+            return Err(UrdfError::Xacro { what, line: line(node) });
         }
         let name = root.attribute("name").filter(|name| !name.trim().is_empty());
         let what = "name";

@@ -1,0 +1,28 @@
+//! States of two publishers in one topic, by turns: positions that jump to and fro, as no joint moves.
+
+/// A jump is so large a part of what a joint moves in all.
+const JUMP: f64 = 0.05;
+/// And the next position but one is back by all but this part of it.
+const BACK: f64 = 0.1;
+/// So large a share of the messages is of another publisher.
+const SHARE: f64 = 0.1;
+/// What moves less rests, and flickers \[rad or m\].
+const MOVES: f64 = 1e-3;
+
+/// The first joint whose positions jump to and fro, and how often.
+pub(super) fn two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
+    positions.iter().enumerate().find_map(|(joint, position)| {
+        let (low, high) = position
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+        let jump = JUMP * (high - low);
+        let jumps = position.windows(3).filter(|three| {
+            let there = (three[1] - three[0]).abs().min((three[2] - three[1]).abs());
+            there > jump && (three[2] - three[0]).abs() < BACK * there
+        });
+        let count = jumps.count();
+        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        let often = count as f64 > SHARE * position.len() as f64;
+        (high - low > MOVES && often).then_some((joint, count))
+    })
+}

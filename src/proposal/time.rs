@@ -1,0 +1,179 @@
+//! `time` of `[data]`: which columns of a table have it, in which unit, and the rate that it tells.
+
+use std::path::Path;
+
+use didim_formats::{Columns, TableError, TableNames, TimeColumns, mean_rate_hz, read_rows};
+
+use super::draft::Draft;
+use super::evidence::ProposalError;
+use super::names::{Meaning, meaning, stamps, unit};
+use super::plausible::{RATES_HZ, rounded};
+use super::value::{Guess, quoted};
+use crate::cell::DATES;
+
+const UNITS: &[(&str, &str)] =
+    &[("s", "s"), ("sec", "s"), ("ms", "ms"), ("us", "us"), ("µs", "us"), ("ns", "ns")];
+const SECONDS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+
+/// The time of a table.
+pub(super) struct Time {
+    which: Which,
+    /// By its unit \[Hz\].
+    pub(super) rate_hz: Option<f64>,
+    /// Whether somebody, the name or the values state the unit.
+    pub(super) is_stated: bool,
+}
+
+enum Which {
+    Column {
+        name: String,
+        unit: Option<&'static str>,
+    },
+    /// Whole seconds, and the nanoseconds beyond them.
+    Stamp([String; 2]),
+    /// One of these, by their names.
+    OneOf(Vec<String>),
+}
+
+impl Time {
+    /// The time of a table, where one is found, named or asked for.
+    pub(super) fn find(
+        draft: &Draft<'_>,
+        file: &Path,
+        names: &TableNames,
+    ) -> Result<Option<Self>, ProposalError> {
+        let answered = |key: &str| draft.answered_text(&format!("data.time.{key}"));
+        match (names.own, answered("column"), answered("sec").zip(answered("nanosec"))) {
+            (Some((_, true)), ..) => return of_column(draft, file, names, "time_s"),
+            (Some((_, false)), ..) => return Ok(None),
+            (None, Some(column), _) => return of_column(draft, file, names, &column),
+            (None, None, Some((sec, nanosec))) => return of_stamp(file, [sec, nanosec]),
+            (None, None, None) => {}
+        }
+        let pairs = stamps(&names.columns);
+        // The stamps of messages are those of their signals; the times of a log are not.
+        if let [[sec, nanosec]] = pairs.as_slice()
+            && let Some(time) = of_stamp(file, [(*sec).clone(), (*nanosec).clone()])?
+        {
+            return Ok(Some(time));
+        }
+        let is_part = |name: &String| pairs.iter().flatten().any(|part| *part == name);
+        let is = |name: &&String| meaning(name) == Some(Meaning::Time) && !is_part(name);
+        let columns = names.columns.iter().filter(is);
+        match (columns.clone().collect::<Vec<_>>().as_slice(), pairs.len()) {
+            ([], 0 | 1) => Ok(None),
+            ([one], 0 | 1) => of_column(draft, file, names, one),
+            _ => {
+                let pairs = pairs.iter().map(|[sec, nanosec]| format!("`{sec}` with `{nanosec}`"));
+                let others = columns.map(|name| format!("`{name}`")).chain(pairs).collect();
+                let which = Which::OneOf(others);
+                Ok(Some(Self { which, rate_hz: None, is_stated: false }))
+            }
+        }
+    }
+
+    /// Puts its keys.
+    pub(super) fn put(&self, draft: &mut Draft<'_>, section: &str) {
+        let Self { which, rate_hz, is_stated } = self;
+        let stated = if *is_stated { Guess::found } else { Guess::assumed };
+        let rows = |rate_hz: f64| format!("the rows are then {rate_hz:.6} a second");
+        match which {
+            Which::Stamp(columns) => {
+                for (key, name) in ["time.sec", "time.nanosec"].into_iter().zip(columns) {
+                    let why = "by its name, one of the two parts of a stamp";
+                    draft.put(section, key, Guess::found(quoted(name), why));
+                }
+            }
+            Which::Column { name, unit } => {
+                draft.put(section, "time.column", Guess::found(quoted(name), "by its name"));
+                let unit = match unit.zip(*rate_hz) {
+                    Some((unit, rate_hz)) => stated(quoted(unit), &rows(rate_hz)),
+                    None => Guess::open(WHICH_UNIT),
+                };
+                draft.put(section, "time.unit", unit);
+            }
+            Which::OneOf(columns) => {
+                let columns = columns.join(" ");
+                let what = format!(
+                    "the column of the time, one of {columns}; two as `sec` and `nanosec`, without `unit`"
+                );
+                draft.put(section, "time.column", Guess::open(&what));
+                draft.put(section, "time.unit", Guess::open(WHICH_UNIT));
+            }
+        }
+    }
+}
+
+const WHICH_UNIT: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns\"";
+
+/// Times after the first, which do not go back, and how many there are a second; nothing where that is no time.
+fn advancing(
+    file: &Path,
+    name: &str,
+    columns: TimeColumns,
+) -> Result<Option<(Vec<f64>, f64)>, ProposalError> {
+    let times = match read_rows(file, Some(&Columns::of_time(columns))) {
+        Ok(table) => table.time.unwrap_or_default(),
+        Err(
+            TableError::NotANumber { .. }
+            | TableError::Date { .. }
+            | TableError::NotADate { .. }
+            | TableError::NotAPart { .. }
+            | TableError::NoNumbers { .. }
+            | TableError::NoValues { .. },
+        ) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    if let Some(row) = times.windows(2).position(|pair| pair[1] < pair[0]) {
+        let (file, column, row) = (file.to_path_buf(), name.to_owned(), row + 2);
+        return Err(ProposalError::Backwards { file, column, row });
+    }
+    let rate_hz = mean_rate_hz(&times);
+    Ok(rate_hz.map(|rate_hz| (times, rate_hz)))
+}
+
+fn of_stamp(file: &Path, [sec, nanosec]: [String; 2]) -> Result<Option<Time>, ProposalError> {
+    let columns = TimeColumns::Parts { sec: sec.clone(), nanosec: nanosec.clone() };
+    let found = advancing(file, &sec, columns)?;
+    Ok(found.map(|(_, rate_hz)| {
+        let which = Which::Stamp([sec, nanosec]);
+        Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
+    }))
+}
+
+fn of_column(
+    draft: &Draft<'_>,
+    file: &Path,
+    names: &TableNames,
+    name: &str,
+) -> Result<Option<Time>, ProposalError> {
+    let column = name.to_owned();
+    let mut types = names.columns.iter().zip(&names.seconds);
+    let by_type = types.find(|(own, _)| *own == name).and_then(|(_, second)| *second);
+    let second = by_type.unwrap_or(1.0);
+    let numbers = TimeColumns::Numbers { column: column.clone(), second };
+    let Some((times, rate_hz)) = advancing(file, name, numbers)? else {
+        let dates = advancing(file, name, TimeColumns::Dates { column: column.clone() })?;
+        return Ok(dates.map(|(_, rate_hz)| {
+            let which = Which::Column { name: column, unit: Some(DATES) };
+            Time { which, rate_hz: Some(rounded(rate_hz)), is_stated: true }
+        }));
+    };
+    // By the unit of its type the times are seconds already.
+    let of = |unit: f64| rate_hz * second / unit;
+    let by_type = SECONDS.into_iter().find(|(_, second)| by_type == Some(*second));
+    let by_type = by_type.map(|(unit, _)| Ok(unit.to_owned()));
+    let stated = draft.answered_text("data.time.unit").map(Ok).or(by_type);
+    let stated = stated.or_else(|| Some(unit(name, UNITS)?.map(str::to_owned)));
+    let is_stated = matches!(stated, Some(Ok(_)));
+    let counts = times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);
+    let fits = match stated {
+        Some(Ok(stated)) => SECONDS.into_iter().find(|(unit, _)| *unit == stated),
+        Some(Err(_)) => None,
+        // A slow log in seconds, or a fast one in milliseconds; a number of the row is no time.
+        None if counts || (1.0..RATES_HZ.start).contains(&of(1.0)) => None,
+        None => SECONDS.into_iter().find(|(_, second)| RATES_HZ.contains(&of(*second))),
+    };
+    let (unit, rate_hz) = fits.map(|(unit, second)| (unit, rounded(of(second)))).unzip();
+    Ok(Some(Time { which: Which::Column { name: column, unit }, rate_hz, is_stated }))
+}
