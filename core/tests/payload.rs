@@ -186,7 +186,10 @@ fn a_payload_comes_back_within_its_uncertainty() {
 
 #[test]
 fn without_noise_it_is_found_exactly() {
-    for (arm, mut random) in [(Arm::nominal(TX40), Random(3)), random_arm(4)] {
+    // One with friction that grows with what it carries.
+    let (loaded, mut random) = random_arm(4);
+    let loaded = (loaded.with_load_friction(&mut random), random);
+    for (arm, mut random) in [(Arm::nominal(TX40), Random(3)), random_arm(4), loaded] {
         let body = block(&mut random, 1.3);
         let known = Known::exact(arm, random);
         let standard = known.with(&body);

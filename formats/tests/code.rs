@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
-use didim_core::robot::Robot;
+use didim_core::robot::{FrictionLaw, Robot};
 use didim_formats::{CodeError, CodeModel, to_c, to_rust};
 use nalgebra::DMatrix;
 
@@ -141,7 +141,7 @@ fn check(robot: &Robot, standard: &[f64]) {
         let rest = vec![0.0; n];
         let friction_of = |dq: &[f64]| {
             let mut tau = vec![0.0; n];
-            dynamics.friction(standard, dq, &mut tau);
+            dynamics.friction(&mut Workspace::new(), standard, &q, dq, &mut tau);
             tau
         };
         let at_rest = torques(&rest, &rest, &mut ws);
@@ -267,6 +267,10 @@ fn what_cannot_be_code_is_refused() {
         origin: &[],
     };
     assert!(to_c(model).is_ok());
+    let loaded = robot.own_friction().iter().map(|own| own.with_law(FrictionLaw::Load));
+    let loaded = robot.clone().with_friction(loaded.collect());
+    let by_load = CodeModel { robot: &loaded, ..model };
+    assert_eq!(to_c(by_load), Err(CodeError::LoadFriction { joint: 1 }));
     let negative = DMatrix::from_element(1, 1, -1.0);
     assert_eq!(to_c(CodeModel { covariance: &negative, ..model }), Err(CodeError::Covariance));
     let unknown = ["zz9"];

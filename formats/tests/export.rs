@@ -6,7 +6,7 @@ use std::path::Path;
 
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::feasibility::Body;
-use didim_core::robot::{ParameterKind, Robot};
+use didim_core::robot::{FrictionLaw, ParameterKind, Robot};
 use didim_formats::{
     ExportError, ExportModel, Holder, LeftOut, UrdfArm, UrdfDrives, UrdfError, UrdfNote,
     UrdfValues, WRITTEN_BY, to_matlab, to_mjcf, to_robot_file, to_urdf,
@@ -349,7 +349,7 @@ fn a_robot_file_has_the_new_values_and_all_else() {
     assert!(comments(&written) > comments(&text) / 2);
 
     // With friction that the data chose.
-    let laws = vec![robot.own_friction()[0].with_law(didim_core::robot::FrictionLaw::Quadratic); 6];
+    let laws = vec![robot.own_friction()[0].with_law(FrictionLaw::Quadratic); 6];
     let other = robot.clone().with_friction(laws);
     let values = self::standard(&other, &mut Random(4));
     let model = ExportModel { robot: &other, standard: &values, origin: &[] };
@@ -382,6 +382,17 @@ fn what_cannot_be_exported_is_refused_or_listed() {
     let sprung = Robot::from_toml(&text.replacen("[[joint]]", spring, 1)).unwrap();
     let sprung = ExportModel { robot: &sprung, standard: &values, origin: &[] };
     let left = LeftOut::of(&sprung, Holder::Parameters);
+    let loaded = vec![robot.own_friction()[0].with_law(FrictionLaw::Load); 6];
+    let loaded = robot.clone().with_friction(loaded);
+    let with_loads = standard(&loaded, &mut Random(5));
+    let loaded = ExportModel { robot: &loaded, standard: &with_loads, origin: &[] };
+    for (holder, listed) in [(Holder::Urdf, 6), (Holder::Mjcf, 6), (Holder::Parameters, 0)] {
+        let left = LeftOut::of(&loaded, holder);
+        let by_load =
+            left.iter().filter(|of| of.name.as_ref().is_some_and(|n| n.starts_with("fcl")));
+        assert_eq!(by_load.filter(|of| of.unit == "1").count(), listed, "{holder:?}");
+    }
+    assert!(to_matlab(&loaded, "arm").unwrap().contains("arm.drive.fcl6"));
     assert!(matches!(left.as_slice(), [LeftOut { joint: 1, name: None, .. }]), "{left:?}");
     assert!(to_matlab(&sprung, "arm").unwrap().contains("% left out: torque beside the model"));
     for name in ["kr-300", "1st", "end", "a b", "", &"a".repeat(64)] {

@@ -24,6 +24,7 @@ impl ReferenceTorque {
     /// The motion of a scenario, at every `decimation`-th of its samples.
     pub fn new(scenario: &Scenario, base: &BaseParameters, decimation: usize) -> Self {
         let model = Model::new(scenario.robot());
+        let model = model.with_load(scenario.standard_parameters().to_vec());
         let (joints, width) = (model.joints(), model.parameter_names().len());
         let period_s = scenario.controller().timing.sample_period_s();
         let (mut names, mut truth) = (Vec::new(), Vec::new());

@@ -53,8 +53,10 @@ fn assert_lacking_by_load(
             &sample.true_acceleration_rad_s2[..6],
             &mut torque,
         );
-        let velocity = &sample.true_velocity_rad_s[..6];
-        model.friction(scenario.standard_parameters(), velocity, &mut friction);
+        let [position, velocity] =
+            [&sample.true_position_rad, &sample.true_velocity_rad_s].map(|signal| &signal[..6]);
+        let parameters = scenario.standard_parameters();
+        model.friction(&mut ws, parameters, position, velocity, &mut friction);
         let load = core::array::from_fn(|j| torque[j] - friction[j]);
         let motion = [&sample.true_position_rad, &sample.true_velocity_rad_s]
             .map(|signal| signal[..6].try_into().unwrap());

@@ -74,6 +74,7 @@ impl Model {
         let mut friction = self.friction_torques(parameters, dq);
         self.take_off_known(q, &mut friction);
         self.place(ws, q);
+        self.add_load_friction(ws, parameters, [q, dq], &mut friction);
         let links = self.heavy_links(parameters);
         self.propagate(ws, links, dq, None);
 

@@ -60,6 +60,8 @@ pub(super) struct Drives {
     viscous: Vec<Term>,
     coulomb: Vec<Alike>,
     laws: Vec<LawTerm>,
+    /// Those that grow with the load.
+    loads: Vec<LawTerm>,
     /// Column and row.
     offset: Vec<(usize, usize)>,
 }
@@ -73,6 +75,7 @@ impl Drives {
             viscous: Vec::new(),
             coulomb: Vec::new(),
             laws: Vec::new(),
+            loads: Vec::new(),
             offset: Vec::new(),
         };
         for j in 0..n {
@@ -102,7 +105,11 @@ impl Drives {
             }
             for &law in &robot.own_friction()[j].laws {
                 if let Some(column) = table.column(law.kind(), j) {
-                    drives.laws.push(LawTerm { column, joint: j, law, sign });
+                    let terms = match law {
+                        FrictionLaw::Load => &mut drives.loads,
+                        _ => &mut drives.laws,
+                    };
+                    terms.push(LawTerm { column, joint: j, law, sign });
                 }
             }
             if let Some(column) = table.column(Off, j) {
@@ -123,7 +130,7 @@ impl Drives {
         for alike in &mut self.coulomb {
             alike.sign = sign_model;
         }
-        for term in &mut self.laws {
+        for term in self.laws.iter_mut().chain(&mut self.loads) {
             term.sign = sign_model;
         }
     }
@@ -183,6 +190,41 @@ impl Drives {
         }
     }
 
+    /// Whether any friction grows with the load.
+    pub(super) fn feel_loads(&self) -> bool {
+        !self.loads.is_empty()
+    }
+
+    /// The same for friction that grows with these loads.
+    #[inline(always)]
+    pub(super) fn for_each_load_friction<T: Scalar>(
+        &self,
+        dq: &[T],
+        loads: &[T; MAX_JOINTS],
+        mut add: impl FnMut(usize, usize, T),
+    ) {
+        for &LawTerm { column, joint, law, sign } in &self.loads {
+            let load = loads[joint];
+            add(joint, column, load * load.sign() * law.value(dq[joint], sign));
+        }
+    }
+
+    /// Calls `add(joint, by load, by speed)` with how friction grows with each joint's load and, beyond what
+    /// [`for_each_friction_partial`](Self::for_each_friction_partial) has, with its speed.
+    pub(super) fn for_each_load_partial(
+        &self,
+        parameters: &[f64],
+        dq: &[f64],
+        loads: &[f64; MAX_JOINTS],
+        mut add: impl FnMut(usize, f64, f64),
+    ) {
+        for &LawTerm { column, joint, law, sign } in &self.loads {
+            let (load, share) = (loads[joint], parameters[column]);
+            let by_load = share * Scalar::sign(load) * law.value(dq[joint], sign);
+            add(joint, by_load, share * load.abs() * law.slope(dq[joint], sign));
+        }
+    }
+
     /// Calls `at(row, column)` for the entries that inertia, friction and offsets add to.
     #[inline(always)]
     pub(super) fn for_each_entry(&self, mut at: impl FnMut(usize, usize)) {
@@ -194,7 +236,7 @@ impl Drives {
                 at(joint, *column);
             }
         }
-        for term in &self.laws {
+        for term in self.laws.iter().chain(&self.loads) {
             at(term.joint, term.column);
         }
         for &(column, row) in &self.offset {
@@ -250,16 +292,19 @@ impl Drives {
             });
             Alike { sign: alike.sign, terms: kept.collect() }
         };
-        let laws = self
-            .laws
-            .iter()
-            .filter_map(|term| Some(LawTerm { column: places[term.column]?, ..*term }));
+        let laws = |terms: &[LawTerm]| {
+            let kept = terms
+                .iter()
+                .filter_map(|term| Some(LawTerm { column: places[term.column]?, ..*term }));
+            kept.collect()
+        };
         let offset = self.offset.iter().filter_map(|&(column, row)| Some((places[column]?, row)));
         Self {
             inertia: self.inertia.iter().map(|row| terms(row)).collect(),
             viscous: terms(&self.viscous),
             coulomb: self.coulomb.iter().map(alike).collect(),
-            laws: laws.collect(),
+            laws: laws(&self.laws),
+            loads: laws(&self.loads),
             offset: offset.collect(),
         }
     }

@@ -43,15 +43,27 @@ impl Model {
     }
 
     /// Friction torques and offsets alone \[N·m or N\], as the inverse dynamic model counts them:
-    /// positive against a positive velocity.
+    /// positive against a positive velocity. They depend on the positions where they grow with the load.
     ///
     /// # Panics
     /// As [`inverse_dynamics`](Self::inverse_dynamics).
-    pub fn friction<T: Scalar>(&self, parameters: &[T], dq: &[T], tau: &mut [T]) {
+    pub fn friction<T: Scalar>(
+        &self,
+        ws: &mut Workspace<T>,
+        parameters: &[T],
+        q: &[T],
+        dq: &[T],
+        tau: &mut [T],
+    ) {
         self.check_parameters(parameters);
+        self.check_joints(q);
         self.check_joints(dq);
         self.check_joints(tau);
-        let torques = self.friction_torques(parameters, dq);
+        let mut torques = self.friction_torques(parameters, dq);
+        if self.feels_loads() {
+            self.place(ws, q);
+            self.add_load_friction(ws, parameters, [q, dq], &mut torques);
+        }
         tau.copy_from_slice(&torques[..tau.len()]);
     }
 
@@ -87,6 +99,7 @@ impl Model {
                 let mut torques = self.friction_torques(parameters, dq);
                 self.take_off_known(q, &mut torques);
                 self.place(ws, q);
+                self.add_load_friction(ws, parameters, [q, dq], &mut torques);
                 let links = self.heavy_links(parameters);
                 self.propagate(ws, links, dq, ddq);
                 // Inward: what link j takes, and all that hangs on it.

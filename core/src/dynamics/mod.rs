@@ -13,6 +13,7 @@ mod inertia;
 mod inverse;
 mod kinematics;
 mod link_frames;
+mod load;
 mod mass_matrix;
 mod model;
 mod motion;

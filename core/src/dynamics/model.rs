@@ -9,6 +9,15 @@ use crate::robot::{
     Joint, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot, SignModel,
 };
 
+/// Whose load friction grows with.
+#[derive(Clone, Debug)]
+pub(super) enum Load {
+    /// That of the parameters that torques are computed with: the arm's own.
+    OfParameters,
+    /// That of an arm with these standard parameters: torques are linear in the parameters then.
+    Of(Vec<f64>),
+}
+
 /// The dynamics of one robot, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -18,6 +27,8 @@ pub struct Model {
     /// Column of each link's XX; its other nine parameters follow.
     pub(super) first_columns: Vec<usize>,
     pub(super) drives: Drives,
+    /// Where friction grows with one.
+    pub(super) load: Option<Load>,
     /// Of each joint; none at all where no joint has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
     pub(super) all_columns: RegressorColumns,
@@ -44,6 +55,7 @@ impl Model {
             gravity_m_s2: robot.gravity_m_s2(),
             first_columns,
             table,
+            load: drives.feel_loads().then_some(Load::OfParameters),
             drives,
             known_torques,
             all_columns,
@@ -79,14 +91,15 @@ impl Model {
     }
 
     /// The same model with friction laws that are as different as they can be at speeds of about
-    /// 1 rad/s or m/s: which parameters act together is a matter of structure, not of how narrow a
-    /// law is.
+    /// 1 rad/s or m/s, and loads of an arm that has all of them: which parameters act together is a
+    /// matter of structure, not of how narrow a law is.
     #[must_use]
     pub fn with_plain_friction(self) -> Self {
         let mut model = self.with_sign_model(SignModel::Sign);
         model.drives.set_stribeck_speed(1.0);
         model.all_columns.set_stribeck_speed(1.0);
-        model
+        let ones = vec![1.0; model.parameter_names().len()];
+        model.with_load(ones)
     }
 
     /// The same model with another geometry at one joint, counted from 0, of the same kind.

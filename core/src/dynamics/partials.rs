@@ -178,6 +178,23 @@ impl Model {
         by_position: &mut [f64],
         by_velocity: &mut [f64],
     ) {
+        self.rigid_partials(ws, parameters, [q, dq, ddq], by_position, by_velocity);
+        let n = self.joints();
+        self.drives.for_each_friction_partial(parameters, dq, |row, column, value| {
+            by_velocity[row * n + column] += value;
+        });
+        self.add_load_partials(ws, parameters, [q, dq], by_position, by_velocity);
+    }
+
+    /// The same without friction.
+    pub(super) fn rigid_partials(
+        &self,
+        ws: &Workspace<f64>,
+        parameters: &[f64],
+        [q, dq, ddq]: [&[f64]; 3],
+        by_position: &mut [f64],
+        by_velocity: &mut [f64],
+    ) {
         self.check_parameters(parameters);
         self.check_joints(dq);
         self.check_joints(ddq);
@@ -223,9 +240,6 @@ impl Model {
                 by_position[joint * n + joint] -= slope;
             }
         }
-        self.drives.for_each_friction_partial(parameters, dq, |row, column, value| {
-            by_velocity[row * n + column] += value;
-        });
     }
 
     /// Fills the axes and the links that have inertia, from base to tip:

@@ -60,12 +60,13 @@ impl Model {
             #[inline(always)]
             || {
                 self.place(ws, q);
-                self.regressor_of_poses(ws, columns, dq, ddq, out);
+                let loads = self.loads(&ws.poses, None, q);
+                self.regressor_of_poses(ws, columns, loads.as_ref(), dq, ddq, out);
             },
         );
     }
 
-    /// The same with the poses in the workspace.
+    /// The same with the poses in the workspace, and the loads where friction grows with them.
     ///
     /// By virtual power: a unit velocity of joint i moves the origin of link l with b and turns
     /// the link with c, both in the link's frame, and τ_i is the sum over the links of
@@ -75,6 +76,7 @@ impl Model {
         &self,
         ws: &mut Workspace<T>,
         columns: &RegressorColumns,
+        loads: Option<&[T; MAX_JOINTS]>,
         dq: &[T],
         ddq: &[T],
         out: &mut [T],
@@ -124,6 +126,10 @@ impl Model {
         }
         columns.drives.for_each_inertia(ddq, |row, column, c| out[at(row, column)] += c);
         columns.drives.for_each_friction(dq, |row, column, c| out[at(row, column)] += c);
+        if let Some(loads) = loads {
+            let add = |row: usize, column: usize, c: T| out[at(row, column)] += c;
+            columns.drives.for_each_load_friction(dq, loads, add);
+        }
     }
 
     /// Which entries of the regressor can differ from 0, in its layout.

@@ -43,7 +43,7 @@ fn every_instruction_set_gives_the_same() {
         model.regressor(&mut ws, &q, &dq, &ddq, &mut chosen_matrix);
         model.place(&mut ws, &q);
         let columns = &model.all_columns;
-        model.regressor_of_poses(&mut ws, columns, &dq, &ddq, &mut plain_matrix);
+        model.regressor_of_poses(&mut ws, columns, None, &dq, &ddq, &mut plain_matrix);
         same(&chosen_matrix, &plain_matrix);
     }
     assert_eq!(compared, 50 * 4 * (n + size));

@@ -58,7 +58,9 @@ impl Model {
     ) {
         let VariationWorkspace { columns, regressor, by_position, by_velocity } = ws;
         self.partials_of_poses(solved, parameters, [q, dq, ddq], by_position, by_velocity);
-        self.regressor_of_poses(solved, columns, dq, ddq, regressor);
+        let loads = self.loads(&solved.poses, Some(parameters), q);
+        self.regressor_of_poses(solved, columns, loads.as_ref(), dq, ddq, regressor);
+        self.add_load_sensitivities(solved, columns, parameters, [q, dq], regressor);
         // Rows of many parameters.
         vectorised(
             #[inline(always)]

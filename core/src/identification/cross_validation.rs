@@ -4,6 +4,7 @@ use core::ops::Range;
 
 use nalgebra::DVector;
 
+use super::equation_error::settle_loads;
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
 use super::judgement::{Estimate, REACH_ROWS};
@@ -61,7 +62,8 @@ pub fn cross_validate(
     let whole = identify(experiment)?.estimate;
     // Of all base parameters, whichever are identified.
     let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
-    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    let mut context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    settle_loads(&mut context)?;
     let rows = Rows::new(&context)?;
     let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);

@@ -83,8 +83,9 @@ struct Trial {
     /// Whether the result is good for what is asked of it.
     applicable: bool,
     held_out_per_joint: Vec<f64>,
-    /// Joints whose friction grows where Stribeck friction falls: another law in disguise.
-    rising: Vec<bool>,
+    /// Joints whose friction grows where Stribeck friction falls, or falls where it grows with the load: another
+    /// law in disguise.
+    disguised: Vec<bool>,
 }
 
 struct Search<'a, T> {
@@ -115,6 +116,7 @@ impl<T: FnMut()> Search<'_, T> {
         let mut candidates: Vec<Vec<_>> =
             laws.into_iter().map(|law| at_each(&|_| FrictionChange::Law(law))).collect();
         if self.robot.friction().coulomb {
+            candidates.push(self.by_load(highest));
             candidates.extend(WIDTHS.map(|share| {
                 at_each(&|speed| {
                     FrictionChange::Sign(SignModel::Tanh { width_rad_s: rounded(share * speed) })
@@ -129,6 +131,23 @@ impl<T: FnMut()> Search<'_, T> {
             }));
         }
         candidates
+    }
+
+    /// Friction that grows with the load at the joints that move, where it is anything by itself: not where
+    /// gravity does nothing, or always the same.
+    fn by_load(&self, highest: &[f64]) -> Vec<Option<FrictionChange>> {
+        let law = FrictionLaw::Load;
+        let all = self.robot.own_friction().iter().map(|own| own.with_law(law)).collect();
+        let robot = self.robot.clone().with_friction(all);
+        let base = BaseParameters::compute(&Model::new(&robot));
+        let shows = |joint| {
+            let column = robot.parameters().column(law.kind(), joint);
+            base.as_ref().is_ok_and(|base| column.is_some_and(|own| base.columns().contains(&own)))
+        };
+        let of_joint = |(joint, speed): (usize, &f64)| {
+            (*speed > 0.0 && shows(joint)).then_some(FrictionChange::Law(law))
+        };
+        highest.iter().enumerate().map(of_joint).collect()
     }
 
     /// Tries every candidate at all joints at once, takes the best of each joint, and keeps those of them
@@ -222,7 +241,7 @@ impl<T: FnMut()> Search<'_, T> {
         one.score.held_out <= other.score.held_out
             && one.score.elsewhere <= self.most_elsewhere
             && one.applicable >= other.applicable
-            && one.rising.iter().zip(&other.rising).all(|(one, other)| one <= other)
+            && one.disguised.iter().zip(&other.disguised).all(|(one, other)| one <= other)
     }
 
     /// None where nothing differs.
@@ -255,17 +274,19 @@ fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
     let held_out_per_joint = estimate.held_out.relative_error_per_joint.clone();
     let is_negative =
         |name: String| estimate.parameters.iter().any(|own| own.name == name && own.value < 0.0);
-    let rising = (0..friction.len())
-        .map(|joint| is_negative(Parameter { kind: ParameterKind::Fs, joint }.to_string()));
-    let rising = rising.collect();
+    let disguised = (0..friction.len()).map(|joint| {
+        let kinds = [ParameterKind::Fs, ParameterKind::FcLoad];
+        kinds.into_iter().any(|kind| is_negative(Parameter { kind, joint }.to_string()))
+    });
+    let disguised = disguised.collect();
     let applicable = estimate.verdict.applicable;
-    Some(Trial { friction, score, applicable, held_out_per_joint, rising })
+    Some(Trial { friction, score, applicable, held_out_per_joint, disguised })
 }
 
 impl Trial {
     /// The share of a joint's held-out error that another has less; 0 where its law is none.
     fn gain(&self, other: &Self, joint: usize) -> f64 {
-        if other.rising[joint] {
+        if other.disguised[joint] {
             return 0.0;
         }
         1.0 - other.held_out_per_joint[joint] / self.held_out_per_joint[joint]

@@ -1,7 +1,7 @@
 //! From an experiment to an estimate, by whatever method.
 
 use super::closed_loop::{clie, cloe, didim, idim_iv};
-use super::equation_error::idim_ls;
+use super::equation_error::{idim_ls, settle_loads};
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::judgement::Identification;
 use crate::dynamics::BaseParameters;
@@ -18,7 +18,8 @@ pub fn identify(
     experiment: &Experiment,
     options: &Options,
 ) -> Result<Identification, IdentificationError> {
-    let context = Context::new(robot, base, experiment, options, method)?;
+    let mut context = Context::new(robot, base, experiment, options, method)?;
+    settle_loads(&mut context)?;
     match method {
         Method::IdimLs => idim_ls(&context),
         Method::IdimIv => idim_iv(&context),

@@ -56,6 +56,7 @@ impl KnownModel<'_> {
         let named = |name: &String| self.parameters.iter().find(|(own, _)| own == name);
         let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
         let parameters = DVector::from_iterator(self.parameters.len(), values);
+        context.set_loads(&parameters);
         Ok((context, parameters))
     }
 

@@ -66,6 +66,7 @@ struct RawFriction {
     quadratic: Option<bool>,
     cubic: Option<bool>,
     asymmetric: Option<bool>,
+    load: Option<bool>,
     stribeck_rad_s: Option<f64>,
 }
 
@@ -242,8 +243,9 @@ fn read_friction(
 ) -> Result<(FrictionTerms, Vec<JointFriction>), RobotError> {
     let line = text.line_of(raw);
     let &RawFriction { viscous, coulomb, offset, .. } = raw.get_ref();
-    let &RawFriction { sign, quadratic, cubic, asymmetric, stribeck_rad_s, .. } = raw.get_ref();
-    let all = RawJointFriction { sign, quadratic, cubic, asymmetric, stribeck_rad_s };
+    let &RawFriction { sign, quadratic, cubic, asymmetric, load, stribeck_rad_s, .. } =
+        raw.get_ref();
+    let all = RawJointFriction { sign, quadratic, cubic, asymmetric, load, stribeck_rad_s };
     if coulomb != sign.is_some() {
         return Err(RobotError::SignModel { line });
     }
@@ -253,7 +255,9 @@ fn read_friction(
             None => (line, RawJointFriction::default()),
         };
         let own = own.over(&all);
-        if !coulomb && (own.sign.is_some() || own.stribeck_rad_s.is_some()) {
+        let has_signs =
+            own.sign.is_some() || own.load == Some(true) || own.stribeck_rad_s.is_some();
+        if !coulomb && has_signs {
             return Err(RobotError::SignModel { line });
         }
         JointFriction::try_from(own).map_err(|message| RobotError::Format { line, message })

@@ -130,6 +130,9 @@ pub enum FrictionLaw {
     Cubic,
     /// `fva` |q̇|: viscous friction that differs by direction, fv ± fva.
     Asymmetric,
+    /// `fcl` |g(q)| sign(q̇): Coulomb friction that grows with the load g on the gear, the torque that the drive
+    /// holds where the arm rests at q (after Bittencourt, Wernholt, Sander-Tavallaey and Brogårdh 2010).
+    Load,
     /// `fs` exp(−(q̇/vs)²) sign(q̇): what falls as motion begins (Bo and Pavelescu 1982, δ = 2).
     Stribeck {
         /// vs \[rad/s or m/s\].
@@ -144,17 +147,19 @@ impl FrictionLaw {
             Self::Quadratic => ParameterKind::FvQuadratic,
             Self::Cubic => ParameterKind::FvCubic,
             Self::Asymmetric => ParameterKind::FvAsymmetric,
+            Self::Load => ParameterKind::FcLoad,
             Self::Stribeck { .. } => ParameterKind::Fs,
         }
     }
 
-    /// The torque per unit of its coefficient at a speed.
+    /// The torque per unit of its coefficient at a speed, and per unit of the load where it grows with that.
     #[inline(always)]
     pub fn value<T: Scalar>(self, speed: T, sign: SignModel) -> T {
         match self {
             Self::Quadratic => speed * magnitude(speed),
             Self::Cubic => speed * speed * speed,
             Self::Asymmetric => magnitude(speed),
+            Self::Load => sign.value(speed),
             Self::Stribeck { speed_rad_s } => bell(speed, speed_rad_s) * sign.value(speed),
         }
     }
@@ -165,6 +170,7 @@ impl FrictionLaw {
             Self::Quadratic => 2.0 * speed.abs(),
             Self::Cubic => 3.0 * speed * speed,
             Self::Asymmetric => Scalar::sign(speed),
+            Self::Load => sign.slope(sign.value(speed)),
             Self::Stribeck { speed_rad_s } => {
                 let (bell, value) = (bell(speed, speed_rad_s), sign.value(speed));
                 if bell <= 0.0 {
@@ -262,6 +268,8 @@ pub(super) struct RawJointFriction {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) asymmetric: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) load: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stribeck_rad_s: Option<f64>,
 }
 
@@ -273,6 +281,7 @@ impl RawJointFriction {
             quadratic: self.quadratic.or(all.quadratic),
             cubic: self.cubic.or(all.cubic),
             asymmetric: self.asymmetric.or(all.asymmetric),
+            load: self.load.or(all.load),
             stribeck_rad_s: self.stribeck_rad_s.or(all.stribeck_rad_s),
         }
     }
@@ -291,6 +300,7 @@ impl TryFrom<RawJointFriction> for JointFriction {
             law(raw.quadratic, FrictionLaw::Quadratic),
             law(raw.cubic, FrictionLaw::Cubic),
             law(raw.asymmetric, FrictionLaw::Asymmetric),
+            law(raw.load, FrictionLaw::Load),
             stribeck.transpose()?,
         ];
         // Without Coulomb friction no term reads the sign model.
@@ -307,6 +317,7 @@ impl From<JointFriction> for RawJointFriction {
                 FrictionLaw::Quadratic => raw.quadratic = Some(true),
                 FrictionLaw::Cubic => raw.cubic = Some(true),
                 FrictionLaw::Asymmetric => raw.asymmetric = Some(true),
+                FrictionLaw::Load => raw.load = Some(true),
                 FrictionLaw::Stribeck { speed_rad_s } => raw.stribeck_rad_s = Some(speed_rad_s),
             }
         }
@@ -334,6 +345,7 @@ impl fmt::Display for FrictionLaw {
             Self::Quadratic => write!(f, "quadratic = true"),
             Self::Cubic => write!(f, "cubic = true"),
             Self::Asymmetric => write!(f, "asymmetric = true"),
+            Self::Load => write!(f, "load = true"),
             Self::Stribeck { speed_rad_s } => write!(f, "stribeck_rad_s = {speed_rad_s:?}"),
         }
     }
@@ -344,19 +356,21 @@ mod tests {
     use super::*;
 
     const SIGN: SignModel = SignModel::Tanh { width_rad_s: 0.1 };
-    const LAWS: [FrictionLaw; 4] = [
+    const LAWS: [FrictionLaw; 5] = [
         FrictionLaw::Quadratic,
         FrictionLaw::Cubic,
         FrictionLaw::Asymmetric,
+        FrictionLaw::Load,
         FrictionLaw::Stribeck { speed_rad_s: 0.3 },
     ];
 
     #[test]
     fn laws_have_their_values_and_slopes() {
-        let formulas: [fn(f64) -> f64; 4] = [
+        let formulas: [fn(f64) -> f64; 5] = [
             |v| v * v.abs(),
             |v| v.powi(3),
             f64::abs,
+            |v| (v / 0.1).tanh(),
             |v| (-(v / 0.3).powi(2)).exp() * (v / 0.1).tanh(),
         ];
         for (law, formula) in LAWS.into_iter().zip(formulas) {

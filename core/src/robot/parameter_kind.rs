@@ -37,6 +37,8 @@ pub enum ParameterKind {
     FvAsymmetric,
     /// Fc, Coulomb friction of the joint \[N·m, or N\].
     Fc,
+    /// Fcl, by which share of the joint's static load Coulomb friction grows \[1\].
+    FcLoad,
     /// Fs, by how much friction falls as the joint begins to move (Stribeck) \[N·m, or N\].
     Fs,
     /// Offset of the joint's torque \[N·m, or N\].
@@ -78,13 +80,17 @@ impl ParameterKind {
             (Self::FvQuadratic, Prismatic) => "N·s²/m²",
             (Self::FvCubic, Revolute) => "N·m·s³/rad³",
             (Self::FvCubic, Prismatic) => "N·s³/m³",
+            (Self::FcLoad, _) => "1",
             (Self::Fc | Self::Fs | Self::FcMotor | Self::Off, joint) => joint.torque_unit(),
         }
     }
 
     /// Whether it is the coefficient of a [`FrictionLaw`](super::FrictionLaw).
     pub fn is_friction_law(self) -> bool {
-        matches!(self, Self::FvQuadratic | Self::FvCubic | Self::FvAsymmetric | Self::Fs)
+        matches!(
+            self,
+            Self::FvQuadratic | Self::FvCubic | Self::FvAsymmetric | Self::FcLoad | Self::Fs
+        )
     }
 
     /// Its symbol in lower case, as names of parameters have it.
@@ -106,6 +112,7 @@ impl ParameterKind {
             Self::FvCubic => "fvc",
             Self::FvAsymmetric => "fva",
             Self::Fc => "fc",
+            Self::FcLoad => "fcl",
             Self::Fs => "fs",
             Self::Off => "off",
             Self::FvMotor => "fv_m",

@@ -20,7 +20,7 @@ impl fmt::Display for Parameter {
 }
 
 /// The standard parameters in the order of the regressor's columns: per joint xx xy xz yy yz zz
-/// mx my mz m ia fv fvq fvc fva fc fs off, then fv_m and fc_m of every coupled motor; only what the
+/// mx my mz m ia fv fvq fvc fva fc fcl fs off, then fv_m and fc_m of every coupled motor; only what the
 /// robot has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterTable {
@@ -36,7 +36,7 @@ impl ParameterTable {
         transmission: &Transmission,
     ) -> Self {
         use ParameterKind::{
-            Fc, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
+            Fc, FcLoad, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
         };
 
         let mut parameters = Vec::new();
@@ -50,6 +50,7 @@ impl ParameterTable {
                 law(FvCubic),
                 law(FvAsymmetric),
                 (Fc, friction.coulomb),
+                law(FcLoad),
                 law(Fs),
                 (Off, friction.offset),
             ];

@@ -152,7 +152,7 @@ impl<R: Reference> Plant<R> {
         self.add_cogging(q);
         self.add_flexible(q, dq, flexible, flexible_rate);
         // Last, because it depends on all others.
-        self.add_load_friction(dq);
+        self.add_load_friction(q, dq);
         dq_rate.copy_from_slice(dq);
         Ok(())
     }
@@ -176,12 +176,13 @@ impl<R: Reference> Plant<R> {
 
     /// Coulomb friction by the load. What is left of the torque after it and the model's friction is the
     /// load L itself: L + μ|L| s = R, with R what is left without it, so that |L| = |R|/(1 + μ s sign R).
-    fn add_load_friction(&mut self, dq: &[f64]) {
+    fn add_load_friction(&mut self, q: &[f64], dq: &[f64]) {
         if self.load_friction.is_empty() {
             return;
         }
         let mut friction = [0.0; MAX_JOINTS];
-        self.model.friction(&self.parameters, dq, &mut friction[..self.joints]);
+        let friction_torques = &mut friction[..self.joints];
+        self.model.friction(&mut self.workspace, &self.parameters, q, dq, friction_torques);
         let joints = self.load_friction.iter().zip(dq).zip(friction);
         for (torque, (((share, sign), velocity), friction)) in self.torque.iter_mut().zip(joints) {
             let (left, by_load) = (*torque - friction, share * sign.value(*velocity));

@@ -152,6 +152,20 @@ impl Arm {
         Self { robot, model, base, truth, text: self.text }
     }
 
+    /// With Coulomb friction that grows by a tenth of the load, more or less, in every joint that gravity moves.
+    pub(crate) fn with_load_friction(self, random: &mut Random) -> Self {
+        let friction = self.robot.own_friction().iter().map(|own| own.with_law(FrictionLaw::Load));
+        let robot = self.robot.clone().with_friction(friction.collect());
+        let model = Model::new(&robot);
+        let base = BaseParameters::compute(&model).unwrap();
+        let truth = robot.parameters().names().iter().map(|name| {
+            let known = self.robot.parameters().find(name);
+            known.map_or_else(|| random.uniform(0.05, 0.15), |column| self.truth[column])
+        });
+        let truth = truth.collect();
+        Self { robot, model, base, truth, text: self.text }
+    }
+
     /// Smooth positions of every joint: sums of four sines up to `band_hz`, about ±1 rad.
     pub(crate) fn positions(
         &self,

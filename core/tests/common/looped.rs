@@ -87,6 +87,13 @@ impl Looped {
         Self::of_arm(arm, random, sampled(0.0), pd)
     }
 
+    /// With friction that grows with the load in every joint.
+    pub(crate) fn with_load_friction(seed: u64, joints: usize) -> Self {
+        let mut random = Random(seed);
+        let arm = Arm::random(&mut random, joints).with_load_friction(&mut random);
+        Self::of_arm(arm, random, sampled(0.0), pd)
+    }
+
     /// With springs and cylinders at its joints, and a file that states its parameters.
     pub(crate) fn with_known_torques(
         seed: u64,

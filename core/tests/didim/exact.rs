@@ -73,6 +73,12 @@ fn every_friction_law_is_simulated_as_it_is_fitted() {
     check("friction laws", &Looped::with_friction_laws(6, 3), HELD);
 }
 
+/// The simulated arm's friction grows with its own load, and the loads of the estimate become those of the arm.
+#[test]
+fn friction_that_grows_with_the_load_gives_the_truth_back() {
+    check("load", &Looped::with_load_friction(8, 3), HELD);
+}
+
 /// Springs and cylinders that the file states, and every third parameter not identified but kept at its true
 /// value.
 #[test]

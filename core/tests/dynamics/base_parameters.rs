@@ -2,6 +2,7 @@
 //! arms.
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
+use didim_core::robot::FrictionLaw;
 
 use super::arms::{Design, Random, difference, inverse, multiply, random_robots, tx40};
 
@@ -125,6 +126,13 @@ fn a_vertical_sliding_axis_keeps_its_mass() {
     assert_eq!(base.names(), ["m1r", "fv1", "fc1", "off1r"]);
     assert_eq!(base.expression("m1r").unwrap(), "m1 + ia1");
     assert_eq!(base.expression("off1r").unwrap(), "off1 - 9.81 ia1");
+
+    // Its load is always the same: a share of it is Coulomb friction, of no size that every mast has.
+    let robot = design.robot();
+    let loaded = vec![robot.own_friction()[0].with_law(FrictionLaw::Load)];
+    let base = BaseParameters::compute(&Model::new(&robot.with_friction(loaded))).unwrap();
+    assert_eq!(base.names(), ["m1r", "fv1", "fc1", "off1r"]);
+    assert_eq!(base.without_effect().last().unwrap(), "fcl1");
 }
 
 #[test]

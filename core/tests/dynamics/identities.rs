@@ -5,6 +5,7 @@ use super::arms::{
     random_robots,
 };
 use didim_core::dynamics::{Model, Workspace};
+use didim_core::robot::{FrictionLaw, Parameter, ParameterKind};
 use nalgebra::DMatrix;
 
 const ROBOTS: u64 = 300;
@@ -23,6 +24,97 @@ fn regressor_times_parameters_is_the_inverse_dynamics() {
         let tau = inverse(&model, &parameters, &q, &dq, &ddq);
         assert!(difference(&multiply(&regressor, &parameters), &tau) < TOLERANCE);
     }
+}
+
+/// Friction that grows with the load: with the loads of the parameters themselves the regressor has it, direct dynamics takes it back,
+/// its partials are its derivatives, and the load is the torque at rest.
+#[test]
+fn friction_grows_with_the_torque_at_rest() {
+    let mut acting = 0;
+    for seed in 0..100 {
+        let mut random = Random(seed);
+        let mut design = Design::random(&mut random);
+        design.friction = [true, true, true];
+        design.known_torques = true;
+        let plain = design.robot();
+        let grown = plain.own_friction().iter().map(|own| own.with_law(FrictionLaw::Load));
+        let robot = plain.clone().with_friction(grown.collect());
+        let (n, model, mut ws) = (robot.joints(), Model::new(&robot), Workspace::new());
+        let mut parameters = physical_parameters(&mut random, &robot);
+        for (value, parameter) in parameters.iter_mut().zip(robot.parameters().parameters()) {
+            if parameter.kind == ParameterKind::FcLoad {
+                *value = random.uniform(0.05, 0.5);
+            }
+        }
+        let (q, dq, ddq) = (random.vector(n, 2.0), random.vector(n, 4.0), random.vector(n, 9.0));
+        let tau = inverse(&model, &parameters, &q, &dq, &ddq);
+
+        // Without friction there is nothing at rest but the load.
+        let kept = |parameter: &&Parameter| ParameterKind::LINK.contains(&parameter.kind);
+        let table = robot.parameters().parameters();
+        let rigid = table.iter().zip(&parameters);
+        let rigid: Vec<f64> =
+            rigid.map(|(own, value)| if kept(&own) { *value } else { 0.0 }).collect();
+        let still = vec![0.0; n];
+        let load = inverse(&model, &rigid, &q, &still, &still);
+        let known = Model::new(&plain);
+        let without = plain.parameters().names().iter();
+        let without: Vec<f64> =
+            without.map(|name| parameters[robot.parameters().find(name).unwrap()]).collect();
+        let mut expected = inverse(&known, &without, &q, &dq, &ddq);
+        for (joint, torque) in expected.iter_mut().enumerate() {
+            let column = robot.parameters().column(ParameterKind::FcLoad, joint).unwrap();
+            let by_load = parameters[column] * load[joint].abs();
+            *torque += by_load * robot.sign_model(joint).value(dq[joint]);
+            acting += usize::from(by_load.abs() > 0.1);
+        }
+        assert!(difference(&expected, &tau) < TOLERANCE, "{seed}");
+
+        let p = parameters.len();
+        let mut regressor = vec![f64::NAN; n * p];
+        let linear = model.clone().with_load(parameters.clone());
+        linear.regressor(&mut ws, &q, &dq, &ddq, &mut regressor);
+        // What is known is no matter of the parameters.
+        let mut torque = multiply(&regressor, &parameters);
+        for ((torque, known), q) in torque.iter_mut().zip(robot.known_torques()).zip(&q) {
+            *torque -= known.as_ref().unwrap().at(*q)[0];
+        }
+        assert!(difference(&torque, &tau) < TOLERANCE, "{seed}");
+        assert!(difference(&inverse(&linear, &parameters, &q, &dq, &ddq), &tau) < TOLERANCE);
+
+        let mut found = vec![f64::NAN; n];
+        model.direct_dynamics(&mut ws, &parameters, &q, &dq, &tau, &mut found).unwrap();
+        assert!(difference(&found, &ddq) < 1e-9, "{seed}: {found:?} for {ddq:?}");
+
+        let (mut by_position, mut by_velocity) = (vec![f64::NAN; n * n], vec![f64::NAN; n * n]);
+        model.inverse_dynamics_partials(
+            &mut ws,
+            &parameters,
+            &q,
+            &dq,
+            &ddq,
+            &mut by_position,
+            &mut by_velocity,
+        );
+        let h = 1e-6;
+        for j in 0..n {
+            let moved = |of: &[f64], by: f64| {
+                let mut of = of.to_vec();
+                of[j] += by;
+                of
+            };
+            let ends = [-h, h].map(|by| inverse(&model, &parameters, &moved(&q, by), &dq, &ddq));
+            let speeds = [-h, h].map(|by| inverse(&model, &parameters, &q, &moved(&dq, by), &ddq));
+            for i in 0..n {
+                for (ends, partial) in [(&ends, &by_position), (&speeds, &by_velocity)] {
+                    let slope = (ends[1][i] - ends[0][i]) / (2.0 * h);
+                    let size = 1.0 + slope.abs() + tau[i].abs();
+                    assert!((slope - partial[i * n + j]).abs() < 1e-6 * size, "{seed}: {i} {j}");
+                }
+            }
+        }
+    }
+    assert!(acting > 100, "{acting}");
 }
 
 /// What is known of the torques, the drives need not give: at every joint its own, at every motion.
@@ -116,7 +208,7 @@ fn drives_across_couplings_are_those_of_their_motors() {
         let mut expected = vec![0.0; n];
         robot.transmission().joint_torque(&torque, &mut expected);
         let mut friction = vec![0.0; n];
-        model.friction(&parameters, &dq, &mut friction);
+        model.friction(&mut Workspace::new(), &parameters, &vec![0.0; n], &dq, &mut friction);
         assert!(difference(&friction, &expected) < TOLERANCE);
     }
 }

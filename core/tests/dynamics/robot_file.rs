@@ -141,7 +141,7 @@ fn sign_model_goes_with_coulomb_friction() {
 fn a_joint_may_have_friction_of_its_own() {
     let text = TX40.replacen("offset = true", "offset = true\nquadratic = true", 1).replacen(
         "torque_max_nm = 103.49",
-        "torque_max_nm = 103.49\nfriction = { quadratic = false, stribeck_rad_s = 0.2, \
+        "torque_max_nm = 103.49\nfriction = { quadratic = false, load = true, stribeck_rad_s = 0.2, \
              sign = { model = \"sign\" } }",
         1,
     );
@@ -152,7 +152,7 @@ fn a_joint_may_have_friction_of_its_own() {
         own.map(|(_, name)| name.as_str()).skip(10).collect::<Vec<_>>()
     };
     assert_eq!(of_joint(1), ["ia2", "fv2", "fvq2", "fc2", "off2"]);
-    assert_eq!(of_joint(2), ["ia3", "fv3", "fc3", "fs3", "off3"]);
+    assert_eq!(of_joint(2), ["ia3", "fv3", "fc3", "fcl3", "fs3", "off3"]);
     assert_eq!(robot.sign_model(2), SignModel::Sign);
     assert_eq!(robot.sign_model(1), SignModel::Tanh { width_rad_s: 0.05 });
     // What a joint's friction is shown as can be put into a file that has no law for all joints.

@@ -111,6 +111,11 @@ fn every_friction_law_is_simulated_as_it_is_fitted() {
     check("friction laws", &Looped::with_friction_laws(25, 3), HELD);
 }
 
+#[test]
+fn friction_that_grows_with_the_load_gives_the_truth_back() {
+    check("load", &Looped::with_load_friction(26, 2), HELD);
+}
+
 /// Springs and cylinders that the file states, and every third parameter not identified but kept at its true
 /// value.
 #[test]

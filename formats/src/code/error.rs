@@ -14,6 +14,14 @@ pub enum CodeError {
         /// Counted from 1.
         joint: usize,
     },
+    /// Friction of a joint grows with its load, and code has friction by speed alone.
+    #[error(
+        "friction of joint {joint} grows with the load, which is not written as code; identify without `load = true` for this export"
+    )]
+    LoadFriction {
+        /// Counted from 1.
+        joint: usize,
+    },
     /// The covariance of the parameters is not positive definite. Identify again.
     #[error("the covariance of the parameters is not positive definite; identify again")]
     Covariance,

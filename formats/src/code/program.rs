@@ -2,7 +2,7 @@
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 use didim_core::numeric::Scalar;
-use didim_core::robot::{ParameterKind, Robot};
+use didim_core::robot::{FrictionLaw, JointFriction, ParameterKind, Robot};
 use nalgebra::{Cholesky, DMatrix};
 
 use super::error::CodeError;
@@ -83,6 +83,10 @@ impl<'a> Program<'a> {
         if let Some(joint) = robot.known_torques().iter().position(Option::is_some) {
             return Err(CodeError::KnownTorque { joint: joint + 1 });
         }
+        let grows = |own: &JointFriction| own.laws.contains(&FrictionLaw::Load);
+        if let Some(joint) = robot.own_friction().iter().position(grows) {
+            return Err(CodeError::LoadFriction { joint: joint + 1 });
+        }
         let dynamics = Model::new(robot);
         // The same dynamics with as many zeros as there can be.
         let minimal = base.names().iter().zip(base.regroup(model.standard));
@@ -103,7 +107,8 @@ impl<'a> Program<'a> {
         let friction = function(|| {
             let parameters: Vec<Traced> = minimal.iter().map(|v| Traced::constant(*v)).collect();
             let mut tau = vec![Traced::zero(); n];
-            dynamics.friction(&parameters, &inputs(n, 1), &mut tau);
+            let [q, dq] = [0, 1].map(|which| inputs(n, which));
+            dynamics.friction(&mut Workspace::new(), &parameters, &q, &dq, &mut tau);
             tau
         });
         let regressor = function(|| {

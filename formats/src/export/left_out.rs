@@ -60,7 +60,9 @@ impl LeftOut {
 
 /// What a parameter is that has no place in a format; none where it has one.
 fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static str> {
-    use ParameterKind::{FcMotor, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off};
+    use ParameterKind::{
+        FcLoad, FcMotor, Fs, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, Off,
+    };
 
     let coupled = (0..robot.joints()).any(|motor| robot.transmission().is_coupled(motor));
     match (kind, holder) {
@@ -72,6 +74,7 @@ fn place(robot: &Robot, kind: ParameterKind, holder: Holder) -> Option<&'static 
         (FvQuadratic, _) => Some("viscous friction with the square of the speed"),
         (FvCubic, _) => Some("viscous friction with the cube of the speed"),
         (FvAsymmetric, _) => Some("difference of viscous friction between the directions"),
+        (FcLoad, _) => Some("Coulomb friction that grows with the load"),
         (Fs, _) => Some("Stribeck friction"),
         _ => None,
     }

@@ -34,7 +34,19 @@ impl BaseParameters {
         let parameters = model.parameters().parameters();
         let mut preference: Vec<usize> = (0..parameters.len()).collect();
         preference.sort_by_key(|&column| rank_of_choice(parameters[column], model.chain()));
-        let selection = select(&observation(model), &preference)?;
+        let mut selection = select(&observation(model), &preference)?;
+        // Where a load is always the same, a share of it is Coulomb friction, of a size that the arm's own
+        // parameters decide: no coefficient is that of every arm.
+        for (column, parameter) in parameters.iter().enumerate() {
+            let by_load = parameter.kind == ParameterKind::FcLoad;
+            if by_load
+                && !selection.kept.contains(&column)
+                && !selection.without_effect.contains(&column)
+            {
+                selection.regrouping.column_mut(column).fill(0.0);
+                selection.without_effect.push(column);
+            }
+        }
 
         let standard_names = model.parameter_names().to_vec();
         let name = |(row, &column): (usize, &usize)| {
@@ -63,7 +75,8 @@ impl BaseParameters {
         &self.columns
     }
 
-    /// Names of the standard parameters that no motion and no gravity can show.
+    /// Names of the standard parameters that no motion and no gravity can show, or not beside Coulomb
+    /// friction: shares of a load that is always the same.
     pub fn without_effect(&self) -> &[String] {
         &self.without_effect
     }
@@ -137,14 +150,15 @@ impl BaseParameters {
 /// How early a parameter is chosen; the later ones are regrouped into the earlier.
 fn rank_of_choice(parameter: Parameter, chain: &[Joint]) -> u8 {
     use ParameterKind::{
-        Fc, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, M, Mx, My, Mz, Off,
-        Xx, Xy, Xz, Yy, Yz, Zz,
+        Fc, FcLoad, FcMotor, Fs, Fv, FvAsymmetric, FvCubic, FvMotor, FvQuadratic, Ia, M, Mx, My,
+        Mz, Off, Xx, Xy, Xz, Yy, Yz, Zz,
     };
 
     match (parameter.kind, chain[parameter.joint].kind) {
         // Friction and offsets first, so that inertia is regrouped into them and not the reverse.
         // It happens on a sliding axis along gravity only, whose weight is a constant force.
-        (Fv | FvQuadratic | FvCubic | FvAsymmetric | Fc | Fs | Off | FvMotor | FcMotor, _) => 0,
+        (Fv | FvQuadratic | FvCubic | FvAsymmetric | Fc | FcLoad | Fs | Off, _)
+        | (FvMotor | FcMotor, _) => 0,
         (Xx | Xy | Xz | Yz | Zz | Mx | My, JointKind::Revolute) => 1,
         (Mx | My | Mz | M, JointKind::Prismatic) => 1,
         (Ia, _) => 2,

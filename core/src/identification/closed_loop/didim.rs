@@ -48,12 +48,13 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
         Weighting::new(&observations, &noise_levels, context.options.robust).map_err(named)?;
     let weighting = possible(weighting, &observations, bodies)?;
     let solution = &weighting.solution;
+    let judged = context.judging(&solution.parameters);
     let outliers = fit.outlier_samples(context, Some(&weighting));
     let unweighted = observations.ordinary().map_err(named)?;
     let simulator = &loops.simulator;
     let noisy = noisy_torques(context, simulator, &solution.parameters, &outliers)?;
     let motion = simulator.motion();
-    let BaseColumns { beside, .. } = BaseColumns::new(context, motion)?;
+    let BaseColumns { beside, .. } = BaseColumns::new(&judged, motion)?;
     let torque_error_per_joint = relative_errors(
         context.robot.joints(),
         &observations.measured(),
@@ -75,5 +76,5 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
         },
         outliers,
     };
-    findings.judged(context)
+    findings.judged(&judged)
 }

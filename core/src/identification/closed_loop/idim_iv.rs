@@ -42,8 +42,13 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let Converged { simulated, solution: last, .. } = loops.run(start(context, &fit, None)?)?;
 
     let named = |error| context.selection.named(error);
+    // The last equation, too, has the loads of what was found.
+    let judged = context.judging(&last.parameters);
+    let settled = judged.model.feels_loads().then(|| EquationErrorFit::with_beside(&judged));
+    let settled = settled.transpose()?;
+    let (fit, beside) = settled.as_ref().map_or((&fit, &beside), |(fit, beside)| (fit, beside));
     let levels = fit.observations.noise_levels(&last.residuals);
-    let matrix = fitted_matrix(context, loops.simulator.motion())?;
+    let matrix = fitted_matrix(&judged, loops.simulator.motion())?;
     let torque_error_per_joint = match torque_of_simulated_samples(context, timing) {
         Ok(measured) => {
             let (simulator, matrix) = (&loops.simulator, matrix.clone());
@@ -62,7 +67,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let findings = Findings {
         method: Method::IdimIv,
         motion: &fit.motion,
-        beside: &beside,
+        beside,
         position_error: PositionError::InTheRegressor,
         observations: &instruments.projected,
         torque: Some(TorqueRows {
@@ -80,7 +85,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
             ..loops.iteration()?
         },
     };
-    let mut found = findings.judged(context)?;
+    let mut found = findings.judged(&judged)?;
     // What is not a number is weak, too.
     let strong = correlation >= LEAST_CORRELATION;
     let weak = (!strong).then_some(Reason::WeakInstruments { correlation });

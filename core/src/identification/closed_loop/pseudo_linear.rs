@@ -11,7 +11,7 @@ use super::simulator::Simulator;
 use crate::identification::equation_error::{EquationErrorFit, Weighting};
 use crate::identification::given::{Context, IdentificationError, IterationError};
 use crate::identification::judgement::Iteration;
-use crate::identification::observation::{fitted_matrix, torque_equation};
+use crate::identification::observation::{fitted_matrix, fitted_matrix_of, torque_equation};
 use crate::regression::{Observations, Solution};
 
 /// A step is halved no more often than this: a thousandth of it leads nowhere else.
@@ -66,7 +66,7 @@ impl<'a> PseudoLinear<'a> {
         let mut parameters = start;
         loop {
             let halvings = self.simulate(previous.as_ref(), &mut parameters)?;
-            let (observations, solution) = self.solve()?;
+            let (observations, solution) = self.solve(&parameters)?;
             let relative_error = solution.residuals.norm() / observations.measured().norm();
             let changes =
                 (&solution.parameters - &parameters).component_div(&solution.standard_deviations());
@@ -90,7 +90,7 @@ impl<'a> PseudoLinear<'a> {
         let mut parameters = start;
         for _ in 0..steps {
             self.simulate(previous.as_ref(), &mut parameters)?;
-            let next = self.solve()?.1.parameters;
+            let next = self.solve(&parameters)?.1.parameters;
             previous = Some(core::mem::replace(&mut parameters, next));
         }
         Ok((parameters, previous))
@@ -123,14 +123,23 @@ impl<'a> PseudoLinear<'a> {
         }
     }
 
-    /// Weighted least squares on the motion of the last simulation.
-    fn solve(&self) -> Result<(Observations, Solution), IdentificationError> {
+    /// Weighted least squares on the motion of the last simulation, which was with these parameters.
+    fn solve(
+        &self,
+        parameters: &DVector<f64>,
+    ) -> Result<(Observations, Solution), IdentificationError> {
         let Self { context, fit, .. } = self;
         let named = |error| context.selection.named(error);
-        let matrix = fitted_matrix(context, self.simulator.motion())?;
+        let motion = self.simulator.motion();
+        let matrix = if context.model.feels_loads() {
+            // The loads are those that were simulated.
+            let model = context.with_loads(&self.simulator.arm(parameters));
+            fitted_matrix_of(context, &model, motion)?
+        } else {
+            fitted_matrix(context, motion)?
+        };
         match &self.equation {
             Equation::Simulated { torque } => {
-                let motion = self.simulator.motion();
                 let observations = torque_equation(context, matrix, torque.clone(), motion)?;
                 let robust = context.options.robust;
                 let weighting = Weighting::new(&observations, &fit.noise_levels, robust);

@@ -34,7 +34,20 @@ fn chosen(
         },
         Start::UnitDriveInertias => unit_drive_inertias(robot),
     };
-    Ok(selection.of_base(base, &base.regroup(&standard)))
+    let mut start = selection.of_base(base, &base.regroup(&standard));
+    if context.model.feels_loads() && context.options.simulation.start == Start::UnitDriveInertias {
+        // Without weight there is no load that friction could grow with.
+        let known = fit.weighted.solution.parameters.iter().zip(selection.kinds());
+        for (start, (value, kind)) in start.iter_mut().zip(known) {
+            if matches!(
+                kind,
+                ParameterKind::Mx | ParameterKind::My | ParameterKind::Mz | ParameterKind::M
+            ) {
+                *start = *value;
+            }
+        }
+    }
+    Ok(start)
 }
 
 /// Standard parameters of an arm of motors with 1 kg·m² at their joints. Where a joint has no drive inertia in the

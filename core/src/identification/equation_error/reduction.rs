@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::fit::EquationErrorFit;
+use super::loads::settle_loads;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::{Context, Experiment, IdentificationError, Method, Options};
 use crate::regression::{Observations, ResidualAnalysis};
@@ -57,7 +58,8 @@ pub fn essential_parameters(
         return Err(IdentificationError::Level { level });
     }
     let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
-    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    let mut context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
+    settle_loads(&mut context)?;
     let fit = EquationErrorFit::new(&context)?;
     let named = |error| context.selection.named(error);
     let (names, levels) = (context.selection.names(), &fit.noise_levels);

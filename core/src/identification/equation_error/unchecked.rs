@@ -1,6 +1,7 @@
 //! IDIM-LS for who asks for parameters and not for whether they may be used.
 
 use super::fit::EquationErrorFit;
+use super::loads::settle_loads;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::{Context, Experiment, IdentificationError, Method, Options};
 use crate::regression::ResidualStatistics;
@@ -46,7 +47,8 @@ pub fn idim_ls_unchecked(
     experiment: &Experiment,
     options: &Options,
 ) -> Result<UncheckedEstimate, IdentificationError> {
-    let context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    settle_loads(&mut context)?;
     let fit = EquationErrorFit::new(&context)?;
     let EquationErrorFit { observations, weighted, .. } = &fit;
     let solution = &weighted.solution;

@@ -18,7 +18,12 @@ use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 /// the model is checked, which looks at every column's spectrum.
 const MOST_ENTRIES: usize = 20_000_000;
 
+/// Parameters and loads are found in turn so often. Each pass leaves of the last one's error in the loads about the
+/// share by which friction grows with them, a few hundredths.
+const LOAD_PASSES: usize = 8;
+
 /// What every method works with.
+#[derive(Clone)]
 pub(crate) struct Context<'a> {
     pub(crate) robot: &'a Robot,
     pub(crate) base: &'a BaseParameters,
@@ -89,6 +94,43 @@ impl<'a> Context<'a> {
         }
         let model = Model::new(robot);
         Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
+    }
+
+    /// The same with the loads of a final estimate, which is judged with its own.
+    #[must_use]
+    pub(crate) fn judging(&self, parameters: &DVector<f64>) -> Self {
+        let mut judged = self.clone();
+        judged.set_loads(parameters);
+        judged
+    }
+
+    /// Gives the model the loads of the arm with these selected parameters, where friction grows with them.
+    pub(crate) fn set_loads(&mut self, parameters: &DVector<f64>) {
+        if self.model.feels_loads() {
+            self.model = self.with_loads(parameters);
+        }
+    }
+
+    /// Gives the model the loads of the selected parameters that `find` finds with it, where friction grows with them.
+    ///
+    /// # Errors
+    /// Those of `find`.
+    pub(crate) fn settle_loads<E>(
+        &mut self,
+        mut find: impl FnMut(&Self) -> Result<DVector<f64>, E>,
+    ) -> Result<(), E> {
+        if self.model.feels_loads() {
+            for _ in 0..LOAD_PASSES {
+                let found = find(self)?;
+                self.set_loads(&found);
+            }
+        }
+        Ok(())
+    }
+
+    /// The model with these loads.
+    pub(crate) fn with_loads(&self, parameters: &DVector<f64>) -> Model {
+        self.model.clone().with_load(self.selection.standard(parameters))
     }
 
     /// Of so many signals behind the decimation filter, each recording's by itself, the rows that are fitted

@@ -69,6 +69,20 @@ impl Selection {
         Ok(Self { names, columns, kinds, regrouped, kept: Vec::new(), width: table.names().len() })
     }
 
+    /// Without those of a kind.
+    pub(crate) fn without(&self, kind: ParameterKind) -> Self {
+        let kept = |index: &usize| self.kinds[*index] != kind;
+        let kept: Vec<usize> = (0..self.kinds.len()).filter(kept).collect();
+        Self {
+            names: kept.iter().map(|&k| self.names[k].clone()).collect(),
+            columns: kept.iter().map(|&k| self.columns[k]).collect(),
+            kinds: kept.iter().map(|&k| self.kinds[k]).collect(),
+            regrouped: kept.iter().map(|&k| self.regrouped[k]).collect(),
+            kept: self.kept.clone(),
+            width: self.width,
+        }
+    }
+
     /// The names, in the model's order.
     pub fn names(&self) -> &[String] {
         &self.names

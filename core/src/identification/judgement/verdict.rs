@@ -376,8 +376,9 @@ fn exceeds(value: f64, limit: f64) -> bool {
 fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
     let column = context.selection.columns()[index];
     let Parameter { kind, joint } = context.robot.parameters().parameters()[column];
-    // Of friction that bends, the part that does not may have either sign.
-    let bends = |law: &FrictionLaw| !matches!(law, FrictionLaw::Stribeck { .. });
+    // Of viscous friction that bends, the part that does not may have either sign.
+    let bends =
+        |law: &FrictionLaw| !matches!(law, FrictionLaw::Load | FrictionLaw::Stribeck { .. });
     if kind == ParameterKind::Fv && context.robot.own_friction()[joint].laws.iter().any(bends) {
         return None;
     }
@@ -385,6 +386,7 @@ fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str
         ParameterKind::Ia => Some("drive inertia"),
         ParameterKind::Fv | ParameterKind::FvMotor => Some("viscous friction"),
         ParameterKind::Fc | ParameterKind::FcMotor => Some("Coulomb friction"),
+        ParameterKind::FcLoad => Some("friction that grows with the load"),
         ParameterKind::Fs => Some("Stribeck friction"),
         _ => None,
     }

@@ -40,8 +40,19 @@ pub(crate) fn fitted_matrix(
     context: &Context<'_>,
     motion: &Motion,
 ) -> Result<DMatrix<f64>, IdentificationError> {
-    let Context { model, selection, .. } = context;
-    let columns = model.regressor_entries(selection.columns());
+    fitted_matrix_of(context, &context.model, motion)
+}
+
+/// The same of a model with other loads.
+///
+/// # Errors
+/// As [`observation_matrix`].
+pub(crate) fn fitted_matrix_of(
+    context: &Context<'_>,
+    model: &Model,
+    motion: &Motion,
+) -> Result<DMatrix<f64>, IdentificationError> {
+    let columns = model.regressor_entries(context.selection.columns());
     let mut read = entries_along(model, &columns, motion);
     let entries = context
         .decimate(columns.entries().len(), &mut read)

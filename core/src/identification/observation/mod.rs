@@ -16,7 +16,9 @@ pub(crate) use group::MotionGroup;
 pub(crate) use inverse_dynamics::InverseDynamics;
 pub(crate) use known::{known_at, torque_equation};
 pub use matrix::observation_matrix;
-pub(crate) use matrix::{BaseColumns, BesideObservation, fitted_matrix, regressor_rows};
+pub(crate) use matrix::{
+    BaseColumns, BesideObservation, fitted_matrix, fitted_matrix_of, regressor_rows,
+};
 pub(crate) use motion::motion_along;
 pub use motion::{Motion, filtered_motion};
 pub(crate) use reference::reference_of;

@@ -12,7 +12,7 @@ use crate::feasibility::{Body, nearest_body};
 use crate::identification::given::{Context, Experiment, Options};
 use crate::identification::judgement::ParameterCovariance;
 use crate::identification::observation::{
-    BaseColumns, filtered_motion, filtered_torque, torque_equation,
+    BaseColumns, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::prediction::{KnownModel, PredictionError};
 use crate::regression::{Observations, ResidualAnalysis};
@@ -64,7 +64,8 @@ pub struct Payload {
 ///
 /// K regroups the ten parameters φ of the load in the frame of the last link as it does those of the link itself (W. Khalil, M. Gautier and
 /// P. Lemoine, *Identification of the payload inertial parameters of industrial manipulators*, ICRA 2007). E is what errors of the arm's
-/// model make of the torques. What is not known of the arm is solved for with the load. Friction is taken not to change with it.
+/// model make of the torques. What is not known of the arm is solved for with the load. Friction
+/// changes with it as the robot's laws have it (`fcl`).
 ///
 /// # Errors
 /// [`PayloadError`].
@@ -80,12 +81,24 @@ pub fn payload(
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
     let covariance = covariance.ok_or(PayloadError::NoCovariance)?;
     let options = model.options(options);
-    let (context, parameters) = model.context(robot, base, experiment, &options)?;
+    let (mut context, parameters) = model.context(robot, base, experiment, &options)?;
     let sums = LoadSums::of(robot, base, &context)?;
     let motion = filtered_motion(experiment, &options.position_filter)?;
+    let equation = |context: &Context<'_>| {
+        let matrix = fitted_matrix(context, &motion)?;
+        torque_equation(context, matrix, filtered_torque(context)?, &motion)
+    };
+    let empty = equation(&context)?;
+    let before = PredictionError::of(&empty, &empty.residuals(&parameters));
+    let sums = sums.told_by(empty.matrix())?;
+    // Where friction grows with what the arm carries.
+    context.settle_loads(|context| {
+        let arm = equation(context)?;
+        let found = Equation::new(&sums, &arm, &arm.residuals(&parameters))?.ordinary()?;
+        Ok::<_, PayloadError>(sums.loaded(&parameters, &found))
+    })?;
     let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
     let arm = torque_equation(&context, selected, filtered_torque(&context)?, &motion)?;
-    let sums = sums.told_by(arm.matrix())?;
     let unexplained = arm.residuals(&parameters);
 
     let equation = Equation::new(&sums, &arm, &unexplained)?;
@@ -122,7 +135,7 @@ pub fn payload(
         without_effect,
         not_told,
         with_model_errors: errors.is_some(),
-        before: PredictionError::of(&arm, &unexplained),
+        before,
         after: PredictionError::of(&arm, &after),
     })
 }

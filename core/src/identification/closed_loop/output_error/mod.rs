@@ -88,6 +88,7 @@ fn identify(
 
     let named = |error| context.selection.named(error);
     let Linearised { point, observations, solution, .. } = &optimum.at;
+    let context = &context.judging(&solution.parameters);
     let unweighted = observations.ordinary().map_err(named)?;
     let BaseColumns { selected, beside } = BaseColumns::new(context, &point.motion)?;
     let joints = context.robot.joints();

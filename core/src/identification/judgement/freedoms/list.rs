@@ -173,7 +173,9 @@ impl Sizes<'_> {
     fn coulomb(&self, joint: usize) -> f64 {
         let own = self.of(ParameterKind::Fc, joint);
         let own = own.unwrap_or(UNMODELLED_FRICTION * self.observed.torque_nm[joint]);
-        own + self.of(ParameterKind::Fs, joint).unwrap_or_default()
+        let by_load = self.of(ParameterKind::FcLoad, joint).unwrap_or_default();
+        let by_load = by_load * self.observed.torque_nm[joint];
+        own + by_load + self.of(ParameterKind::Fs, joint).unwrap_or_default()
     }
 
     /// Viscous friction of a joint at its highest speed, over that speed \[N·m·s/rad or N·s/m\]: however it
