@@ -194,6 +194,22 @@ fn generated_code_of_the_tx40_is_the_library() {
     check(&robot, &standard);
 }
 
+/// By hand, see docs/models.md: two compilers for each robot of the library.
+#[test]
+#[ignore = "compiles the code of every robot of the library"]
+fn generated_code_of_every_robot_is_the_library() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/robots");
+    let (mut seed, mut files) = (7, 0);
+    for file in fs::read_dir(folder).unwrap() {
+        let robot = robot(&file.unwrap().file_name().into_string().unwrap());
+        let parameters = robot.parameters().names().len();
+        check(&robot, &(0..parameters).map(|_| random(&mut seed)).collect::<Vec<_>>());
+        println!("{}: as the library", robot.name());
+        files += 1;
+    }
+    assert!(files >= 11, "{files}");
+}
+
 /// Every friction law, and angles that are no quarter turns.
 #[test]
 fn generated_code_of_an_arm_with_every_friction_law_is_the_library() {

@@ -131,6 +131,27 @@ fn a_new_urdf_has_the_torques_of_the_robot() {
     assert!(files >= 11, "{files}");
 }
 
+/// The values of the text are those that were given, in every robot of the library.
+#[test]
+fn every_robot_file_takes_new_nominal_values() {
+    let (mut random, mut files) = (Random(29), 0);
+    for file in
+        fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/robots")).unwrap()
+    {
+        let text = fs::read_to_string(file.unwrap().path()).unwrap();
+        let robot = Robot::from_toml(&text).unwrap();
+        let standard = standard(&robot, &mut random);
+        let model = ExportModel { robot: &robot, standard: &standard, origin: &[] };
+        let written = to_robot_file(&model, &text).unwrap();
+        let again = Robot::from_toml(&written).unwrap_or_else(|error| panic!("{error}\n{written}"));
+        assert_eq!(again.nominal().unwrap().standard(), standard, "{}", robot.name());
+        let worst = difference((&robot, &standard), (&again, &standard), &mut random);
+        assert!(worst < 1e-15, "{}: {worst}", robot.name());
+        files += 1;
+    }
+    assert!(files >= 11, "{files}");
+}
+
 #[derive(Deserialize)]
 struct Golden {
     arm: Vec<GoldenArm>,
