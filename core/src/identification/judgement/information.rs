@@ -42,17 +42,18 @@ impl Information {
     ) -> Self {
         let (between_rests, moves) = moves(motion, samples);
         // z_k/‖z_k‖² = Ω^(1/2) times the influence on parameter k.
-        let influence = analysis.influence();
-        let shares = influence.column_iter().map(|column| {
-            let mut shares = vec![0.0; moves.len()];
-            for (joint, level) in noise_levels.iter().enumerate() {
-                let own = column.rows_range(observations.joint_rows(joint));
-                for (share, rows) in shares.iter_mut().zip(&moves) {
-                    *share += (own.rows_range(rows.clone()) * *level).norm_squared();
+        let mut squares = vec![vec![0.0; moves.len()]; observations.matrix().ncols()];
+        for (joint, level) in noise_levels.iter().enumerate() {
+            for (at, rows) in moves.iter().enumerate() {
+                let influence = analysis.influence(joint, rows.clone());
+                for (squares, own) in squares.iter_mut().zip(influence.column_iter()) {
+                    squares[at] += own.norm_squared() * level * level;
                 }
             }
-            let whole: f64 = shares.iter().sum();
-            shares.iter().map(|share| share / whole).collect()
+        }
+        let shares = squares.into_iter().map(|squares| {
+            let whole: f64 = squares.iter().sum();
+            squares.iter().map(|square| square / whole).collect()
         });
         let time_s = |row: usize| samples.get(row).map_or(0.0, |&k| k as f64 / sample_rate_hz);
         let last = samples.len().saturating_sub(1);
@@ -202,7 +203,8 @@ mod tests {
         assert!(found.shares[0].iter().all(|share| (share - 1.0 / 3.0).abs() < 0.05), "{found:?}");
         assert!((found.shares[1][1] - 1.0).abs() < 1e-12, "{found:?}");
         // Joint 1 alone tells column 0: the squares of its entries over their sum.
-        let column = observations.matrix().column(0);
+        let dense = observations.matrix().dense();
+        let column = dense.column(0);
         let square = |rows: Range<usize>| column.rows_range(rows).norm_squared();
         let first = moves(&motion(), &samples).1[0].clone();
         let expected = square(first) / square(0..2 * rows);
