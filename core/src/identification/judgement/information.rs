@@ -70,12 +70,11 @@ fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
         return (false, Vec::new());
     };
-    let speed = &motion.velocity;
-    let highest: Vec<f64> =
-        speed.column_iter().map(|of| of.rows_range(first..=last).amax()).collect();
-    let rests = |k: usize| {
-        highest.iter().enumerate().all(|(joint, most)| speed[(k, joint)].abs() <= REST * most)
-    };
+    let speed = |k: usize, joint: usize| motion.velocity(k, joint).abs();
+    let highest = |joint: usize| (first..=last).map(|k| speed(k, joint)).fold(0.0, f64::max);
+    let highest: Vec<f64> = (0..motion.position.ncols()).map(highest).collect();
+    let rests =
+        |k: usize| highest.iter().enumerate().all(|(joint, most)| speed(k, joint) <= REST * most);
     // The middle of each rest, as a row.
     let mut ends = Vec::new();
     let mut begun = None;
@@ -126,7 +125,7 @@ mod tests {
             let moving = at < 500 && (joint == 0 || number == 1);
             if moving { (at as f64 / 500.0 * core::f64::consts::PI).sin() } else { 0.0 }
         });
-        Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity }
+        Motion::of(velocity.clone(), velocity.clone(), velocity)
     }
 
     #[test]
@@ -148,8 +147,7 @@ mod tests {
             Some(k) if k < 1800 => moves_alone[(k, joint)],
             _ => 0.0,
         });
-        let motion =
-            Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity };
+        let motion = Motion::of(velocity.clone(), velocity.clone(), velocity);
         let samples: Vec<usize> = (0..2800).step_by(10).collect();
         let (between_rests, found) = moves(&motion, &samples);
         assert!(between_rests);
@@ -161,8 +159,7 @@ mod tests {
     fn a_motion_without_rests_is_sliced() {
         let velocity =
             DMatrix::from_fn(1000, 2, |k, joint| (k as f64 / 50.0 + joint as f64 * 1.5).sin());
-        let motion =
-            Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity };
+        let motion = Motion::of(velocity.clone(), velocity.clone(), velocity);
         let samples: Vec<usize> = (0..1000).step_by(10).collect();
         let (between_rests, found) = moves(&motion, &samples);
         assert!(!between_rests);

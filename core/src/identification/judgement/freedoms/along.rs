@@ -217,5 +217,5 @@ fn decimated(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, Identific
         let rows = columns.context.decimate(joints, &mut read);
         rows.map_err(IdentificationError::RegressorFilter)
     };
-    Ok(Motion { position: part(0)?, velocity: part(1)?, acceleration: part(2)? })
+    Ok(Motion::of(part(0)?, part(1)?, part(2)?))
 }

@@ -310,8 +310,8 @@ fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Moving, Vec<f64>)> + '_ 
 /// The highest speed along a direction.
 fn highest(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
     let speed = |k: usize| -> f64 {
-        let joints = motion.velocity.row(k);
-        joints.iter().zip(shares).map(|(speed, share)| speed * share).sum()
+        let joints = shares.iter().enumerate().filter(|(_, share)| **share != 0.0);
+        joints.map(|(joint, share)| motion.velocity(k, joint) * share).sum()
     };
     counted.map(|k| speed(k).abs()).fold(0.0, f64::max)
 }
