@@ -12,6 +12,7 @@ mod common;
 mod acquire;
 mod arrows;
 mod manager;
+mod memory;
 mod operations;
 mod paths;
 mod robots;

@@ -1,5 +1,6 @@
 //! `didim identify`: offline, on a table or a log of frames.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -19,7 +20,7 @@ use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
 use didim::report;
-use didim::report::html::{InputFile, Origin, Report};
+use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim::text::aligned;
 use didim_formats::Measurement;
 
@@ -132,15 +133,40 @@ fn compared(recordings: &[RecordingLine]) -> String {
     format!("\n{}", aligned(&header, &rows))
 }
 
+/// What is told of a piece of a file after its samples were given away.
+struct Told {
+    /// The number of the file among the inputs.
+    input: usize,
+    name: String,
+    what_counted: String,
+    range: SampleRange,
+}
+
+impl Told {
+    fn of(input: usize, path: &Path, piece: &Counted) -> Self {
+        let name = path.display().to_string() + &piece.begin();
+        Self { input, name, what_counted: piece.what_counted(), range: piece.range() }
+    }
+}
+
+/// The measurements. One alone is given away: nothing of it is wanted again.
+fn given(pieces: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
+    if pieces.len() == 1 {
+        let alone = pieces.drain(..);
+        return alone.map(|of| (Cow::Owned(of.piece.measurement), of.counted)).collect();
+    }
+    pieces.iter().map(|of| (Cow::Borrowed(&of.piece.measurement), of.counted.clone())).collect()
+}
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let read = (arguments.input.iter())
-        .map(|path| arguments.samples.read(path, &cell))
-        .collect::<Result<Vec<_>, _>>()?;
-    let pieces: Vec<(&Path, &Counted)> = (arguments.input.iter().zip(&read))
-        .flat_map(|(path, pieces)| pieces.iter().map(move |piece| (path.as_path(), piece)))
-        .collect();
-    let measurements = pairs(pieces.iter().map(|(_, piece)| *piece));
+    let (mut pieces, mut told) = (Vec::new(), Vec::new());
+    for (input, path) in arguments.input.iter().enumerate() {
+        let of_file = arguments.samples.read(path, &cell)?;
+        told.extend(of_file.iter().map(|piece| Told::of(input, path, piece)));
+        pieces.extend(of_file);
+    }
+    let measurements = pairs(&pieces);
     let first = &arguments.input[0];
     let start = Instant::now();
     let choices = Choices::make(&mut cell, &measurements, first)?;
@@ -157,7 +183,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let method = arguments.method.unwrap_or(cell.method);
     let mut identification =
-        identify_measurements(&cell, method, &measurements).map_err(|error| match error {
+        identify_measurements(&cell, method, given(&mut pieces)).map_err(|error| match error {
             IdentifyError::Identification(IdentificationError::NoController { .. })
             | IdentifyError::NotRobust(_) => {
                 CliError::configuration(format!("{}: {error}", arguments.cell.display()))
@@ -166,8 +192,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         })?;
     let elapsed = start.elapsed();
     choices.note_in(&mut identification.estimate);
-    let named: Vec<String> =
-        (pieces.iter()).map(|(path, piece)| path.display().to_string() + &piece.begin()).collect();
+    let measurements = pairs(&pieces);
+    let named: Vec<String> = told.iter().map(|piece| piece.name.clone()).collect();
     let recordings = recordings(&cell, method, &named, &measurements, &identification.estimate);
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
@@ -180,11 +206,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
         print(&text(&cell, &identification, arguments.regrouping))?;
-        for (_, piece) in pieces.iter().take(COMPARED) {
-            print(&piece.what_counted())?;
+        for piece in told.iter().take(COMPARED) {
+            print(&piece.what_counted)?;
         }
-        if pieces.len() > COMPARED {
-            print(&format!("and {} more pieces\n", pieces.len() - COMPARED))?;
+        if told.len() > COMPARED {
+            print(&format!("and {} more pieces\n", told.len() - COMPARED))?;
         }
         print(&compared(&recordings))?;
     }
@@ -193,10 +219,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_figure(path, &cell, &identification)?;
     }
     if let Some(path) = &arguments.report {
-        let mut origins = Vec::with_capacity(measurements.len());
-        for (path, pieces) in arguments.input.iter().zip(&read) {
+        let mut origins = Vec::with_capacity(told.len());
+        for (index, path) in arguments.input.iter().enumerate() {
             let input = InputFile::read(path).map_err(|error| CliError::in_file(path, error))?;
-            origins.extend(pieces.iter().map(|piece| (input.clone(), piece.range())));
+            let own = told.iter().filter(|piece| piece.input == index);
+            origins.extend(own.map(|piece| (input.clone(), piece.range.clone())));
         }
         let (input, samples) = origins.remove(0);
         let origin = Origin { input: Some(input), samples, further: origins, note: None };

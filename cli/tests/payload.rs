@@ -102,9 +102,10 @@ impl Arm {
         }
         let (model, mut workspace) = (Model::new(robot), Workspace::new());
         let (mut joint, mut motor) = (vec![0.0; last + 1], vec![0.0; last + 1]);
+        let matrices = motion.matrices();
         for k in 0..recorded.samples() {
-            let [q, dq, ddq] = [&motion.position, &motion.velocity, &motion.acceleration]
-                .map(|of| of.row(k).iter().copied().collect::<Vec<f64>>());
+            let [q, dq, ddq] =
+                matrices.each_ref().map(|of| of.row(k).iter().copied().collect::<Vec<f64>>());
             model.inverse_dynamics(&mut workspace, &standard, &q, &dq, &ddq, &mut joint);
             transmission.motor_torque(&joint, &mut motor);
             for (torque, load) in recorded.signals.torque_nm.iter_mut().zip(&motor) {

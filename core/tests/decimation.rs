@@ -116,6 +116,29 @@ fn decimation_gives_what_the_recursion_gives_for_many_signals_and_long_records()
     }
 }
 
+/// The way back over the samples begins before the record has ended.
+#[test]
+fn a_record_of_any_length_is_filtered_as_a_whole() {
+    for (order, factor) in [(8, 10), (1, 2), (4, 1)] {
+        let decimation = ParallelDecimation::chebyshev1(order, 0.05, 0.8, factor).unwrap();
+        let signals = random(9, 3, 60_003);
+        for counted in [0..60_003, 31_000..33_000] {
+            let [rows, differences] = with_differences(&decimation, &signals, counted.clone());
+            let expected = recursion(&decimation, &signals, counted.clone());
+            let error = difference(&rows, &expected, &signals);
+            assert!(error < ROUNDING, "{order}: {error}");
+            let mut filtered: Vec<f64> = signals.row(0).iter().copied().collect();
+            decimation.filter(&mut filtered).unwrap();
+            for (k, found) in decimation.kept(counted).zip(differences.column(0).iter()) {
+                if k > 0 && k + 1 < filtered.len() {
+                    let error = found - (filtered[k + 1] - filtered[k - 1]);
+                    assert!(error.abs() < ROUNDING * signals.row(0).amax(), "{order}: {error}");
+                }
+            }
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn differences_are_those_of_the_filtered_samples_beside_the_kept_ones(

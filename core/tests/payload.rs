@@ -47,7 +47,7 @@ fn record(
         let level = noise * (square / SAMPLES as f64).sqrt();
         torque.iter_mut().for_each(|tau| *tau += level * random.normal());
     }
-    Experiment::joint_side(&signals(RATE_HZ, position, torques)).unwrap()
+    Experiment::joint_side(signals(RATE_HZ, position, torques)).unwrap()
 }
 
 impl Known {

@@ -163,7 +163,7 @@ proptest! {
             .collect();
         let system = observations();
         let permuted = Observations::new(
-            system.matrix().select_rows(&rows),
+            system.matrix().dense().select_rows(&rows),
             system.measurements().select_rows(&rows),
             JOINTS,
         )
@@ -181,7 +181,7 @@ proptest! {
         let system = observations();
         let torque = 10_f64.powi(torque);
         let units: Vec<f64> = powers.iter().map(|&p| 10_f64.powi(p)).collect();
-        let x = system.matrix() * DMatrix::from_diagonal(&DVector::from_column_slice(&units));
+        let x = system.matrix().dense() * DMatrix::from_diagonal(&DVector::from_column_slice(&units));
         let scaled = Observations::new(x, system.measurements() * torque, JOINTS).unwrap();
         let (a, b) = (two_step(&system), two_step(&scaled));
         let back = |values: &DVector<f64>| -> Vec<f64> {

@@ -20,7 +20,7 @@ fn record(motion: Option<u64>) -> Experiment {
     );
     let record = record.unwrap().run(scenario.samples()).unwrap();
     let hold_s = scenario.controller().timing.sample_period_s();
-    Experiment::motor_side(&Signals::of_motors(&record), scenario.robot().transmission())
+    Experiment::motor_side(Signals::of_motors(&record), scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
         .unwrap()

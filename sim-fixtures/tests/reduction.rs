@@ -24,7 +24,7 @@ fn what_stays_is_what_the_noise_lets_be_found() {
         let scenario = scenario.clone().with_noise(noise).unwrap();
         let record = scenario.closed_loop().unwrap().run(scenario.samples()).unwrap();
         let hold_s = scenario.controller().timing.sample_period_s();
-        let experiment = Experiment::motor_side(&Signals::of_motors(&record), robot.transmission())
+        let experiment = Experiment::motor_side(Signals::of_motors(&record), robot.transmission())
             .unwrap()
             .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
             .unwrap();

@@ -1,5 +1,6 @@
 //! From a measurement or a window to an identification, as the cell wants it.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -71,22 +72,24 @@ pub fn identify_measurement(
     measurement: &Measurement,
     counted: Range<usize>,
 ) -> Result<Identification, IdentifyError> {
-    identify_measurements(cell, method, &[(measurement, counted)])
+    identify_measurements(cell, method, vec![(Cow::Borrowed(measurement), counted)])
 }
 
-/// Identifies one set of parameters from several measurements, each with the samples that count in it.
+/// Identifies one set of parameters from several measurements, each with the samples that count in it. What is given away
+/// is not in memory twice.
 ///
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify_measurements(
     cell: &Cell,
     method: Method,
-    measurements: &[(&Measurement, Range<usize>)],
+    measurements: Vec<(Cow<'_, Measurement>, Range<usize>)>,
 ) -> Result<Identification, IdentifyError> {
-    let experiment = joined(cell, measurements)?;
+    let rate_unchecked = measurements.iter().any(|(measurement, _)| measurement.rate_unchecked);
+    let experiment = joined_of(cell, measurements)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     let mut identification = identify(method, &cell.robot, &cell.base, &experiment, &cell.options)?;
-    if measurements.iter().any(|(measurement, _)| measurement.rate_unchecked) {
+    if rate_unchecked {
         identification.estimate.verdict.notes.push(Note::RateUnchecked);
     }
     Ok(identification)
@@ -144,7 +147,7 @@ pub fn cross_validate_measurement(
     counted: Range<usize>,
     blocks: usize,
 ) -> Result<CrossValidation, IdentifyError> {
-    let experiment = experiment(cell, measurement, counted)?;
+    let experiment = experiment(cell, Cow::Borrowed(measurement), counted)?;
     cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
     Ok(cross_validate(method, &cell.robot, &cell.base, &experiment, &cell.options, blocks)?)
 }
@@ -154,25 +157,41 @@ pub(super) fn joined(
     cell: &Cell,
     measurements: &[(&Measurement, Range<usize>)],
 ) -> Result<Experiment, ExperimentError> {
-    if let [(measurement, counted)] = measurements {
-        return experiment(cell, measurement, counted.clone());
-    }
-    let experiments = measurements
-        .iter()
-        .map(|(measurement, counted)| experiment(cell, measurement, counted.clone()))
+    let borrowed = measurements.iter().map(|(of, counted)| (Cow::Borrowed(*of), counted.clone()));
+    joined_of(cell, borrowed.collect())
+}
+
+fn joined_of(
+    cell: &Cell,
+    measurements: Vec<(Cow<'_, Measurement>, Range<usize>)>,
+) -> Result<Experiment, ExperimentError> {
+    let mut experiments = measurements
+        .into_iter()
+        .map(|(measurement, counted)| experiment(cell, measurement, counted))
         .collect::<Result<Vec<_>, _>>()?;
-    Experiment::joined(&experiments)
+    match experiments.pop() {
+        Some(one) if experiments.is_empty() => Ok(one),
+        last => {
+            experiments.extend(last);
+            Experiment::joined(&experiments)
+        }
+    }
 }
 
 /// The experiment that a measurement is to this cell.
 fn experiment(
     cell: &Cell,
-    measurement: &Measurement,
+    measurement: Cow<'_, Measurement>,
     counted: Range<usize>,
 ) -> Result<Experiment, ExperimentError> {
-    match measurement.side {
-        Side::Motor => Experiment::motor_side(&measurement.signals, cell.robot.transmission())?,
-        Side::Joint => Experiment::joint_side(&measurement.signals)?,
+    let side = measurement.side;
+    let signals = match measurement {
+        Cow::Borrowed(of) => Cow::Borrowed(&of.signals),
+        Cow::Owned(of) => Cow::Owned(of.signals),
+    };
+    match side {
+        Side::Motor => Experiment::motor_side(signals, cell.robot.transmission())?,
+        Side::Joint => Experiment::joint_side(signals)?,
     }
     .with_torque_timing(cell.torque_timing)?
     .with_counted(counted)

@@ -46,11 +46,11 @@ pub fn choose_friction(
     tried: impl FnMut(),
 ) -> Result<ChosenFriction, IdentificationError> {
     let motion = filtered_motion(experiment, &options.position_filter)?;
-    let highest = motion
-        .velocity
-        .column_iter()
-        .map(|speed| experiment.counted_samples().map(|k| speed[k].abs()).fold(0.0, f64::max));
-    let highest: Vec<f64> = highest.collect();
+    let highest = |joint: usize| {
+        let speeds = experiment.counted_samples().map(|k| motion.velocity(k, joint).abs());
+        speeds.fold(0.0, f64::max)
+    };
+    let highest: Vec<f64> = (0..experiment.joints()).map(highest).collect();
     let mut search =
         Search { robot, experiment, options, tried, trials: 0, most_elsewhere: f64::INFINITY };
     let first = search.first(base)?;

@@ -36,9 +36,9 @@ pub fn torque_along(
     let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
     let deviations = covariance.map(|covariance| {
-        let x = equation.matrix();
-        let spread = x * model.ordered(&context, &covariance);
-        let variance = spread.component_mul(x).column_sum();
+        let x = equation.matrix().dense();
+        let spread = &x * model.ordered(&context, &covariance);
+        let variance = spread.component_mul(&x).column_sum();
         equation.per_joint(&variance.map(|variance| variance.max(0.0).sqrt()))
     });
     let torque = equation.measured().into_owned() - equation.residuals(&parameters);

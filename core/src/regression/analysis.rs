@@ -1,11 +1,15 @@
 //! What the residuals of a weighted solution say about it.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::observations::Observations;
 use super::products::product;
+use super::row_filter::RowFilter;
 use super::solution::Solution;
-use super::spectrum::{ResidualSpectrum, RowFilter, Transforms};
+use super::spectra::{Basis, Spectra};
+use super::spectrum::ResidualSpectrum;
 
 /// A weighted solution with the spectrum of its errors.
 ///
@@ -17,8 +21,8 @@ pub struct ResidualAnalysis<'a> {
     pub(super) solution: &'a Solution,
     pub(super) filter: &'a RowFilter,
     /// Q (r × b), the columns of `Ω^{-1/2} X` as combinations of orthonormal ones.
-    pub(super) basis: DMatrix<f64>,
-    pub(super) basis_transforms: Transforms,
+    pub(super) basis: Basis<'a>,
+    pub(super) basis_spectra: Spectra<'a>,
     pub(super) leverage: Vec<Vec<f64>>,
     spectrum: ResidualSpectrum<'a>,
 }
@@ -26,14 +30,13 @@ pub struct ResidualAnalysis<'a> {
 impl<'a> ResidualAnalysis<'a> {
     /// Of a solution of [`Observations::weighted`], whose rows have passed `filter`.
     pub fn new(system: &'a Observations, solution: &'a Solution, filter: &'a RowFilter) -> Self {
-        let mut weighted = system.matrix().clone();
-        divide_by_levels(system, &mut weighted, &solution.noise_levels);
-        let basis = product(&weighted, &solution.r_inverse);
-        let basis_transforms = filter.transforms(&basis, system.joints());
+        let (matrix, levels) = (system.matrix(), &solution.noise_levels);
+        let basis = Basis { matrix, levels, r_inverse: &solution.r_inverse };
+        let basis_spectra = Spectra::of_product(filter, matrix, &solution.r_inverse, levels);
         let mut leverage = filter.no_leverage(system.joints());
-        filter.add_leverage(&basis_transforms, system.rows_per_joint(), &mut leverage);
+        basis_spectra.add_leverage(system.rows_per_joint(), &mut leverage);
         let spectrum = ResidualSpectrum::fit(system, &leverage, &solution.residuals, filter);
-        Self { system, solution, filter, basis, basis_transforms, leverage, spectrum }
+        Self { system, solution, filter, basis, basis_spectra, leverage, spectrum }
     }
 
     /// The spectrum of the errors of the rows.
@@ -44,38 +47,58 @@ impl<'a> ResidualAnalysis<'a> {
     /// Rows of zeros on both sides.
     pub fn rows_without_equation(&self) -> Vec<usize> {
         let (matrix, measured) = (self.system.matrix(), self.system.measurements());
+        let per_joint = self.system.rows_per_joint();
         let is_zero = |row: &usize| {
-            measured[*row] == 0.0 && matrix.row(*row).iter().all(|value| *value == 0.0)
+            let (joint, of_joint) = (row / per_joint, row % per_joint);
+            measured[*row] == 0.0
+                && matrix.of_joint(joint).all(|(_, values)| values[of_joint] == 0.0)
         };
         (0..matrix.nrows()).filter(is_zero).collect()
     }
 
-    /// `Z = Ω⁻¹X (XᵀΩ⁻¹X)⁻¹` (r × b): the estimate is Zᵀy, and a change of y by d moves it by Zᵀd.
-    pub fn influence(&self) -> DMatrix<f64> {
-        // Ω^{-1/2} Q R⁻ᵀ
-        let mut z = product(&self.basis, &self.solution.r_inverse.transpose());
-        divide_by_levels(self.system, &mut z, &self.solution.noise_levels);
-        z
+    /// The influence `Z = Ω⁻¹X (XᵀΩ⁻¹X)⁻¹` (r × b) in some rows of a joint: the estimate is Zᵀy, and a change of y by d
+    /// moves it by Zᵀd.
+    pub fn influence(&self, joint: usize, rows: Range<usize>) -> DMatrix<f64> {
+        let matrix = self.system.matrix();
+        let factor = self.whole_covariance().select_rows(&matrix.columns_of(joint));
+        let level = self.solution.noise_levels[joint];
+        product(&matrix.rows_of(joint, rows), &(factor / (level * level)))
     }
 
     /// How far the estimate moves with a change of y by these (r): Zᵀ times them, Z the
     /// [`influence`](Self::influence).
     pub fn estimate_shift(&self, change: &DVector<f64>) -> DVector<f64> {
         let weighted = self.weighted(change);
-        &self.solution.r_inverse * self.basis.tr_mul(&weighted)
+        &self.solution.r_inverse * self.basis.transposed_times(weighted.as_slice())
+    }
+
+    /// How far it moves with changes of y in the rows of one joint alone, of which these are the products `X_jᵀD` with the
+    /// columns that act on it.
+    pub fn estimate_shifts(&self, joint: usize, products: &DMatrix<f64>) -> DMatrix<f64> {
+        let acting = self.system.matrix().columns_of(joint);
+        let level = self.solution.noise_levels[joint];
+        let right = self.solution.r_inverse.select_rows(&acting).tr_mul(products);
+        &self.solution.r_inverse * right / (level * level)
+    }
+
+    /// `(XᵀΩ⁻¹X)⁻¹`.
+    fn whole_covariance(&self) -> DMatrix<f64> {
+        product(&self.solution.r_inverse, &self.solution.r_inverse.transpose())
     }
 
     /// Covariance `ZᵀVZ` of the parameters (b × b), V the covariance of the errors: right also
     /// where the residuals are not white, where equation 10 is not.
     pub fn covariance(&self) -> DMatrix<f64> {
-        self.covariance_by(&self.spectrum)
+        self.covariances_by(&[&self.spectrum]).pop().unwrap_or_default()
     }
 
     /// The rows (r) of each joint divided by its noise level.
     pub(super) fn weighted(&self, rows: &DVector<f64>) -> DVector<f64> {
-        let mut weighted = DMatrix::from_columns(core::slice::from_ref(rows));
-        divide_by_levels(self.system, &mut weighted, &self.solution.noise_levels);
-        weighted.column(0).into_owned()
+        let mut weighted = rows.clone();
+        for (joint, level) in self.solution.noise_levels.iter().enumerate() {
+            weighted.rows_range_mut(self.system.joint_rows(joint)).unscale_mut(*level);
+        }
+        weighted
     }
 }
 

@@ -1,6 +1,6 @@
 //! The autocorrelation of residuals, and what white noise behind the decimation filter has.
 
-use super::spectrum::RowFilter;
+use super::row_filter::RowFilter;
 
 /// The autocorrelation at one lag of a record of white noise behind the decimation filter.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::analysis::{ResidualAnalysis, divide_by_levels};
 use super::error::RegressionError;
-use super::products::{add_product, subtract_share, transposed_product};
+use super::products::{subtract_share, transposed_product};
+use super::spectra::{Basis, Spectra};
 use super::spectrum::ResidualSpectrum;
 
 /// A column of which less than this share lies outside of the others adds nothing that could be
@@ -31,11 +32,11 @@ impl ResidualAnalysis<'_> {
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] when the covariance of the coefficients cannot be inverted.
-    pub fn extended(&self, further: &DMatrix<f64>) -> Result<Option<Extension>, RegressionError> {
+    pub fn extended(&self, further: DMatrix<f64>) -> Result<Option<Extension>, RegressionError> {
         let levels = &self.solution.noise_levels;
-        let mut weighted = further.clone();
+        let mut weighted = further;
         divide_by_levels(self.system, &mut weighted, levels);
-        let Parts { columns, outside } = independent_parts(&self.basis, &weighted);
+        let Parts { columns, outside } = independent_parts(self.basis, &weighted);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
         if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
@@ -49,10 +50,10 @@ impl ResidualAnalysis<'_> {
             remaining.rows_range_mut(self.system.joint_rows(joint)).scale_mut(*level);
         }
         let mut leverage = self.leverage.clone();
-        let transforms = self.filter.transforms(&outside, self.system.joints());
-        self.filter.add_leverage(&transforms, self.system.rows_per_joint(), &mut leverage);
+        let spectra = Spectra::of_columns(self.filter, &outside, self.system.joints());
+        spectra.add_leverage(self.system.rows_per_joint(), &mut leverage);
         let spectrum = ResidualSpectrum::fit(self.system, &leverage, &remaining, self.filter);
-        let covariance = spectrum.covariance_of(&transforms, levels);
+        let covariance = spectrum.covariance_of(&spectra, levels);
         if Cholesky::new(covariance.clone()).is_none() {
             return Err(RegressionError::OutOfRange);
         }
@@ -77,23 +78,21 @@ struct Parts {
 
 /// Orthogonalises twice, for full accuracy (Kahan): what the first time leaves of a column within an
 /// ill-conditioned basis is rounding, and must not be chosen.
-fn independent_parts(basis: &DMatrix<f64>, columns: &DMatrix<f64>) -> Parts {
+fn independent_parts(basis: Basis<'_>, columns: &DMatrix<f64>) -> Parts {
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
-    let inside = transposed_product(basis, columns);
-    let outside = without(basis, &inside, columns.clone());
-    let mut outside = without(basis, &transposed_product(basis, &outside), outside);
+    let mut outside = columns.clone();
+    for column in outside.as_mut_slice().chunks_exact_mut(columns.nrows()) {
+        basis.take_out_of(column);
+        basis.take_out_of(column);
+    }
     let chosen = orthonormalise(&mut outside, |column, left| {
         lengths[column].is_finite() && left > INDEPENDENT * lengths[column]
     });
-    let mut parts = outside.select_columns(&chosen);
-    orthonormalise(&mut parts, |_, _| true);
-    Parts { columns: chosen, outside: parts }
-}
-
-/// Columns less what `basis` has of them, which are the products `inside`.
-fn without(basis: &DMatrix<f64>, inside: &DMatrix<f64>, mut columns: DMatrix<f64>) -> DMatrix<f64> {
-    add_product(&mut columns, -1.0, basis, inside);
-    columns
+    if chosen.len() < outside.ncols() {
+        outside = outside.select_columns(&chosen);
+    }
+    orthonormalise(&mut outside, |_, _| true);
+    Parts { columns: chosen, outside }
 }
 
 /// Makes those columns orthonormal of which, by index and length, enough lies outside of those

@@ -5,6 +5,11 @@ use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
 /// Signals side by side. Each has the bits that it would have alone.
 pub(super) const SIGNALS: usize = WIDTH;
 
+/// Values of a transform of which a class is transformed at a time, and classes at most: each goes over all values of a
+/// signal.
+const AT_ONCE: usize = 4096;
+const MOST_PARTS: usize = 64;
+
 /// As many complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Complex {
@@ -59,17 +64,96 @@ impl Fourier {
         self.length / 2 + 1
     }
 
+    /// The frequencies fall into so many classes, which are transformed one at a time: those of a class leave the same
+    /// remainder when they are divided by [`parts`](Self::parts), or its negative.
+    pub(super) fn classes(&self) -> usize {
+        self.parts() / 2 + 1
+    }
+
+    /// Where the values of a transform would take much memory, it is one of so many parts.
+    fn parts(&self) -> usize {
+        (self.length / AT_ONCE).clamp(1, MOST_PARTS)
+    }
+
+    /// The frequencies of a class in the order of [`of_class`](Self::of_class), counted from 0 to Nyquist's: each is in
+    /// one class, once.
+    pub(super) fn frequencies_of(&self, class: usize) -> impl Iterator<Item = usize> + use<> {
+        let (length, parts) = (self.length, self.parts());
+        let values = length / parts;
+        let count = if class == 0 {
+            values / 2 + 1
+        } else if 2 * class == parts {
+            // The others are their mirror images.
+            values / 2
+        } else {
+            values
+        };
+        (0..count).map(move |k| {
+            let frequency = parts * k + class;
+            frequency.min(length - frequency)
+        })
+    }
+
     /// The transforms at the frequencies from 0 to Nyquist's. `signals` are not longer than the
     /// transform, and no more than [`SIGNALS`].
     pub(super) fn of(&self, signals: &[&[f64]]) -> Vec<Complex> {
-        let half = self.length / 2;
+        self.of_real(signals, self.length)
+    }
+
+    /// The transforms at the frequencies of a class; where a frequency is beyond Nyquist's, that of its mirror image is
+    /// the conjugate.
+    ///
+    /// With `N = P M` and k = P m + r, `X_k = Σ_i (Σ_p x_(i+Mp) e^{−j2πr(i+Mp)/N}) e^{−j2πmi/M}`: a transform of M values
+    /// (decimation in frequency; Van Loan, section 1.9).
+    pub(super) fn of_class(&self, class: usize, signals: &[&[f64]]) -> Vec<Complex> {
+        let values = self.length / self.parts();
+        if class == 0 {
+            return self.of_real(signals, values);
+        }
+        let longest = signals.iter().map(|signal| signal.len()).max().unwrap_or_default();
+        let mut folded = vec![Complex::ZERO; values];
+        vectorised(
+            #[inline(always)]
+            || {
+                for first in (0..longest).step_by(values) {
+                    let parts: [&[f64]; SIGNALS] = core::array::from_fn(|l| {
+                        signals.get(l).and_then(|signal| signal.get(first..)).unwrap_or_default()
+                    });
+                    for (i, folded) in folded.iter_mut().enumerate().take(longest - first) {
+                        let [cos, sin] = self.turn(class * (first + i));
+                        let value = |l: usize| parts[l].get(i).copied().unwrap_or(0.0);
+                        let value = Lanes::from_fn(value);
+                        folded.re += value * Lanes::constant(cos);
+                        folded.im += value * Lanes::constant(sin);
+                    }
+                }
+                let mut spare = vec![Complex::ZERO; values];
+                self.complex(&mut folded, &mut spare);
+            },
+        );
+        folded
+    }
+
+    /// `[cos, −sin]` of 2π k/length.
+    #[inline(always)]
+    fn turn(&self, k: usize) -> [f64; 2] {
+        let (k, half) = (k % self.length, self.length / 2);
+        if k < half { self.turns[k] } else { self.turns[k - half].map(|value| -value) }
+    }
+
+    /// The transform of real signals, which repeat after so many values: at so many frequencies from 0 on, and as far up as
+    /// Nyquist's.
+    fn of_real(&self, signals: &[&[f64]], values: usize) -> Vec<Complex> {
+        let half = values / 2;
         // Even values as real parts, odd ones as imaginary: a complex signal of half the length
         // (Press et al., Numerical Recipes, section 12.3).
         let mut packed = vec![Complex::ZERO; half];
         for (l, signal) in signals.iter().enumerate() {
-            for (packed, values) in packed.iter_mut().zip(signal.chunks(2)) {
-                packed.re.0[l] = values[0];
-                packed.im.0[l] = values.get(1).copied().unwrap_or(0.0);
+            for part in signal.chunks(values) {
+                for (packed, values) in packed.iter_mut().zip(part.chunks(2)) {
+                    packed.re.0[l] += values[0];
+                    packed.im.0[l] += values.get(1).copied().unwrap_or(0.0);
+                }
             }
         }
         let mut spare = vec![Complex::ZERO; half];
@@ -82,16 +166,17 @@ impl Fourier {
         )
     }
 
-    /// The transform of half the length in place, by halves that sort themselves (Stockham; Van
+    /// The transform of a complex signal in place, of a power of two of values, by halves that sort themselves (Stockham; Van
     /// Loan, *Computational Frameworks for the Fast Fourier Transform*, 1992, section 1.7).
     #[inline(always)]
     fn complex(&self, signal: &mut Vec<Complex>, spare: &mut Vec<Complex>) {
         let (mut parts, mut stride) = (signal.len(), 1);
+        let step = self.length / parts;
         while parts > 1 {
             let half = parts / 2;
             let (low, high) = signal.split_at(half * stride);
             let pairs = low.chunks_exact(stride).zip(high.chunks_exact(stride));
-            let turns = self.turns.iter().step_by(2 * stride);
+            let turns = self.turns.iter().step_by(step * stride);
             for (((low, high), to), turn) in
                 pairs.zip(spare.chunks_exact_mut(2 * stride)).zip(turns)
             {
@@ -113,6 +198,7 @@ impl Fourier {
     #[inline(always)]
     fn unpacked(&self, packed: &[Complex]) -> Vec<Complex> {
         let half = packed.len();
+        let step = self.length / (2 * half);
         let mut transforms = Vec::with_capacity(half + 1);
         for k in 0..=half {
             let (z, mirrored) = (packed[k % half], packed[(half - k) % half]);
@@ -126,7 +212,7 @@ impl Fourier {
                 im: one_half * (mirrored.re - z.re),
             };
             // At the Nyquist frequency, half a turn.
-            let turn = self.turns.get(k).copied().unwrap_or([-1.0, 0.0]);
+            let turn = self.turns.get(step * k).copied().unwrap_or([-1.0, 0.0]);
             transforms.push(even.plus(odd.rotated(turn)));
         }
         transforms
@@ -166,6 +252,33 @@ mod tests {
                         && alone.im.0[0].to_bits() == found.im.0[l].to_bits()
                 }));
             }
+        }
+    }
+
+    #[test]
+    fn classes_have_every_frequency_once() {
+        for values in [100, 3000, 9000] {
+            let fourier = Fourier::for_values(values);
+            let signals: Vec<Vec<f64>> = (1..=3)
+                .map(|s| (0..values / 2).map(|k| ((k * 37 + s * 11) % 23) as f64 - 9.0).collect())
+                .collect();
+            let slices: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
+            let expected = fourier.of(&slices);
+            let mut seen = vec![0; fourier.frequencies()];
+            for class in 0..fourier.classes() {
+                let found = fourier.of_class(class, &slices);
+                for (frequency, found) in fourier.frequencies_of(class).zip(&found) {
+                    seen[frequency] += 1;
+                    for l in 0..3 {
+                        let [re, im] = [found.re.0[l], found.im.0[l].abs()];
+                        let expected =
+                            [expected[frequency].re.0[l], expected[frequency].im.0[l].abs()];
+                        let error = (re - expected[0]).hypot(im - expected[1]);
+                        assert!(error < 1e-9, "{values} values, {frequency}: {error}");
+                    }
+                }
+            }
+            assert!(seen.iter().all(|count| *count == 1), "{values} values");
         }
     }
 }

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
+use super::observation_matrix::ObservationMatrix;
 use super::triangles::Triangles;
 
 /// `y = X θ + ε` with the rows of joint 1 first, then joint 2, … (equations 7 and 8).
@@ -15,7 +16,7 @@ use super::triangles::Triangles;
 /// are all zero: guaranteed by [`Observations::new`].
 #[derive(Clone, Debug)]
 pub struct Observations {
-    matrix: DMatrix<f64>,
+    matrix: ObservationMatrix,
     measurements: DVector<f64>,
     /// What was measured beside the measurements, and is no matter of θ.
     known: Option<DVector<f64>>,
@@ -49,16 +50,30 @@ impl Observations {
             let measurements = measurements.len();
             return Err(RegressionError::Shape { rows, columns, measurements, joints });
         }
+        Self::of(ObservationMatrix::of(matrix, joints), measurements)
+    }
+
+    /// The same of a matrix without its zeros.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of(
+        matrix: ObservationMatrix,
+        measurements: DVector<f64>,
+    ) -> Result<Self, RegressionError> {
+        let ((rows, columns), joints) = (matrix.shape(), matrix.joints());
+        if joints == 0 || columns == 0 || measurements.len() != rows {
+            let measurements = measurements.len();
+            return Err(RegressionError::Shape { rows, columns, measurements, joints });
+        }
         if rows <= columns {
             return Err(RegressionError::TooFewRows { rows, columns });
         }
-        let per_joint = rows / joints;
-        let bad = matrix
-            .column_iter()
-            .chain([measurements.column(0)])
-            .find_map(|column| column.iter().position(|value| !value.is_finite()));
-        if let Some(row) = bad {
-            let (joint, row) = (row / per_joint, row % per_joint);
+        let bad_measurement = || {
+            let row = measurements.iter().position(|value| !value.is_finite())?;
+            Some((row / matrix.rows_per_joint(), row % matrix.rows_per_joint()))
+        };
+        if let Some((joint, row)) = matrix.bad_row().or_else(bad_measurement) {
             return Err(RegressionError::NotFinite { joint, row });
         }
         let system = Self { matrix, measurements, known: None, joints, triangles: OnceLock::new() };
@@ -101,8 +116,8 @@ impl Observations {
         joint * self.rows_per_joint()..(joint + 1) * self.rows_per_joint()
     }
 
-    /// The observation matrix X (r × b), unweighted.
-    pub fn matrix(&self) -> &DMatrix<f64> {
+    /// The observation matrix X (r × b), unweighted, without its zeros.
+    pub fn matrix(&self) -> &ObservationMatrix {
         &self.matrix
     }
 
@@ -121,7 +136,7 @@ impl Observations {
 
     /// What the parameters make of it (r), `X θ` and what is known besides.
     pub fn predicted(&self, parameters: &DVector<f64>) -> DVector<f64> {
-        let predicted = &self.matrix * parameters;
+        let predicted = self.matrix.times(parameters);
         match &self.known {
             None => predicted,
             Some(known) => predicted + known,
@@ -135,7 +150,7 @@ impl Observations {
 
     /// The triangles of the joints' rows, computed once.
     pub(super) fn triangles(&self) -> &Triangles {
-        self.triangles.get_or_init(|| Triangles::of(&self.matrix, &self.measurements, self.joints))
+        self.triangles.get_or_init(|| Triangles::of(&self.matrix, &self.measurements))
     }
 
     /// The rows of every joint by themselves.
@@ -146,7 +161,7 @@ impl Observations {
     /// `y − X θ` (r), unweighted, in the unit of the measurements.
     pub fn residuals(&self, parameters: &DVector<f64>) -> DVector<f64> {
         let mut residuals = self.measurements.clone();
-        residuals.gemv(-1.0, &self.matrix, parameters, 1.0);
+        self.matrix.add_times(-1.0, parameters, residuals.as_mut_slice());
         residuals
     }
 

@@ -5,11 +5,10 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
 
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
+use super::further::{FurtherColumns, gram_of_joint, spread};
 use super::products::{product, symmetric_product};
+use super::spectra::Spectra;
 use super::spectrum::ResidualSpectrum;
-
-/// The noise is that of the residuals first, and then of what the freedoms leave of them.
-const PASSES: usize = 2;
 
 /// Of the independent rows, the share that must be left over by all that is fitted: with fewer, the noise is
 /// taken for larger by no more than its inverse.
@@ -77,15 +76,59 @@ impl JointSolution {
     }
 }
 
-/// AᵀA of rows A = [X C].
-pub(crate) fn gram(rows: DMatrixView<'_, f64>, further: DMatrixView<'_, f64>) -> DMatrix<f64> {
-    let rows = beside_each_other(&[rows, further]);
-    symmetric_product(&rows, &rows)
+/// What columns C beside X have in common with it and with each other.
+#[derive(Clone, Debug)]
+pub struct JointProducts {
+    /// Of each joint `AᵀA` of the rows A = (X C ρ), the residuals ρ last, over the frequencies that the filter lets pass.
+    /// The noise there is taken for white, not of the residuals' colour: what the model lacks is at the
+    /// frequencies of the motion, and is no noise that the others could outweigh.
+    passed: Vec<DMatrix<f64>>,
+    /// Of each joint `CᵀC` (m × m).
+    pub squares: Vec<DMatrix<f64>>,
+    /// K: how far the estimate moves with a unit of each column (b × m).
+    pub moved: DMatrix<f64>,
 }
 
 impl ResidualAnalysis<'_> {
+    /// What further columns (r × m, unweighted) have in common with X, with the residuals and with each other: one joint at a
+    /// time, which bounds the memory.
+    pub fn products(&self, further: &dyn FurtherColumns) -> JointProducts {
+        let matrix = self.system.matrix();
+        let (own, count) = (matrix.ncols(), further.count());
+        let mut products = JointProducts {
+            passed: Vec::new(),
+            squares: Vec::new(),
+            moved: DMatrix::zeros(own, count),
+        };
+        for joint in 0..self.system.joints() {
+            let (columns, values) = further.of_joint(joint);
+            let residuals = self.system.joint_of(&self.solution.residuals, joint);
+            let rows = values.nrows();
+            let signals = (matrix.of_joint(joint).map(|(_, values)| values))
+                .chain(values.as_slice().chunks_exact(rows))
+                .chain([residuals.as_slice()]);
+            let passed = Spectra::of_signals(self.filter, signals.collect()).passed_gram();
+            let acting = matrix.columns_of(joint);
+            let places = acting.iter().copied().chain(columns.iter().map(|column| own + column));
+            let places: Vec<usize> = places.chain([own + count]).collect();
+            products.passed.push(spread(&passed, &places, own + count + 1));
+
+            let gram = gram_of_joint(matrix, joint, &values);
+            let with_own = gram.view((0, acting.len()), (acting.len(), columns.len()));
+            let shifts = self.estimate_shifts(joint, &with_own.into_owned());
+            for (shift, column) in shifts.column_iter().zip(&columns) {
+                let mut to = products.moved.column_mut(*column);
+                to += shift;
+            }
+            let first = acting.len();
+            let among = gram.view((first, first), (columns.len(), columns.len())).into_owned();
+            products.squares.push(spread(&among, &columns, count));
+        }
+        products
+    }
+
     /// Solves for the parameters together with the coefficients of `further` columns (r × m,
-    /// unweighted), which beforehand are 0 with a standard deviation of 1 and independent.
+    /// unweighted), which beforehand are 0 with a standard deviation of 1 and independent; `products` are theirs.
     ///
     /// The noise is that of the residuals, of each joint on its own and never with a smaller standard
     /// deviation than `floors`, white within what the filter lets pass; of `copies` rows that say the same, one counts.
@@ -94,88 +137,93 @@ impl ResidualAnalysis<'_> {
     /// [`RegressionError::OutOfRange`] when the equation cannot be solved.
     pub fn with_prior(
         &self,
-        further: &DMatrix<f64>,
+        further: &dyn FurtherColumns,
+        products: &JointProducts,
         floors: &[f64],
         copies: f64,
     ) -> Result<JointSolution, RegressionError> {
-        let residuals = &self.solution.residuals;
-        let matrix = self.system.matrix();
-        let (own, all) = (matrix.ncols(), matrix.ncols() + further.ncols());
-        let mut spectrum = self.spectrum().clone();
-        spectrum.raise_to(floors);
-        let (mut solved, mut colour) = (None, 1.0);
-        let grams = self.grams(further, residuals);
-        for pass in 0..PASSES {
-            let mut gram = DMatrix::zeros(all + 1, all + 1);
-            for (joint, of_joint) in grams.iter().enumerate() {
-                gram += of_joint / (spectrum.mean_power(joint) * copies);
-            }
-            let right = gram.view((0, all), (all, 1)).into_owned();
-            // Parameters of all sizes: each column by its own length.
-            let scale = DVector::from_fn(all, |k, _| match gram[(k, k)].sqrt() {
-                length if k < own && length > 0.0 => 1.0 / length,
-                _ => 1.0,
-            });
-            let mut normal = DMatrix::from_fn(all, all, |i, j| scale[i] * gram[(i, j)] * scale[j]);
-            for k in own..all {
-                normal[(k, k)] += 1.0;
-            }
-            let factor = Cholesky::new(normal).ok_or(RegressionError::OutOfRange)?;
-            let found = factor.solve(&right.column(0).component_mul(&scale)).component_mul(&scale);
-            let mut covariance = factor.inverse();
-            for (mut column, by) in covariance.column_iter_mut().zip(&scale) {
-                column.component_mul_assign(&scale);
-                column.scale_mut(*by);
-            }
-            let change = found.rows(0, own).into_owned();
-            let freedoms = found.rows(own, all - own).into_owned();
-            if pass + 1 < PASSES {
-                // What the data tell of the freedoms takes as many rows.
-                let told: f64 = (own..all).map(|k| 1.0 - covariance[(k, k)]).sum();
-                let before = spectrum.independent_rows() - own as f64;
-                let left = ((before - told) / before).clamp(LEAST_LEFT_OVER, 1.0);
-                let remaining = residuals - matrix * &change - further * &freedoms;
-                spectrum = ResidualSpectrum::fit(
-                    self.system,
-                    &self.leverage,
-                    &(remaining / left.sqrt()),
-                    self.filter,
-                );
-                let coloured = self.covariance_by(&spectrum);
-                spectrum.raise_to(floors);
-                colour = median_ratio(&coloured, &self.covariance_by(&spectrum.whitened()));
-            }
-            solved = Some((change, freedoms, covariance));
-        }
-        let (change, freedoms, covariance) = solved.ok_or(RegressionError::OutOfRange)?;
-        let noise = self.covariance_by(&spectrum) * copies;
+        let own = self.system.matrix().ncols();
+        let mut before = self.spectrum().clone();
+        before.raise_to(floors);
+        let Solved { change, freedoms, covariance } = solved(products, own, &before, copies)?;
+        // What the data tell of the freedoms takes as many rows.
+        let told: f64 = (own..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
+        let rows = before.independent_rows() - own as f64;
+        drop(before);
+        let share = ((rows - told) / rows).clamp(LEAST_LEFT_OVER, 1.0);
+        let mut remaining = self.solution.residuals.clone();
+        self.system.matrix().add_times(-1.0, &change, remaining.as_mut_slice());
+        remaining -= further.times(&freedoms);
+        remaining /= share.sqrt();
+        let left = ResidualSpectrum::fit(self.system, &self.leverage, &remaining, self.filter);
+        let mut raised = left.clone();
+        raised.raise_to(floors);
+        let covariances = self.covariances_by(&[&left, &raised.whitened(), &raised]);
+        let colour = median_ratio(&covariances[0], &covariances[1]);
+        let noise = &covariances[2] * copies;
+        // Once more, with the noise that the freedoms leave.
+        let Solved { change, freedoms, covariance } = solved(products, own, &raised, copies)?;
         Ok(JointSolution { change, freedoms, covariance, noise, colour })
     }
 
-    /// `AᵀA` of the rows A = (X C ρ) of each joint, the residuals ρ last, over the frequencies that the filter lets
-    /// pass. The noise there is taken for white, not of the residuals' colour: what the model lacks is at the
-    /// frequencies of the motion, and is no noise that the others could outweigh.
-    fn grams(&self, further: &DMatrix<f64>, residuals: &DVector<f64>) -> Vec<DMatrix<f64>> {
-        let residuals = DMatrix::from_column_slice(residuals.len(), 1, residuals.as_slice());
-        let all = [self.system.matrix(), further, &residuals];
-        // One joint at a time, which bounds the memory.
-        let of_joint = |joint: usize| {
-            let rows = self.system.joint_rows(joint);
-            let columns = beside_each_other(&all.map(|of| of.rows_range(rows.clone())));
-            let passed = self.filter.passed(&self.filter.transforms(&columns, 1));
-            symmetric_product(&passed, &passed)
-        };
-        (0..self.system.joints()).map(of_joint).collect()
-    }
-
-    /// `ZᵀVZ` with the noise of this spectrum.
-    pub(super) fn covariance_by(&self, spectrum: &ResidualSpectrum<'_>) -> DMatrix<f64> {
+    /// `ZᵀVZ` with the noise of each of these spectra.
+    pub(super) fn covariances_by(&self, spectra: &[&ResidualSpectrum<'_>]) -> Vec<DMatrix<f64>> {
         // Z = Ω^{-1/2} Q R⁻ᵀ, so that the transforms of Q do.
         let r_inverse = &self.solution.r_inverse;
-        let of_basis = spectrum.covariance_of(&self.basis_transforms, &self.solution.noise_levels);
-        let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
-        (&covariance + covariance.transpose()) * 0.5
+        let size = r_inverse.ncols();
+        let mut of_basis = vec![DMatrix::zeros(size, size); spectra.len()];
+        self.basis_spectra.for_each_class(|frequencies, of_joints| {
+            for (sum, spectrum) in of_basis.iter_mut().zip(spectra) {
+                let levels = &self.solution.noise_levels;
+                *sum += spectrum.covariance_in(frequencies, of_joints, levels);
+            }
+        });
+        let covariance = |of_basis: DMatrix<f64>| {
+            let covariance = product(&product(r_inverse, &of_basis), &r_inverse.transpose());
+            (&covariance + covariance.transpose()) * 0.5
+        };
+        of_basis.into_iter().map(covariance).collect()
     }
+}
+
+/// One solution of all together.
+struct Solved {
+    change: DVector<f64>,
+    freedoms: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+/// What the parameters change by, the freedoms, and their covariance, with white noise of the mean power of each joint.
+fn solved(
+    products: &JointProducts,
+    own: usize,
+    spectrum: &ResidualSpectrum<'_>,
+    copies: f64,
+) -> Result<Solved, RegressionError> {
+    let all = own + products.moved.ncols();
+    let mut gram = DMatrix::zeros(all + 1, all + 1);
+    for (joint, of_joint) in products.passed.iter().enumerate() {
+        gram += of_joint / (spectrum.mean_power(joint) * copies);
+    }
+    let right = gram.view((0, all), (all, 1)).into_owned();
+    // Parameters of all sizes: each column by its own length.
+    let scale = DVector::from_fn(all, |k, _| match gram[(k, k)].sqrt() {
+        length if k < own && length > 0.0 => 1.0 / length,
+        _ => 1.0,
+    });
+    let mut normal = DMatrix::from_fn(all, all, |i, j| scale[i] * gram[(i, j)] * scale[j]);
+    for k in own..all {
+        normal[(k, k)] += 1.0;
+    }
+    let factor = Cholesky::new(normal).ok_or(RegressionError::OutOfRange)?;
+    let found = factor.solve(&right.column(0).component_mul(&scale)).component_mul(&scale);
+    let mut covariance = factor.inverse();
+    for (mut column, by) in covariance.column_iter_mut().zip(&scale) {
+        column.component_mul_assign(&scale);
+        column.scale_mut(*by);
+    }
+    let (change, freedoms) = (found.rows(0, own), found.rows(own, all - own));
+    Ok(Solved { change: change.into_owned(), freedoms: freedoms.into_owned(), covariance })
 }
 
 /// The median ratio of the standard deviations of two covariances, at least 1.

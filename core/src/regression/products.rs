@@ -106,6 +106,14 @@ fn dot(left: &[f64], right: &[f64]) -> f64 {
     rest.chain(sums.0).sum()
 }
 
+/// Their product.
+pub(super) fn dot_of(left: &[f64], right: &[f64]) -> f64 {
+    vectorised(
+        #[inline(always)]
+        || dot(left, right),
+    )
+}
+
 /// Takes out of `vector` what it has of a vector of length 1.
 pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
     vectorised(

@@ -190,10 +190,9 @@ impl Observations {
             }
             let (values, downweighted_rows_per_joint) =
                 self.pseudo_values(loss, &residuals, &scalings);
-            let pseudo = Self::new(self.matrix().clone(), values, self.joints())?
-                .with_known(self.known().cloned());
+            let pseudo = Self::of(self.matrix().clone(), values)?.with_known(self.known().cloned());
             let solution = pseudo.weighted(noise_levels)?;
-            let change = self.matrix() * (&solution.parameters - &parameters);
+            let change = self.matrix().times(&(&solution.parameters - &parameters));
             let still = |(joint, scaling): (usize, &Scaling)| {
                 self.joint_of(&change, joint).norm() <= STANDSTILL * scaling.scale
             };

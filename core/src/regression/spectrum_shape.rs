@@ -21,8 +21,8 @@ const LAG_GROUPS: usize =
 /// What spectra on one band have in common.
 #[derive(Clone, Debug)]
 pub(super) struct Band {
-    /// cos(π k l/K) for lags l from 0, at each of the K + 1 frequencies k of a periodogram.
-    cosines: Vec<[Lanes<TOGETHER>; LAG_GROUPS]>,
+    /// cos(π k/K) over a whole turn, K + 1 being the frequencies of a periodogram.
+    turn: Vec<f64>,
     /// cos φ and sin φ where spectra are wanted, and how many there are.
     directions: Vec<[Lanes<TOGETHER>; 2]>,
     count: usize,
@@ -35,35 +35,35 @@ impl Band {
         let turn: Vec<f64> = (0..2 * steps)
             .map(|k| (core::f64::consts::PI * k as f64 / steps as f64).cos())
             .collect();
-        let of_frequency = |k: usize| {
-            let lags = |group| Lanes::from_fn(|l| turn[k * (group * TOGETHER + l) % (2 * steps)]);
-            core::array::from_fn(lags)
-        };
         let phases: Vec<[f64; 2]> = phases.map(|phi| [phi.cos(), phi.sin()]).collect();
         let directions = phases.chunks(TOGETHER).map(|phases| {
             let part =
                 |which: usize| Lanes::from_fn(|l| phases.get(l).map_or(1.0, |phi| phi[which]));
             [part(0), part(1)]
         });
-        Self {
-            cosines: (0..periodogram).map(of_frequency).collect(),
-            directions: directions.collect(),
-            count: phases.len(),
-        }
+        Self { turn, directions: directions.collect(), count: phases.len() }
     }
 
     /// `r_l = 1/K Σ'' I_k cos(π k l/K)`, l = 0 … `lags`, the ends of the sum halved.
     fn autocovariances(&self, periodogram: &[f64], lags: usize) -> Vec<f64> {
         let last = periodogram.len().saturating_sub(1);
-        let mut sums = [Lanes::zero(); LAG_GROUPS];
+        let mut sums = [Lanes::<TOGETHER>::zero(); LAG_GROUPS];
         vectorised(
             #[inline(always)]
             || {
-                for (k, (power, cosines)) in periodogram.iter().zip(&self.cosines).enumerate() {
+                for (k, power) in periodogram.iter().enumerate() {
                     let end = k == 0 || k == last;
                     let power = Lanes::constant(if end { 0.5 * power } else { *power });
-                    for (sum, cosine) in sums.iter_mut().zip(cosines) {
-                        *sum += power * *cosine;
+                    // cos(π k l/K) of one lag l after the other.
+                    let mut at = 0;
+                    for sum in &mut sums {
+                        *sum += power
+                            * Lanes::from_fn(|_| {
+                                let cosine = self.turn[at];
+                                at += k;
+                                at -= if at >= self.turn.len() { self.turn.len() } else { 0 };
+                                cosine
+                            });
                     }
                 }
             },

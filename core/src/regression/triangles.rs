@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::RegressionError;
+use super::observation_matrix::ObservationMatrix;
 use super::rank;
 
 /// The rows of each joint in X and y, `[X_j y_j] = Q_j T_j`, by T_j alone: all that weights of joints
@@ -13,27 +14,26 @@ pub(super) struct Triangles(Vec<DMatrix<f64>>);
 
 impl Triangles {
     /// Of X (r × b) and y (r), r = n N.
-    pub(super) fn of(matrix: &DMatrix<f64>, measurements: &DVector<f64>, joints: usize) -> Self {
-        let (columns, rows) = (matrix.ncols(), matrix.nrows() / joints);
+    pub(super) fn of(matrix: &ObservationMatrix, measurements: &DVector<f64>) -> Self {
+        let (columns, rows) = (matrix.ncols(), matrix.rows_per_joint());
         let triangle = |joint| {
-            let x = matrix.rows(joint * rows, rows);
-            // A joint feels what hangs on it: the other columns are 0.
-            let felt: Vec<usize> = (0..columns)
-                .filter(|&column| x.column(column).iter().any(|value| *value != 0.0))
-                .collect();
-            let mut block = DMatrix::zeros(rows, felt.len() + 1);
-            for (mut to, &from) in block.column_iter_mut().zip(&felt) {
-                to.copy_from(&x.column(from));
+            // Columns that act on the joint and are 0 along this motion are passed over.
+            let felt = matrix.of_joint(joint).filter(|(_, x)| x.iter().any(|value| *value != 0.0));
+            let mut block = DMatrix::zeros(rows, felt.clone().count() + 1);
+            for (mut to, (_, from)) in block.column_iter_mut().zip(felt.clone()) {
+                to.copy_from_slice(from);
             }
-            block.set_column(felt.len(), &measurements.rows(joint * rows, rows));
+            let last = block.ncols() - 1;
+            block.set_column(last, &measurements.rows(joint * rows, rows));
             let compact = block.qr().unpack_r();
             let mut triangle = DMatrix::zeros(compact.nrows(), columns + 1);
-            for (from, &to) in compact.column_iter().zip(felt.iter().chain([&columns])) {
+            let places = felt.map(|(column, _)| column).chain([columns]);
+            for (from, to) in compact.column_iter().zip(places) {
                 triangle.set_column(to, &from);
             }
             triangle
         };
-        Self((0..joints).map(triangle).collect())
+        Self((0..matrix.joints()).map(triangle).collect())
     }
 
     /// One below the other, each times a factor: `[X y]` of fewer rows.

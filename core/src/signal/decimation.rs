@@ -122,11 +122,11 @@ impl ParallelDecimation {
         counted: Range<usize>,
         read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<DMatrix<f64>, SignalError> {
-        if !self.is_none() {
-            let [rows, _] = self.decimate_with_differences(samples, signals, counted, read)?;
+        let kept = self.kept_rows(samples, &counted);
+        if let Some(filter) = &self.filter {
+            let [rows, _] = filtered(filter, [samples, signals], kept, read, false)?;
             return Ok(rows);
         }
-        let kept = self.kept_rows(samples, &counted);
         let mut rows = DMatrix::zeros(kept.len(), signals);
         let mut group = vec![Lanes([0.0; WIDTH]); signals];
         for first in kept.clone().step_by(WIDTH) {
@@ -159,11 +159,8 @@ impl ParallelDecimation {
         read: &mut dyn FnMut(usize, &mut [Group]),
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let kept = self.kept_rows(samples, &counted);
-        if let Some((filter, decimator)) = &self.filter {
-            let padding = filter.default_padding();
-            let room = decimator.room(padding.samples);
-            let record = Record::open(samples, signals, padding, room, read)?;
-            return decimator.filter_zero_phase(record, kept);
+        if let Some(filter) = &self.filter {
+            return filtered(filter, [samples, signals], kept, read, true);
         }
         let first = kept.start.saturating_sub(1);
         let rows = self.decimate_groups(samples, signals, first..kept.end + 1, read)?;
@@ -220,4 +217,18 @@ impl ParallelDecimation {
             }
         })
     }
+}
+
+/// The kept rows of so many samples of so many signals behind a filter; no differences unless they are wanted.
+fn filtered(
+    (filter, decimator): &(SecondOrderSections, ZeroPhaseDecimator),
+    [samples, signals]: [usize; 2],
+    kept: Range<usize>,
+    read: &mut dyn FnMut(usize, &mut [Group]),
+    with_differences: bool,
+) -> Result<[DMatrix<f64>; 2], SignalError> {
+    let padding = filter.default_padding();
+    let room = decimator.room(padding.samples);
+    let record = Record::open(samples, signals, padding, room, read)?;
+    decimator.filter_zero_phase(record, kept, with_differences)
 }

@@ -6,6 +6,9 @@
 //! next a mode's state is multiplied by pⁿ, and the samples between are added with constant weights; and
 //! so from the other side. The weights of both sides are mirrored, so that sums and differences of
 //! mirrored samples need half of the products.
+//!
+//! The way back begins before the record has ended: so many blocks ahead that the modes have forgotten by
+//! then with what they began. So the memory does not grow with the record.
 
 use core::ops::Range;
 
@@ -19,6 +22,12 @@ use super::record::Record;
 use super::sections::SecondOrderSections;
 use crate::numeric::{WIDTH, vectorised};
 
+/// What a mode may keep of its state where the way back begins, as a share of it.
+const FORGOTTEN: f64 = 1e-18;
+
+/// The way back goes over so many times the blocks that it needs to begin: all but one of them are new.
+const BACK_AT_ONCE: usize = 5;
+
 /// A filter that is evaluated, forward and backward, at one sample of each block.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ZeroPhaseDecimator {
@@ -27,6 +36,8 @@ pub(super) struct ZeroPhaseDecimator {
     /// Samples of a block but its first, which is the one that is kept.
     samples: usize,
     groups: Vec<ModeGroup>,
+    /// Blocks after which no mode knows with what it began.
+    memory: usize,
 }
 
 impl ZeroPhaseDecimator {
@@ -35,7 +46,15 @@ impl ZeroPhaseDecimator {
         let modes = Modes::of(filter);
         let groups = modes.modes.chunks(WIDTH);
         let groups = groups.map(|modes| ModeGroup::new(modes, samples)).collect();
-        Self { flank: modes.flank(), modes, samples, groups }
+        let slowest = modes.modes.iter().map(|mode| mode.pole.norm()).fold(0.0, f64::max);
+        let blocks = FORGOTTEN.ln() / (slowest.ln() * (samples + 1) as f64);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "above 0, and casts saturate"
+        )]
+        let memory = blocks.ceil().max(1.0) as usize;
+        Self { flank: modes.flank(), modes, samples, groups, memory }
     }
 
     /// Samples that a stretch of a record has to have room for: a block, or what is left at the end.
@@ -53,7 +72,8 @@ impl ZeroPhaseDecimator {
     /// y_(k+1) − y_(k−1) = (g_0 − Σ c/p) (x_(k+1) − x_(k−1)) + Σ c (p − 1/p) (S_k − B_k)
     /// ```
     ///
-    /// Meanwhile it has in memory what the backward pass adds in every block: a number per mode.
+    /// The differences are none unless they are wanted. Meanwhile it has in memory what the backward pass adds in
+    /// a block, a number per mode, of as many blocks as it goes over at once.
     ///
     /// # Errors
     /// [`SignalError::NotFinite`] as for one signal.
@@ -61,6 +81,7 @@ impl ZeroPhaseDecimator {
         &self,
         mut record: Record<'_>,
         wanted: Range<usize>,
+        with_differences: bool,
     ) -> Result<[DMatrix<f64>; 2], SignalError> {
         let (factor, count) = (self.samples + 1, self.groups.len());
         // The last block leaves what the continuation is the mirror image of.
@@ -72,40 +93,49 @@ impl ZeroPhaseDecimator {
         // The sample before the next one; the first comes from the continuation.
         let mut before: Vec<f64> = record.stretches().map(|x| 2.0 * x[0] - x[1]).collect();
 
-        let mut kept = DMatrix::zeros(wanted.len(), record.signals);
-        let mut differences = DMatrix::zeros(wanted.len(), record.signals);
-        // The unfiltered first sample of each block, and what the others add to the backward pass.
-        let mut unfiltered = vec![0.0; blocks * record.signals];
-        let mut returns = vec![ComplexLanes::ZERO; blocks * record.signals * count];
+        let signals = record.signals;
+        let mut rows = Rows {
+            kept: DMatrix::zeros(wanted.len(), signals),
+            differences: DMatrix::zeros(wanted.len(), if with_differences { signals } else { 0 }),
+            wanted,
+        };
+        let at_once = self.memory.saturating_mul(BACK_AT_ONCE).min(blocks);
+        let mut passed = Passed {
+            begin: 0,
+            unfiltered: Vec::with_capacity(at_once * signals),
+            returns: Vec::with_capacity(at_once * signals * count),
+        };
         for block in 0..blocks {
+            if block - passed.begin == at_once {
+                let mut nothing = vec![ComplexLanes::ZERO; signals * count];
+                let end = block - self.memory;
+                self.go_back(&passed, block, end, &mut nothing, &mut rows);
+                passed.forget_before(end, signals, count);
+            }
             record.advance(block * factor, factor + 1);
             let mut finite = true;
-            let row = block.checked_sub(wanted.start).filter(|row| *row < wanted.len());
+            let row = rows.row_of(block);
             vectorised(
                 #[inline(always)]
                 || {
-                    let signals = record.stretches().zip(states.chunks_exact_mut(count));
-                    let first = block * record.signals;
-                    let returns = returns[first * count..].chunks_exact_mut(count);
-                    let unfiltered = &mut unfiltered[first..];
-                    for ((signal, (values, states)), returns) in signals.enumerate().zip(returns) {
+                    let stretches = record.stretches().zip(states.chunks_exact_mut(count));
+                    for (signal, (values, states)) in stretches.enumerate() {
                         let sample = values[0];
                         let mut filtered = self.modes.centre * sample;
                         let mut difference = self.flank * (values[1] - before[signal]);
-                        for ((of, state), back) in self.groups.iter().zip(states).zip(returns) {
+                        for (of, state) in self.groups.iter().zip(states) {
                             filtered += of.share.dot(state);
                             difference += of.slope.dot(state);
                             let [sums, mirrored] = of.sums(&values[1..factor]);
                             *state = of.over.times(&state.step(&of.pole, sample)).plus(&sums);
-                            *back = mirrored;
+                            passed.returns.push(mirrored);
                             // No weight hides what is not finite.
                             finite &= sums.re.0[0].is_finite();
                         }
-                        unfiltered[signal] = sample;
+                        passed.unfiltered.push(sample);
                         before[signal] = values[factor - 1];
                         if let Some(row) = row {
-                            kept[(row, signal)] = filtered;
-                            differences[(row, signal)] = difference;
+                            rows.add(row, signal, [filtered, difference]);
                         }
                         finite &= sample.is_finite();
                     }
@@ -119,33 +149,43 @@ impl ZeroPhaseDecimator {
         let left = record.samples - blocks * factor;
         record.advance(blocks * factor, left);
         record.check_finite(left)?;
-        let signals = record.stretches().zip(states.chunks_exact_mut(count));
-        for (signal, (values, states)) in signals.enumerate() {
+        let stretches = record.stretches().zip(states.chunks_exact_mut(count));
+        for (signal, (values, states)) in stretches.enumerate() {
             let values = &values[..left];
-            let (mut kept, mut differences) =
-                (kept.column_mut(signal), differences.column_mut(signal));
-            let mut row_of = |position: usize, [filtered, difference]: [f64; 2]| {
-                let row = (blocks + position / factor).checked_sub(wanted.start);
+            let mut add = |position: usize, both: [f64; 2]| {
+                let row = rows.row_of(blocks + position / factor);
                 let row = row.filter(|_| position.is_multiple_of(factor) && position < left);
-                if let Some(row) = row.filter(|row| *row < wanted.len()) {
-                    kept[row] += filtered;
-                    differences[row] += difference;
+                if let Some(row) = row {
+                    rows.add(row, signal, both);
                 }
             };
-            self.filter_end(before[signal], values, record.padding, states, &mut row_of);
+            self.filter_end(before[signal], values, record.padding, states, &mut add);
         }
-        // `states` are those behind the first sample of the next block, which is in them.
-        for block in (wanted.start..blocks).rev() {
-            let first = block * record.signals;
-            let row = block - wanted.start;
-            let mut rows =
-                (row < wanted.len()).then(|| (kept.row_mut(row), differences.row_mut(row)));
+        self.go_back(&passed, blocks, blocks, &mut states, &mut rows);
+        Ok([rows.kept, rows.differences])
+    }
+
+    /// From before block `from` back to the first that has been passed and not gone back over; adds what is
+    /// before block `end`. `states` are those behind the first sample of block `from`, which is in them.
+    fn go_back(
+        &self,
+        passed: &Passed,
+        from: usize,
+        end: usize,
+        states: &mut [ComplexLanes],
+        rows: &mut Rows,
+    ) {
+        let (signals, count) = (rows.kept.ncols(), self.groups.len());
+        for block in (passed.begin.max(rows.wanted.start)..from).rev() {
+            let row = rows.row_of(block).filter(|_| block < end);
+            let first = (block - passed.begin) * signals;
             vectorised(
                 #[inline(always)]
                 || {
-                    let returns = returns[first * count..].chunks_exact(count);
-                    let signals = unfiltered[first..].iter().zip(states.chunks_exact_mut(count));
-                    for (signal, ((sample, states), returns)) in signals.zip(returns).enumerate() {
+                    let returns = passed.returns[first * count..].chunks_exact(count);
+                    let samples = passed.unfiltered[first..].iter();
+                    let of_signals = samples.zip(states.chunks_exact_mut(count)).zip(returns);
+                    for (signal, ((sample, states), returns)) in of_signals.enumerate() {
                         let (mut filtered, mut difference) = (0.0, 0.0);
                         for ((of, state), back) in self.groups.iter().zip(states).zip(returns) {
                             *state = of.over.times(state).plus(back);
@@ -153,15 +193,13 @@ impl ZeroPhaseDecimator {
                             difference += of.slope.dot(state);
                             *state = state.step(&of.pole, *sample);
                         }
-                        if let Some((kept, differences)) = &mut rows {
-                            kept[signal] += filtered;
-                            differences[signal] -= difference;
+                        if let Some(row) = row {
+                            rows.add(row, signal, [filtered, -difference]);
                         }
                     }
                 },
             );
         }
-        Ok([kept, differences])
     }
 
     /// The states after the continuation before the first sample, the mirror image of those
@@ -225,5 +263,46 @@ impl ZeroPhaseDecimator {
                 *state = state.step(&of.pole, sample);
             }
         }
+    }
+}
+
+/// What becomes of the blocks that are wanted.
+struct Rows {
+    kept: DMatrix<f64>,
+    /// No columns where they are not wanted.
+    differences: DMatrix<f64>,
+    wanted: Range<usize>,
+}
+
+impl Rows {
+    /// The row of a block, where it is wanted.
+    fn row_of(&self, block: usize) -> Option<usize> {
+        self.wanted.contains(&block).then(|| block - self.wanted.start)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, row: usize, signal: usize, [filtered, difference]: [f64; 2]) {
+        self.kept[(row, signal)] += filtered;
+        if signal < self.differences.ncols() {
+            self.differences[(row, signal)] += difference;
+        }
+    }
+}
+
+/// The blocks that have been passed forward and not gone back over.
+struct Passed {
+    /// The first of them.
+    begin: usize,
+    /// The first sample of each block, unfiltered, and what the others add to the backward pass.
+    unfiltered: Vec<f64>,
+    returns: Vec<ComplexLanes>,
+}
+
+impl Passed {
+    fn forget_before(&mut self, block: usize, signals: usize, count: usize) {
+        let done = (block - self.begin) * signals;
+        self.unfiltered.drain(..done);
+        self.returns.drain(..done * count);
+        self.begin = block;
     }
 }

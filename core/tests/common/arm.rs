@@ -200,13 +200,11 @@ impl Arm {
                 waves[joint].iter().map(|&wave| value(wave, t)).sum()
             })
         };
-        Motion {
-            position: matrix(|(size, omega, phase), t| size * (omega * t + phase).sin()),
-            velocity: matrix(|(size, omega, phase), t| size * omega * (omega * t + phase).cos()),
-            acceleration: matrix(|(size, omega, phase), t| {
-                -size * omega * omega * (omega * t + phase).sin()
-            }),
-        }
+        Motion::of(
+            matrix(|(size, omega, phase), t| size * (omega * t + phase).sin()),
+            matrix(|(size, omega, phase), t| size * omega * (omega * t + phase).cos()),
+            matrix(|(size, omega, phase), t| -size * omega * omega * (omega * t + phase).sin()),
+        )
     }
 
     /// The torques of a motion, one vector per joint.
@@ -220,10 +218,10 @@ impl Arm {
         let mut workspace = Workspace::new();
         let mut torques = vec![vec![0.0; samples]; joints];
         let mut tau = vec![0.0; joints];
+        let matrices = motion.matrices();
         for k in 0..samples {
             let row = |m: &DMatrix<f64>| m.row(k).iter().copied().collect::<Vec<f64>>();
-            let (q, dq, ddq) =
-                (row(&motion.position), row(&motion.velocity), row(&motion.acceleration));
+            let [q, dq, ddq] = matrices.each_ref().map(row);
             self.model.inverse_dynamics(&mut workspace, standard, &q, &dq, &ddq, &mut tau);
             for (torque, tau) in torques.iter_mut().zip(&tau) {
                 torque[k] = *tau;

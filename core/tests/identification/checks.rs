@@ -45,7 +45,7 @@ fn bench_with_delays(seed: u64, tenths: [isize; 3]) -> Bench {
     let mut options = options(80.0, 0.8, 10);
     // A random arm on a random motion: the model is judged, not the motion.
     options.limits.condition_number = 1e6;
-    let (position, velocity) = (columns(&motion.position), columns(&motion.velocity));
+    let [position, velocity, _] = motion.matrices().each_ref().map(columns);
     Bench { arm, position, velocity, torque, options }
 }
 

@@ -27,7 +27,7 @@ fn case(samples: usize) -> Case {
     let power = torques.iter().flatten().map(|t| t * t).sum::<f64>() / (3 * samples) as f64;
     torques.iter_mut().flatten().for_each(|t| *t += NOISE_NM * random.normal());
     let positions = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
-    let experiment = Experiment::joint_side(&signals(RATE_HZ, positions, torques))
+    let experiment = Experiment::joint_side(signals(RATE_HZ, positions, torques))
         .unwrap()
         .with_counted(100..samples - 100)
         .unwrap();

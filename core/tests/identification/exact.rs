@@ -31,7 +31,7 @@ fn torques_of_the_filtered_motion_give_every_base_parameter_back() {
             filtered_motion(&Experiment::joint_side(&silent).unwrap(), &options.position_filter)
                 .unwrap();
         let experiment =
-            Experiment::joint_side(&signals(400.0, position, arm.torques(&motion))).unwrap();
+            Experiment::joint_side(signals(400.0, position, arm.torques(&motion))).unwrap();
         let found = identify(Method::IdimLs, &arm.robot, &arm.base, &experiment, &options).unwrap();
         let estimate = &found.estimate;
         assert_eq!(estimate.parameters.len(), arm.base.names().len());
@@ -60,7 +60,7 @@ fn motor_side_signals_give_the_same_result() {
         transmission.motor_torque(&[0, 1, 2].map(|j| torque[j][k]), &mut motor);
         (0..3).for_each(|j| motor_torque[j][k] = motor[j]);
     }
-    let joint = Experiment::joint_side(&signals(400.0, position, torque)).unwrap();
+    let joint = Experiment::joint_side(signals(400.0, position, torque)).unwrap();
     let motor = signals(400.0, motor_position, motor_torque);
     let motor = Experiment::motor_side(&motor, transmission).unwrap();
     let [a, b] = [joint, motor].map(|experiment| {
@@ -108,7 +108,7 @@ fn analytic_torques_give_parameters_back_within_the_error_of_differences() {
     // position filter has no neighbours, do not count.
     let motion = arm.motion(&mut random, 40_000, 4000.0, 1.25);
     let position = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
-    let experiment = Experiment::joint_side(&signals(4000.0, position, arm.torques(&motion)))
+    let experiment = Experiment::joint_side(signals(4000.0, position, arm.torques(&motion)))
         .unwrap()
         .with_counted(2000..38_000)
         .unwrap();

@@ -33,7 +33,7 @@ fn bench(seed: u64, has_laws: bool) -> Bench {
         .map(|torque| torque.iter().map(|tau| tau + NOISE_NM * random.normal()).collect())
         .collect();
     let position = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
-    let experiment = Experiment::joint_side(&signals(RATE_HZ, position, torque)).unwrap();
+    let experiment = Experiment::joint_side(signals(RATE_HZ, position, torque)).unwrap();
     let experiment = experiment.with_counted(100..SAMPLES - 100).unwrap();
     let mut options = options(80.0, 0.8, 10);
     // A random arm on a random motion: the laws are judged, not the motion.

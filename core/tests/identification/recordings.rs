@@ -113,7 +113,7 @@ fn repeats_make_nothing_better_and_nothing_worse() {
 fn recordings_that_do_not_go_together_are_refused() {
     let one = &bench(5, 1).recordings[0];
     let positions = vec![vec![0.0; 100]; 3];
-    let other = Experiment::joint_side(&signals(500.0, positions.clone(), positions)).unwrap();
+    let other = Experiment::joint_side(signals(500.0, positions.clone(), positions)).unwrap();
     let refused = Experiment::joined(&[one.clone(), other]).unwrap_err();
     assert_eq!(refused, ExperimentError::Different { recording: 2, what: "sample rate" });
 }

@@ -300,7 +300,7 @@ fn a_regressor_that_cannot_be_filtered_is_of_no_joint() {
     let decimation = options(20.0, 0.8, 10).decimation_filter.design().unwrap();
     let selection = Selection::new(&arm.robot, &arm.base, None).unwrap();
     let few = nalgebra::DMatrix::zeros(5, arm.robot.joints());
-    let motion = Motion { position: few.clone(), velocity: few.clone(), acceleration: few };
+    let motion = Motion::of(few.clone(), few.clone(), few);
     let error = observation_matrix(&arm.model, &selection, &motion, &decimation, 0..5);
     assert!(matches!(error, Err(IdentificationError::RegressorFilter(_))), "{error:?}");
 }

@@ -23,7 +23,7 @@ fn identify(
     let mut positions: Vec<Vec<f64>> =
         motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
     spoil(&mut positions, &mut torques);
-    let experiment = Experiment::joint_side(&signals(RATE_HZ, positions, torques))
+    let experiment = Experiment::joint_side(signals(RATE_HZ, positions, torques))
         .unwrap()
         .with_counted(200..SAMPLES - 200)
         .unwrap();
@@ -170,7 +170,7 @@ fn an_impossible_tuning_is_refused() {
     let motion = arm.motion(&mut random, 2000, RATE_HZ, 2.0);
     let positions = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
     let experiment =
-        Experiment::joint_side(&signals(RATE_HZ, positions, arm.torques(&motion))).unwrap();
+        Experiment::joint_side(signals(RATE_HZ, positions, arm.torques(&motion))).unwrap();
     let robust = Some(RobustLoss::Huber { tuning: -1.0 });
     let options = Options { robust, ..options(40.0, 0.8, 10) };
     let error =

@@ -70,7 +70,7 @@ fn ignoring_a_hold_biases_the_drive_inertia_and_honouring_it_does_not() {
         }
     }
     let [position, torque] = held_torque_run(&arm, &mut random, 12_000);
-    let experiment = Experiment::joint_side(&signals(RATE_HZ, position, torque))
+    let experiment = Experiment::joint_side(signals(RATE_HZ, position, torque))
         .unwrap()
         .with_counted(500..11_500)
         .unwrap();

@@ -15,7 +15,7 @@ fn unchecked_parameters_are_those_of_the_result_to_the_bit() {
     torques.iter_mut().flatten().for_each(|torque| *torque += 0.2 * random.normal());
     torques[1][2000] += 200.0;
     let positions = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
-    let experiment = Experiment::joint_side(&signals(400.0, positions, torques)).unwrap();
+    let experiment = Experiment::joint_side(signals(400.0, positions, torques)).unwrap();
     let experiment = experiment.with_counted(200..3800).unwrap();
     let mut essential = arm.base.names().to_vec();
     essential.remove(3);
@@ -48,7 +48,7 @@ fn what_cannot_be_identified_is_refused_without_checks_too() {
     let mut random = Random(5);
     let (arm, other) = (Arm::random(&mut random, 3), Arm::random(&mut random, 2));
     let signal = arm.positions(&mut random, 2000, 400.0, 2.0);
-    let experiment = Experiment::joint_side(&signals(400.0, signal.clone(), signal)).unwrap();
+    let experiment = Experiment::joint_side(signals(400.0, signal.clone(), signal)).unwrap();
     let mut options = options(40.0, 0.8, 10);
     let refused = idim_ls_unchecked(&other.robot, &other.base, &experiment, &options).unwrap_err();
     assert!(refused.to_string().contains("joints"), "{refused}");

@@ -60,7 +60,8 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
         Err(IdentificationError::TorqueDelay { .. }) => None,
         Err(error) => return Err(error),
     };
-    let instruments = Instruments::new(&fit.observations, &matrix, &levels, &context.selection)?;
+    let instruments =
+        Instruments::new(&fit.observations, &matrix.dense(), &levels, &context.selection)?;
     let solution = instruments.solve(&fit.observations, &levels).map_err(named)?;
     let unweighted = instruments.projected.ordinary().map_err(named)?;
     let correlation = instruments.smallest_correlation;

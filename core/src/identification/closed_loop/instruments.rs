@@ -39,7 +39,7 @@ impl Instruments {
             matrix
         };
         let z = weighted(instruments).qr().q();
-        let x = weighted(equation.matrix());
+        let x = weighted(&equation.matrix().dense());
         let in_z = z.tr_mul(&x);
         // The cosines of the angles between two subspaces are the singular values of Q_zᵀ Q_x
         // (Björck & Golub, Math. Comp. 27, 1973).

@@ -148,7 +148,8 @@ impl<'a> PseudoLinear<'a> {
             }
             Equation::Instrumented => {
                 let (equation, levels) = (&fit.observations, &fit.noise_levels);
-                let instruments = Instruments::new(equation, &matrix, levels, &context.selection)?;
+                let instruments =
+                    Instruments::new(equation, &matrix.dense(), levels, &context.selection)?;
                 let solution = instruments.solve(equation, levels).map_err(named)?;
                 Ok((instruments.projected, solution))
             }

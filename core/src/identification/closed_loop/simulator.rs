@@ -80,13 +80,16 @@ impl<'a> Simulator<'a> {
             None => (ReferenceSource::MeasuredPosition, &fit.motion.position, 0.0),
         };
         let recording = |samples: &Range<usize>| {
-            let first = |signal: &DMatrix<f64>| signal.row(samples.start).iter().copied().collect();
+            let first = |signal: &dyn Fn(usize) -> f64| {
+                (0..experiment.joints()).map(signal).collect::<Vec<f64>>()
+            };
+            let start = samples.start;
             Ok(Recorded {
                 samples: samples.clone(),
                 reference: reference_of(context, recorded, samples, delay_s)?,
                 initial: InitialState::At {
-                    position_rad: first(&fit.motion.position),
-                    velocity_rad_s: first(&fit.motion.velocity),
+                    position_rad: first(&|joint| fit.motion.position[(start, joint)]),
+                    velocity_rad_s: first(&|joint| fit.motion.velocity(start, joint)),
                 },
             })
         };
@@ -305,9 +308,9 @@ impl<'a> Simulator<'a> {
 impl Motion {
     /// Takes the true motion of a simulated sample.
     pub(super) fn set(&mut self, k: usize, sample: &StepOutput) {
-        set_row(&mut self.position, k, &sample.true_position_rad);
-        set_row(&mut self.velocity, k, &sample.true_velocity_rad_s);
-        set_row(&mut self.acceleration, k, &sample.true_acceleration_rad_s2);
+        let StepOutput { true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2, .. } =
+            sample;
+        self.set_sample(k, [true_position_rad, true_velocity_rad_s, true_acceleration_rad_s2]);
     }
 }
 

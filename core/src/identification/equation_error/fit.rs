@@ -3,7 +3,7 @@
 
 use core::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::weighting::Weighting;
 use crate::identification::given::{Context, IdentificationError};
@@ -11,7 +11,7 @@ use crate::identification::observation::{
     BaseColumns, BesideObservation, Motion, filtered_motion, filtered_torque, fitted_matrix,
     torque_equation,
 };
-use crate::regression::{Observations, ResidualAnalysis, Solution};
+use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis, Solution};
 
 /// The equation of the measured motion, and its solution.
 pub(crate) struct EquationErrorFit {
@@ -45,7 +45,7 @@ impl EquationErrorFit {
     fn solved(
         context: &Context<'_>,
         motion: Motion,
-        matrix: DMatrix<f64>,
+        matrix: ObservationMatrix,
     ) -> Result<Self, IdentificationError> {
         let torque = filtered_torque(context)?;
         let named = |error| context.selection.named(error);

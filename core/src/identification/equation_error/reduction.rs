@@ -71,7 +71,7 @@ pub fn essential_parameters(
     let mut essential: Vec<usize> = (0..names.len()).collect();
     let (mut out, mut left_out, mut kept) = (Vec::new(), Vec::new(), None);
     while essential.len() > 1 {
-        let matrix = full.matrix().select_columns(&essential);
+        let matrix = full.matrix().dense().select_columns(&essential);
         let reduced = Observations::new(matrix, full.measurements().clone(), full.joints());
         let reduced = reduced.map_err(named)?;
         let solution = reduced.weighted(levels).map_err(named)?;

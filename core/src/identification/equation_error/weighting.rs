@@ -81,20 +81,20 @@ fn without(
     let (mut matrix, mut residuals) = (pseudo.matrix().clone(), solution.residuals.clone());
     let mut known = pseudo.known().cloned();
     for (joint, rows) in downweighted.per_joint().iter().enumerate() {
-        for row in rows {
-            let row = pseudo.joint_rows(joint).start + row;
-            matrix.row_mut(row).fill(0.0);
+        for row_of_joint in rows {
+            let row = pseudo.joint_rows(joint).start + row_of_joint;
+            matrix.silence(joint, *row_of_joint);
             residuals[row] = 0.0;
             if let Some(known) = &mut known {
                 known[row] = 0.0;
             }
         }
     }
-    let predicted = &matrix * &solution.parameters;
+    let predicted = matrix.times(&solution.parameters);
     let values = &predicted + residuals;
-    let remaining = Observations::new(matrix.clone(), values, pseudo.joints())?;
+    let remaining = Observations::of(matrix.clone(), values)?;
     let mut solved = remaining.weighted(&solution.noise_levels)?;
-    let kept = Observations::new(matrix, predicted + &solved.residuals, pseudo.joints())?;
+    let kept = Observations::of(matrix, predicted + &solved.residuals)?;
     let kept = kept.with_known(known);
     solved.parameters.copy_from(&solution.parameters);
     Ok((kept, solved))

@@ -14,8 +14,7 @@ use crate::regression::RowFilter;
 use crate::robot::Robot;
 use crate::signal::{Group, ParallelDecimation, SignalError, group_of};
 
-/// Entries of an observation matrix without decimation: 160 MB, and up to twelve times as much while
-/// the model is checked, which looks at every column's spectrum.
+/// Entries of an observation matrix without decimation, those included that are 0: 160 MB at most.
 const MOST_ENTRIES: usize = 20_000_000;
 
 /// Parameters and loads are found in turn so often. Each pass leaves of the last one's error in the loads about the

@@ -1,6 +1,7 @@
 //! What was recorded, and when each signal was valid.
 
 use core::ops::Range;
+use std::borrow::Cow;
 
 use nalgebra::DMatrix;
 
@@ -42,11 +43,13 @@ pub struct Experiment {
 impl Experiment {
     /// An experiment from joint-side signals. Every signal describes its instant and every sample
     /// counts until [`with_torque_timing`](Self::with_torque_timing) and
-    /// [`with_counted`](Self::with_counted) say otherwise.
+    /// [`with_counted`](Self::with_counted) say otherwise. Signals that are given away are freed one by one, so that
+    /// they are not in memory twice.
     ///
     /// # Errors
     /// Every [`ExperimentError`] but `Timing` and `Counted`.
-    pub fn joint_side(signals: &Signals) -> Result<Self, ExperimentError> {
+    pub fn joint_side<'s>(signals: impl Into<Cow<'s, Signals>>) -> Result<Self, ExperimentError> {
+        let signals = signals.into();
         let sample_rate_hz = signals.sample_rate_hz;
         if !(sample_rate_hz.is_finite() && sample_rate_hz > 0.0) {
             return Err(ExperimentError::SampleRate { sample_rate_hz });
@@ -60,13 +63,24 @@ impl Experiment {
         if samples == 0 {
             return Err(ExperimentError::Empty);
         }
-        let matrix = |signal, columns: &[Vec<f64>]| to_matrix(signal, columns, axes, samples);
-        let reference = signals.reference_rad.as_deref();
+        let [position, torque, reference] = match signals {
+            Cow::Borrowed(of) => [
+                Some(Cow::Borrowed(of.position_rad.as_slice())),
+                Some(Cow::Borrowed(of.torque_nm.as_slice())),
+                of.reference_rad.as_deref().map(Cow::Borrowed),
+            ],
+            Cow::Owned(Signals { position_rad, torque_nm, reference_rad, .. }) => {
+                [Some(position_rad), Some(torque_nm), reference_rad].map(|of| of.map(Cow::Owned))
+            }
+        };
+        let matrix = |signal, columns: Option<Cow<'_, [Vec<f64>]>>| {
+            columns.map(|columns| to_matrix(signal, columns, axes, samples)).transpose()
+        };
         Ok(Self {
             sample_rate_hz,
-            position_rad: matrix("position", &signals.position_rad)?,
-            torque_nm: matrix("torque", &signals.torque_nm)?,
-            reference_rad: reference.map(|columns| matrix("reference", columns)).transpose()?,
+            position_rad: matrix("position", position)?.unwrap_or_default(),
+            torque_nm: matrix("torque", torque)?.unwrap_or_default(),
+            reference_rad: matrix("reference", reference)?,
             torque_timing: SignalTiming::INSTANTANEOUS,
             reference_timing: SignalTiming::INSTANTANEOUS,
             recordings: vec![Recording { samples: 0..samples, counted: 0..samples }],
@@ -79,8 +93,8 @@ impl Experiment {
     /// # Errors
     /// As [`joint_side`](Self::joint_side), and [`ExperimentError::Axes`] when the transmission has
     /// another number of motors.
-    pub fn motor_side(
-        signals: &Signals,
+    pub fn motor_side<'s>(
+        signals: impl Into<Cow<'s, Signals>>,
         transmission: &Transmission,
     ) -> Result<Self, ExperimentError> {
         let mut experiment = Self::joint_side(signals)?;
@@ -300,20 +314,28 @@ const SAME_RATE: f64 = 3e-4;
 
 fn to_matrix(
     signal: &'static str,
-    columns: &[Vec<f64>],
+    columns: Cow<'_, [Vec<f64>]>,
     axes: usize,
     expected: usize,
 ) -> Result<DMatrix<f64>, ExperimentError> {
     if columns.len() != axes {
         return Err(ExperimentError::Axes { signal, axes: columns.len(), expected: axes });
     }
-    for (axis, column) in (1..).zip(columns) {
+    for (axis, column) in (1..).zip(columns.iter()) {
         let samples = column.len();
         if samples != expected {
             return Err(ExperimentError::Samples { signal, axis, samples, expected });
         }
     }
-    let matrix = DMatrix::from_vec(expected, axes, columns.concat());
+    let values = match columns {
+        Cow::Borrowed(columns) => columns.concat(),
+        Cow::Owned(columns) => {
+            let mut values = Vec::with_capacity(axes * expected);
+            columns.into_iter().for_each(|column| values.extend(column));
+            values
+        }
+    };
+    let matrix = DMatrix::from_vec(expected, axes, values);
     check_finite(signal, &matrix)?;
     Ok(matrix)
 }

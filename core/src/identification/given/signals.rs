@@ -1,5 +1,7 @@
 //! Signals as they were recorded.
 
+use std::borrow::Cow;
+
 use nalgebra::DMatrix;
 
 use crate::simulation::Record;
@@ -15,6 +17,18 @@ pub struct Signals {
     pub torque_nm: Vec<Vec<f64>>,
     /// What the controller was told to reach, in the unit of the position, when it is known.
     pub reference_rad: Option<Vec<Vec<f64>>>,
+}
+
+impl From<Signals> for Cow<'_, Signals> {
+    fn from(signals: Signals) -> Self {
+        Self::Owned(signals)
+    }
+}
+
+impl<'a> From<&'a Signals> for Cow<'a, Signals> {
+    fn from(signals: &'a Signals) -> Self {
+        Self::Borrowed(signals)
+    }
 }
 
 impl Signals {

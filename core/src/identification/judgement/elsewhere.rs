@@ -1,6 +1,6 @@
 //! How far the model's torque may be off where the arm has not been.
 
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -81,18 +81,17 @@ fn states(context: &Context<'_>, motion: &Motion) -> Motion {
     };
     let positions: Vec<[f64; 2]> =
         (context.robot.limits()).map(|limits| [limits.position_min, limits.position_max]).collect();
-    let reached = |signals: &DMatrix<f64>| -> Vec<[f64; 2]> {
-        let counted: Vec<usize> = context.experiment.counted_samples().collect();
-        let range = |signal: DVectorView<'_, f64>| {
-            let values = counted.iter().map(|&sample| signal[sample]);
+    let reached = |signal: &dyn Fn(usize, usize) -> f64| -> Vec<[f64; 2]> {
+        let range = |joint: usize| {
+            let values = context.experiment.counted_samples().map(|k| signal(k, joint));
             values.fold([f64::MAX, f64::MIN], |[least, most], value| {
                 [least.min(value), most.max(value)]
             })
         };
-        signals.column_iter().map(range).collect()
+        (0..joints).map(range).collect()
     };
     let position = uniform(&positions);
-    let velocity = uniform(&reached(&motion.velocity));
-    let acceleration = uniform(&reached(&motion.acceleration));
-    Motion { position, velocity, acceleration }
+    let velocity = uniform(&reached(&|k, joint| motion.velocity(k, joint)));
+    let acceleration = uniform(&reached(&|k, joint| motion.acceleration(k, joint)));
+    Motion::of(position, velocity, acceleration)
 }

@@ -266,9 +266,10 @@ impl Findings<'_> {
 fn prediction_deviations(observations: &Observations, covariance: &DMatrix<f64>) -> Vec<f64> {
     let (x, y) = (observations.matrix(), observations.measured());
     let deviation = |joint: usize| {
-        let range = observations.joint_rows(joint);
-        let x = x.rows_range(range.clone());
-        (x * covariance).dot(&x).max(0.0).sqrt() / y.rows_range(range).norm()
+        let acting = x.columns_of(joint);
+        let own = covariance.select_rows(&acting).select_columns(&acting);
+        let torque = y.rows_range(observations.joint_rows(joint)).norm();
+        x.gram(joint).dot(&own).max(0.0).sqrt() / torque
     };
     (0..observations.joints()).map(deviation).collect()
 }
@@ -309,11 +310,10 @@ fn largest_torques(context: &Context<'_>) -> Vec<f64> {
 fn carried(observations: &Observations, parameters: &DVector<f64>) -> Vec<f64> {
     let torque = observations.measured();
     let share = |(column, value): (usize, &f64)| {
-        let own = observations.matrix().column(column);
         let of_joint = |joint: usize| {
-            let range = observations.joint_rows(joint);
-            let torque = torque.rows_range(range.clone()).norm();
-            own.rows_range(range).norm() * value.abs() / torque
+            let own = observations.matrix().column_of(joint, column).unwrap_or_default();
+            let own = DVectorView::from_slice(own, own.len()).norm();
+            own * value.abs() / torque.rows_range(observations.joint_rows(joint)).norm()
         };
         (0..observations.joints()).map(of_joint).fold(0.0, f64::max)
     };

@@ -44,7 +44,7 @@ impl HeldOut {
         let (rows, measured) = (torque.rows_per_joint(), torque.measured());
         let mut sums = vec![[0.0; 2]; torque.joints()];
         for (piece, change) in changes.iter().enumerate() {
-            let left = residuals - torque.matrix() * change;
+            let left = residuals - torque.matrix().times(change);
             for (joint, [errors, torques]) in sums.iter_mut().enumerate() {
                 let own = pieces.of_row.iter().enumerate().filter(|(_, of)| **of == piece);
                 for (row, _) in own {
@@ -89,13 +89,19 @@ fn without_each(
     // The equation of the rows of each kind, which is part of several.
     let of_kind = |kind: u64| {
         let own: Vec<usize> = (0..rows).filter(|row| near[*row] == kind).collect();
-        let (mut normal, mut right) = (DMatrix::zeros(columns, columns), DVector::zeros(columns));
+        let (mut normal, mut right) =
+            (DMatrix::<f64>::zeros(columns, columns), DVector::<f64>::zeros(columns));
         for (joint, level) in levels.iter().enumerate() {
+            let x = torque.matrix().selected_rows_of(joint, &own) / *level;
             let of_joint: Vec<usize> = own.iter().map(|row| joint * rows + row).collect();
-            let x = torque.matrix().select_rows(&of_joint) / *level;
             let left = residuals.select_rows(&of_joint) / *level;
-            normal += x.tr_mul(&x);
-            right += x.tr_mul(&left);
+            let (products, along) = (x.tr_mul(&x), x.tr_mul(&left));
+            for (i, &row) in torque.matrix().columns_of(joint).iter().enumerate() {
+                right[row] += along[i];
+                for (j, &column) in torque.matrix().columns_of(joint).iter().enumerate() {
+                    normal[(row, column)] += products[(i, j)];
+                }
+            }
         }
         (normal, right, own.len())
     };

@@ -42,17 +42,18 @@ impl Information {
     ) -> Self {
         let (between_rests, moves) = moves(motion, samples);
         // z_k/‖z_k‖² = Ω^(1/2) times the influence on parameter k.
-        let influence = analysis.influence();
-        let shares = influence.column_iter().map(|column| {
-            let mut shares = vec![0.0; moves.len()];
-            for (joint, level) in noise_levels.iter().enumerate() {
-                let own = column.rows_range(observations.joint_rows(joint));
-                for (share, rows) in shares.iter_mut().zip(&moves) {
-                    *share += (own.rows_range(rows.clone()) * *level).norm_squared();
+        let mut squares = vec![vec![0.0; moves.len()]; observations.matrix().ncols()];
+        for (joint, level) in noise_levels.iter().enumerate() {
+            for (at, rows) in moves.iter().enumerate() {
+                let influence = analysis.influence(joint, rows.clone());
+                for (squares, own) in squares.iter_mut().zip(influence.column_iter()) {
+                    squares[at] += own.norm_squared() * level * level;
                 }
             }
-            let whole: f64 = shares.iter().sum();
-            shares.iter().map(|share| share / whole).collect()
+        }
+        let shares = squares.into_iter().map(|squares| {
+            let whole: f64 = squares.iter().sum();
+            squares.iter().map(|square| square / whole).collect()
         });
         let time_s = |row: usize| samples.get(row).map_or(0.0, |&k| k as f64 / sample_rate_hz);
         let last = samples.len().saturating_sub(1);
@@ -69,12 +70,11 @@ fn moves(motion: &Motion, samples: &[usize]) -> (bool, Vec<Range<usize>>) {
     let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
         return (false, Vec::new());
     };
-    let speed = &motion.velocity;
-    let highest: Vec<f64> =
-        speed.column_iter().map(|of| of.rows_range(first..=last).amax()).collect();
-    let rests = |k: usize| {
-        highest.iter().enumerate().all(|(joint, most)| speed[(k, joint)].abs() <= REST * most)
-    };
+    let speed = |k: usize, joint: usize| motion.velocity(k, joint).abs();
+    let highest = |joint: usize| (first..=last).map(|k| speed(k, joint)).fold(0.0, f64::max);
+    let highest: Vec<f64> = (0..motion.position.ncols()).map(highest).collect();
+    let rests =
+        |k: usize| highest.iter().enumerate().all(|(joint, most)| speed(k, joint) <= REST * most);
     // The middle of each rest, as a row.
     let mut ends = Vec::new();
     let mut begun = None;
@@ -125,7 +125,7 @@ mod tests {
             let moving = at < 500 && (joint == 0 || number == 1);
             if moving { (at as f64 / 500.0 * core::f64::consts::PI).sin() } else { 0.0 }
         });
-        Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity }
+        Motion::of(velocity.clone(), velocity.clone(), velocity)
     }
 
     #[test]
@@ -147,8 +147,7 @@ mod tests {
             Some(k) if k < 1800 => moves_alone[(k, joint)],
             _ => 0.0,
         });
-        let motion =
-            Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity };
+        let motion = Motion::of(velocity.clone(), velocity.clone(), velocity);
         let samples: Vec<usize> = (0..2800).step_by(10).collect();
         let (between_rests, found) = moves(&motion, &samples);
         assert!(between_rests);
@@ -160,8 +159,7 @@ mod tests {
     fn a_motion_without_rests_is_sliced() {
         let velocity =
             DMatrix::from_fn(1000, 2, |k, joint| (k as f64 / 50.0 + joint as f64 * 1.5).sin());
-        let motion =
-            Motion { position: velocity.clone(), acceleration: velocity.clone(), velocity };
+        let motion = Motion::of(velocity.clone(), velocity.clone(), velocity);
         let samples: Vec<usize> = (0..1000).step_by(10).collect();
         let (between_rests, found) = moves(&motion, &samples);
         assert!(!between_rests);
@@ -202,7 +200,8 @@ mod tests {
         assert!(found.shares[0].iter().all(|share| (share - 1.0 / 3.0).abs() < 0.05), "{found:?}");
         assert!((found.shares[1][1] - 1.0).abs() < 1e-12, "{found:?}");
         // Joint 1 alone tells column 0: the squares of its entries over their sum.
-        let column = observations.matrix().column(0);
+        let dense = observations.matrix().dense();
+        let column = dense.column(0);
         let square = |rows: Range<usize>| column.rows_range(rows).norm_squared();
         let first = moves(&motion(), &samples).1[0].clone();
         let expected = square(first) / square(0..2 * rows);

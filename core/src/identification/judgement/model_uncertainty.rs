@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::freedoms::{Columns, Observed};
+use super::freedoms::{Along, Columns, Observed};
 use super::rows::Rows;
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{BesideObservation, Motion};
@@ -107,27 +107,21 @@ impl ModelUncertainty {
         (0..moved.nrows()).map(|k| variance(k).max(0.0)).collect()
     }
 
-    /// The columns of the freedoms along a record, each in its standard deviation beforehand (r × m); none where the freedoms of
+    /// The freedoms along a record, each in its standard deviation beforehand; none where the freedoms of
     /// the context are others.
-    fn along(
+    fn columns<'a>(
         &self,
-        context: &Context<'_>,
-        motion: &Motion,
-        beside: &BesideObservation,
+        context: &'a Context<'a>,
         observations: &Observations,
-        parameters: &DVector<f64>,
-    ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
+        parameters: &'a DVector<f64>,
+    ) -> Option<Columns<'a>> {
         let all = parameters.len() + self.deviations.len();
         let fits = self.mean.len() == all
             && self.covariance.has_shape(all, |row| row + 1)
             && self.noise_nm.len() == observations.joints()
             && self.observed.fits(context);
-        if !fits {
-            return Ok(None);
-        }
-        let columns = Columns::new(context, parameters, self.observed.clone());
-        let columns = columns.with_deviations(&self.deviations);
-        columns.map(|columns| columns.along(motion, beside, observations)).transpose()
+        let columns = fits.then(|| Columns::new(context, parameters, self.observed.clone()))?;
+        columns.with_deviations(&self.deviations)
     }
 
     /// What errors of the model make of the torques of a record that the result predicts, as columns of independent
@@ -148,17 +142,18 @@ impl ModelUncertainty {
         parameters: &DVector<f64>,
     ) -> Result<Option<DMatrix<f64>>, IdentificationError> {
         let Some(moved) = self.moved() else { return Ok(None) };
-        let along = self.along(context, motion, beside, observations, parameters)?;
-        let Some(along) = along.filter(|_| moved.nrows() == parameters.len()) else {
+        let columns = self.columns(context, observations, parameters);
+        let Some(columns) = columns.filter(|_| moved.nrows() == parameters.len()) else {
             return Ok(None);
         };
+        let along = Along::new(&columns, motion, beside, observations)?.dense();
         let mean = DVector::from_column_slice(&self.mean[moved.nrows()..]);
         let open = self.covariance.symmetric(moved.nrows()..self.mean.len());
         // Single precision may take a small eigenvalue below 0.
         let eigen = (open + &mean * mean.transpose()).symmetric_eigen();
         let deviations = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
         let root = eigen.eigenvectors * DMatrix::from_diagonal(&deviations);
-        let errors = (along - observations.matrix() * moved) * root;
+        let errors = (along - observations.matrix().dense() * moved) * root;
         // What stands in a file may be anything.
         Ok(errors.iter().all(|value| value.is_finite()).then_some(errors))
     }
@@ -174,9 +169,10 @@ impl ModelUncertainty {
         parameters: &DVector<f64>,
     ) -> Result<Option<Foretold>, IdentificationError> {
         let (own, all) = (parameters.len(), parameters.len() + self.deviations.len());
-        let Some(along) = self.along(context, motion, beside, observations, parameters)? else {
+        let Some(columns) = self.columns(context, observations, parameters) else {
             return Ok(None);
         };
+        let along = Along::new(&columns, motion, beside, observations)?;
         let solution = JointSolution {
             change: DVector::from_column_slice(&self.mean[..own]),
             freedoms: DVector::from_column_slice(&self.mean[own..]),
@@ -189,8 +185,7 @@ impl ModelUncertainty {
         let mut relative_error_per_joint = Vec::new();
         for joint in 0..observations.joints() {
             let rows = observations.joint_rows(joint);
-            let [x, c] = [observations.matrix(), &along].map(|of| of.rows_range(rows.clone()));
-            let of_joint = gram(x, c);
+            let of_joint = gram(observations.matrix(), &along, joint);
             let noise = rows.len() as f64 * self.noise_nm[joint].powi(2);
             let torque = measured.rows_range(rows).norm_squared();
             let error = solution.median_squared_error(&of_joint) + noise;

@@ -116,10 +116,14 @@ impl States {
         let mut moving = vec![false; rows];
         let (mut values, mut reach) = (Vec::new(), Vec::new());
         for joint in 0..joints {
-            let of = |signals: &DMatrix<f64>| -> DVector<f64> {
-                DVector::from_iterator(rows, samples.iter().map(|&k| signals[(k, joint)]))
+            let of = |value: &dyn Fn(usize) -> f64| -> DVector<f64> {
+                DVector::from_iterator(rows, samples.iter().map(|&k| value(k)))
             };
-            let signals = [&motion.position, &motion.velocity, &motion.acceleration].map(of);
+            let signals = [
+                of(&|k| motion.position[(k, joint)]),
+                of(&|k| motion.velocity(k, joint)),
+                of(&|k| motion.acceleration(k, joint)),
+            ];
             let highest = signals[1].amax();
             for (moving, speed) in moving.iter_mut().zip(&signals[1]) {
                 *moving |= speed.abs() > MOVING * highest;
@@ -181,7 +185,7 @@ mod tests {
             (at((k + 1) % period, joint) - at(k % period, joint)) * 100.0
         });
         let acceleration = velocity.map(|speed: f64| 3.0 * speed.abs());
-        Motion { acceleration, position, velocity }
+        Motion::of(position, velocity, acceleration)
     }
 
     #[test]
@@ -203,7 +207,7 @@ mod tests {
         let position = DMatrix::from_fn(1000, 2, |k, _| k as f64);
         let velocity = DMatrix::from_element(1000, 2, 1.0);
         let acceleration = DMatrix::zeros(1000, 2);
-        let motion = Motion { position, velocity, acceleration };
+        let motion = Motion::of(position, velocity, acceleration);
         let pieces = Pieces::new(&motion, &samples, 1.0);
         assert_eq!((pieces.distinct, pieces.copies), (1000, 1.0));
         assert!(pieces.of_row.iter().enumerate().all(|(row, piece)| *piece == row / 200));

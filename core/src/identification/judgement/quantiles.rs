@@ -42,7 +42,7 @@ impl ResidualQuantiles {
             .filter(|sample| !experiment.is_held_out(*sample))
             .collect();
         let joints = experiment.joints();
-        let mut residuals = vec![Vec::with_capacity(samples.len()); joints];
+        let mut residuals = vec![Largest::of(samples.len()); joints];
         let mut group = MotionGroup::of_joints(joints);
         let mut next = 0;
         while let Some(&first) = samples.get(next) {
@@ -56,23 +56,70 @@ impl ResidualQuantiles {
             let torques = torque.column_iter().zip(&predicted);
             for (residuals, (torque, predicted)) in residuals.iter_mut().zip(torques) {
                 let torques = torque.as_slice()[first..first + count].iter().zip(predicted.0);
-                residuals.extend(torques.map(|(torque, predicted)| (torque - predicted).abs()));
+                for (torque, predicted) in torques {
+                    residuals.add((torque - predicted).abs());
+                }
             }
             next += count;
         }
-        let of_joint = |mut residuals: Vec<f64>| {
-            residuals.sort_unstable_by(f64::total_cmp);
-            let [of_99, of_999, of_9999] = QUANTILES.map(|share| {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a share of a length"
-                )]
-                let below = (share * residuals.len() as f64).ceil() as usize;
-                residuals[below.clamp(1, residuals.len()) - 1]
-            });
+        let of_joint = |residuals: Largest| {
+            let [of_99, of_999, of_9999] = residuals.quantiles();
             ResidualQuantiles { of_99, of_999, of_9999 }
         };
         Ok(residuals.into_iter().map(of_joint).collect())
+    }
+}
+
+/// The largest of many values, as many as the quantiles need.
+#[derive(Clone)]
+struct Largest {
+    /// How many values there are.
+    count: usize,
+    /// Twice as many at most as are needed, and among them the largest.
+    values: Vec<f64>,
+}
+
+impl Largest {
+    fn of(count: usize) -> Self {
+        Self { count, values: Vec::with_capacity(2 * Self::needed(count)) }
+    }
+
+    /// From the smallest quantile on.
+    fn needed(count: usize) -> usize {
+        count - Self::place(count, QUANTILES[0])
+    }
+
+    /// Where the value stands, in rising order, that a share of all stays below.
+    fn place(count: usize, share: f64) -> usize {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a share of a length"
+        )]
+        let below = (share * count as f64).ceil() as usize;
+        below.clamp(1, count.max(1)) - 1
+    }
+
+    fn add(&mut self, value: f64) {
+        self.values.push(value);
+        if self.values.len() == self.values.capacity().max(1) {
+            self.forget();
+        }
+    }
+
+    fn forget(&mut self) {
+        let needed = Self::needed(self.count);
+        if self.values.len() > needed {
+            let first = self.values.len() - needed;
+            self.values.select_nth_unstable_by(first, f64::total_cmp);
+            self.values.drain(..first);
+        }
+    }
+
+    fn quantiles(mut self) -> [f64; QUANTILES.len()] {
+        self.forget();
+        self.values.sort_unstable_by(f64::total_cmp);
+        let forgotten = self.count - self.values.len();
+        QUANTILES.map(|share| self.values[Self::place(self.count, share) - forgotten])
     }
 }

@@ -15,9 +15,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::checks::FittedModel;
 use super::elsewhere::Elsewhere;
-use super::freedoms::{Columns, FreedomEstimate, Observed};
+use super::freedoms::{Along, Columns, FreedomEstimate, Observed};
 use super::model_uncertainty::ModelUncertainty;
 use crate::identification::given::IdentificationError;
+use crate::regression::FurtherColumns as _;
 
 /// A rigid model with named friction leaves this share of a joint's torque, however quiet the data are.
 const NOISE_FLOOR: f64 = 0.01;
@@ -48,37 +49,35 @@ impl Uncertainty {
             *fitted;
         let observed = Observed::new(context, motion, beside, observations);
         let columns = Columns::new(context, parameters, observed);
-        let mut along = columns.along(motion, beside, observations)?;
         // Rows that an M-estimate left out of the equation say nothing of the freedoms either.
-        let left_out = analysis.rows_without_equation();
-        for row in left_out {
-            along.row_mut(row).fill(0.0);
-        }
+        let along = Along::new(&columns, motion, beside, observations)?
+            .without(analysis.rows_without_equation());
+        let products = analysis.products(&along);
         let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();
         let mut solution = analysis
-            .with_prior(&along, &floors, copies)
+            .with_prior(&along, &products, &floors, copies)
             .map_err(IdentificationError::Regression)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
-        // K: the estimate is Zᵀ y.
-        let moved = analysis.influence().tr_mul(&along);
+        let moved = &products.moved;
         let after = solution.covariance.view((own, own), (all - own, all - own));
-        let told = &moved * &solution.freedoms;
-        let spread: DMatrix<f64> = &moved * after;
+        let told = moved * &solution.freedoms;
+        let spread: DMatrix<f64> = moved * after;
         let combined = DVector::from_fn(own, |k, _| {
             let open = spread.row(k).dot(&moved.row(k));
             let bias = bias.map_or(0.0, |bias| bias[k]);
             (solution.noise[(k, k)] + told[k].powi(2) + open + bias * bias).max(0.0).sqrt()
         });
-        let freedoms = columns.estimates(&along, observations, &solution);
-        let remaining =
-            observations.residuals(&(parameters + &solution.change)) - &along * &solution.freedoms;
+        let rows = observations.rows_per_joint();
+        let freedoms = columns.estimates(&products.squares, rows, &solution);
+        let remaining = observations.residuals(&(parameters + &solution.change))
+            - along.times(&solution.freedoms);
         if let Some(other) = other {
             solution.change += other;
         }
         // A record is predicted behind the filter, and what is left of rows without it is much more.
         let model = (!context.decimation.is_none()).then(|| {
             let noise = observations.rms_per_joint(&remaining);
-            ModelUncertainty::new(&columns, noise, &solution, &moved)
+            ModelUncertainty::new(&columns, noise, &solution, moved)
         });
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();

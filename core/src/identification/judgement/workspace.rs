@@ -47,11 +47,11 @@ pub(super) fn indefinite_posture(
     // The eigenvalue is vᵀ M v, linear in the parameters: vᵀ (τ(q, 0, v) − τ(q, 0, 0)).
     let (count, n) = (found.len(), robot.joints());
     let twice = |of: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(2 * count, n, of);
-    let states = Motion {
-        position: twice(&|row, joint| found[row % count].0[joint]),
-        velocity: DMatrix::zeros(2 * count, n),
-        acceleration: twice(&|row, joint| if row < count { found[row].2[joint] } else { 0.0 }),
-    };
+    let states = Motion::of(
+        twice(&|row, joint| found[row % count].0[joint]),
+        DMatrix::zeros(2 * count, n),
+        twice(&|row, joint| if row < count { found[row].2[joint] } else { 0.0 }),
+    );
     let rows = regressor_rows(model, selection.columns(), &states)?;
     let mut worst: Option<Indefinite> = None;
     for (k, (posture, value, direction)) in found.into_iter().enumerate() {

@@ -4,7 +4,7 @@ use super::filtered_positions::FilteredPositions;
 use super::motion::Motion;
 use crate::MAX_JOINTS;
 use crate::numeric::{Lanes, WIDTH, vectorised};
-use crate::signal::{Group, group_of};
+use crate::signal::Group;
 
 /// q, q̇ and q̈ of every joint at so many consecutive samples.
 pub(crate) struct MotionGroup {
@@ -19,11 +19,10 @@ impl MotionGroup {
 
     /// From sample `first` of a motion on; beyond the last sample they are those of the last.
     pub(crate) fn read(&mut self, motion: &Motion, first: usize) -> [&[Group]; 3] {
-        let signals = [&motion.position, &motion.velocity, &motion.acceleration];
-        for (quantity, signals) in self.quantities.iter_mut().zip(signals) {
-            let samples = signals.nrows();
-            for (lanes, signal) in quantity.iter_mut().zip(signals.as_slice().chunks(samples)) {
-                *lanes = group_of(signal, first);
+        for joint in 0..self.joints {
+            let groups = motion.groups(joint, first);
+            for (quantity, group) in self.quantities.iter_mut().zip(groups) {
+                quantity[joint] = group;
             }
         }
         self.of_the_joints()

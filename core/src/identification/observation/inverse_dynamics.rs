@@ -2,9 +2,11 @@
 
 use nalgebra::DVector;
 
+use super::group::MotionGroup;
+use super::motion::Motion;
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
-use crate::identification::given::Context;
+use crate::identification::given::{Context, IdentificationError};
 use crate::numeric::{Lanes, Scalar};
 use crate::signal::Group;
 
@@ -33,4 +35,27 @@ impl InverseDynamics {
         model.inverse_dynamics(&mut self.workspace, &self.standard, q, dq, ddq, of_joints);
         torque
     }
+}
+
+/// How fast the torques of an estimate change along a motion, behind the parallel filter: the rows of each joint together
+/// \[N·m/s or N/s\].
+///
+/// # Errors
+/// [`IdentificationError::Regressor`] when they are not finite.
+pub(crate) fn torque_rates(
+    context: &Context<'_>,
+    motion: &Motion,
+    parameters: &DVector<f64>,
+) -> Result<DVector<f64>, IdentificationError> {
+    let joints = context.robot.joints();
+    let mut dynamics = InverseDynamics::of_the_estimate(context, parameters);
+    let mut group = MotionGroup::of_joints(joints);
+    let mut read = |first: usize, torques: &mut [Group]| {
+        let torque = dynamics.torque(&context.model, group.read(motion, first));
+        torques.copy_from_slice(&torque[..joints]);
+    };
+    let filtered = context.decimate_with_differences(joints, &mut read);
+    let [_, differences] = filtered.map_err(IdentificationError::of_regressor)?;
+    let rates = differences * (0.5 * context.experiment.sample_rate_hz());
+    Ok(DVector::from_column_slice(rates.as_slice()))
 }

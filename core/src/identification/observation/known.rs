@@ -1,13 +1,13 @@
 //! What of the torque is known and no parameter that is identified: that of parameters which are kept at
 //! their nominal values, and of springs and counterbalances.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::group::MotionGroup;
 use super::inverse_dynamics::InverseDynamics;
 use super::motion::Motion;
 use crate::identification::given::{Context, IdentificationError};
-use crate::regression::Observations;
+use crate::regression::{ObservationMatrix, Observations};
 use crate::signal::{Group, ParallelDecimation};
 
 /// The equation of these torques and their observation matrix along a motion, both behind the filter: what
@@ -17,7 +17,7 @@ use crate::signal::{Group, ParallelDecimation};
 /// Those of [`Observations::new`], with the parameters' names, and [`IdentificationError::Regressor`].
 pub(crate) fn torque_equation(
     context: &Context<'_>,
-    matrix: DMatrix<f64>,
+    matrix: ObservationMatrix,
     mut torque: DVector<f64>,
     motion: &Motion,
 ) -> Result<Observations, IdentificationError> {
@@ -25,7 +25,7 @@ pub(crate) fn torque_equation(
     if let Some(known) = &known {
         torque -= known;
     }
-    let observations = Observations::new(matrix, torque, context.robot.joints());
+    let observations = Observations::of(matrix, torque);
     let observations = observations.map_err(|error| context.selection.named(error))?;
     Ok(observations.with_known(known))
 }
@@ -40,18 +40,6 @@ pub(crate) fn known_rows(
         .decimate(context.robot.joints(), &mut read)
         .map_err(IdentificationError::of_regressor)?;
     Ok(Some(DVector::from_column_slice(rows.as_slice())))
-}
-
-/// Their rate of change \[N·m/s or N/s\].
-pub(super) fn known_rates(
-    context: &Context<'_>,
-    motion: &Motion,
-) -> Result<Option<DVector<f64>>, IdentificationError> {
-    let Some(mut read) = known_along(context, motion) else { return Ok(None) };
-    let filtered = context.decimate_with_differences(context.robot.joints(), &mut read);
-    let [_, differences] = filtered.map_err(IdentificationError::of_regressor)?;
-    let rates = differences * (0.5 * context.experiment.sample_rate_hz());
-    Ok(Some(DVector::from_column_slice(rates.as_slice())))
 }
 
 /// What is known at the states of a motion, the rows of each joint together; none where nothing is.

@@ -2,13 +2,13 @@
 
 use core::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::group::MotionGroup;
-use super::known::known_rates;
 use super::motion::Motion;
 use crate::dynamics::{Model, RegressorColumns, Workspace};
 use crate::identification::given::{Context, IdentificationError, Selection};
+use crate::regression::ObservationMatrix;
 use crate::signal::{Group, ParallelDecimation};
 
 /// The filtered, decimated observation matrix X of a motion: the rows of each joint together, one
@@ -29,7 +29,7 @@ pub fn observation_matrix(
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let columns = model.regressor_entries(selection.columns());
     let entries = entries(model, &columns, motion, decimation, counted)?;
-    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
+    Ok(matrix_of(&columns, model.joints(), entries))
 }
 
 /// The observation matrix of the rows that are fitted.
@@ -39,7 +39,7 @@ pub fn observation_matrix(
 pub(crate) fn fitted_matrix(
     context: &Context<'_>,
     motion: &Motion,
-) -> Result<DMatrix<f64>, IdentificationError> {
+) -> Result<ObservationMatrix, IdentificationError> {
     fitted_matrix_of(context, &context.model, motion)
 }
 
@@ -51,13 +51,14 @@ pub(crate) fn fitted_matrix_of(
     context: &Context<'_>,
     model: &Model,
     motion: &Motion,
-) -> Result<DMatrix<f64>, IdentificationError> {
+) -> Result<ObservationMatrix, IdentificationError> {
     let columns = model.regressor_entries(context.selection.columns());
     let mut read = entries_along(model, &columns, motion);
     let entries = context
         .decimate(columns.entries().len(), &mut read)
         .map_err(IdentificationError::of_regressor)?;
-    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
+    let own = columns.entries().iter().copied();
+    Ok(ObservationMatrix::of_entries(model.joints(), columns.width(), own, entries))
 }
 
 /// The rows of each joint together, of these columns of the regressor at the states of a motion (states · n ×
@@ -73,55 +74,45 @@ pub(crate) fn regressor_rows(
     let columns = model.regressor_entries(columns);
     let (all, none) = (0..states.position.nrows(), ParallelDecimation::none());
     let entries = entries(model, &columns, states, &none, all)?;
-    Ok(matrix_of(&columns, 0..columns.width(), model.joints(), &entries))
+    Ok(matrix_of(&columns, model.joints(), entries))
 }
 
 /// The columns of all base parameters along a motion, behind the parallel filter, at the rows that are
 /// fitted.
 pub(crate) struct BaseColumns {
     /// Those of the selected parameters, the observation matrix X.
-    pub(crate) selected: DMatrix<f64>,
+    pub(crate) selected: ObservationMatrix,
     pub(crate) beside: BesideObservation,
 }
 
 /// What the model is checked with beside the observation matrix.
 pub(crate) struct BesideObservation {
-    /// dX/dt.
-    rates: DMatrix<f64>,
-    /// What is known of the torque beside the parameters, its rate of change; none where nothing is.
-    known_rates: Option<DVector<f64>>,
     /// The columns of the base parameters that are not selected.
-    pub(crate) left_out: DMatrix<f64>,
-}
-
-impl BesideObservation {
-    /// How the predicted torque of these parameters changes \[N·m/s or N/s\].
-    pub(crate) fn torque_rates(&self, parameters: &DVector<f64>) -> DVector<f64> {
-        let rates = &self.rates * parameters;
-        match &self.known_rates {
-            None => rates,
-            Some(known) => rates + known,
-        }
-    }
+    pub(crate) left_out: ObservationMatrix,
 }
 
 impl BaseColumns {
     pub(crate) fn new(context: &Context<'_>, motion: &Motion) -> Result<Self, IdentificationError> {
-        let Context { model, base, selection, experiment, .. } = context;
+        let Context { model, base, selection, .. } = context;
         let width = selection.columns().len();
         let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
         let all: Vec<usize> = selection.columns().iter().chain(left_out).copied().collect();
         let columns = model.regressor_entries(&all);
-        let joints = motion.position.ncols();
         let mut read = entries_along(model, &columns, motion);
-        let filtered = context.decimate_with_differences(columns.entries().len(), &mut read);
-        let [entries, differences] = filtered.map_err(IdentificationError::of_regressor)?;
-        let selected = matrix_of(&columns, 0..width, joints, &entries);
-        let left_out = matrix_of(&columns, width..all.len(), joints, &entries);
-        let differences = matrix_of(&columns, 0..width, joints, &differences);
-        let rates = differences * (0.5 * experiment.sample_rate_hz());
-        let known_rates = known_rates(context, motion)?;
-        Ok(Self { selected, beside: BesideObservation { rates, known_rates, left_out } })
+        let entries = context.decimate(columns.entries().len(), &mut read);
+        let mut entries = entries.map_err(IdentificationError::of_regressor)?;
+        // They are column by column.
+        let own = columns.entries().partition_point(|(_, column)| *column < width);
+        let left_out = ObservationMatrix::of_entries(
+            model.joints(),
+            all.len() - width,
+            columns.entries()[own..].iter().map(|(joint, column)| (*joint, column - width)),
+            entries.columns_range(own..).into_owned(),
+        );
+        entries = entries.resize_horizontally(own, 0.0);
+        let own = columns.entries()[..own].iter().copied();
+        let selected = ObservationMatrix::of_entries(model.joints(), width, own, entries);
+        Ok(Self { selected, beside: BesideObservation { left_out } })
     }
 }
 
@@ -153,20 +144,8 @@ fn entries_along<'a>(
     }
 }
 
-/// Some of the columns from rows of their entries: the rows of each joint together.
-fn matrix_of(
-    columns: &RegressorColumns,
-    wanted: Range<usize>,
-    joints: usize,
-    entries: &DMatrix<f64>,
-) -> DMatrix<f64> {
-    let rows = entries.nrows();
-    let mut matrix = DMatrix::zeros(rows * joints, wanted.len());
-    for (entry, &(joint, column)) in entries.column_iter().zip(columns.entries()) {
-        if wanted.contains(&column) {
-            let mut own = matrix.view_mut((joint * rows, column - wanted.start), (rows, 1));
-            own.copy_from(&entry);
-        }
-    }
-    matrix
+/// The rows of each joint together, from rows of the entries.
+fn matrix_of(columns: &RegressorColumns, joints: usize, entries: DMatrix<f64>) -> DMatrix<f64> {
+    let own = columns.entries().iter().copied();
+    ObservationMatrix::of_entries(joints, columns.width(), own, entries).dense()
 }

@@ -13,7 +13,7 @@ mod torque;
 
 pub(crate) use filtered_positions::FilteredPositions;
 pub(crate) use group::MotionGroup;
-pub(crate) use inverse_dynamics::InverseDynamics;
+pub(crate) use inverse_dynamics::{InverseDynamics, torque_rates};
 pub(crate) use known::{known_at, torque_equation};
 pub use matrix::observation_matrix;
 pub(crate) use matrix::{

@@ -3,8 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::filtered_positions::FilteredPositions;
+use crate::MAX_JOINTS;
 use crate::identification::given::{Experiment, IdentificationError, PositionFilter};
-use crate::signal::central_difference;
+use crate::numeric::{Lanes, WIDTH};
+use crate::signal::{Group, SignalError, group_of, neighbours};
+use crate::simulation::set_row;
 
 /// Joint positions, velocities and accelerations on one grid, each samples × joints \[rad, rad/s,
 /// rad/s²; m for a prismatic joint\].
@@ -12,10 +15,121 @@ use crate::signal::central_difference;
 pub struct Motion {
     /// q.
     pub position: DMatrix<f64>,
-    /// q̇.
-    pub velocity: DMatrix<f64>,
-    /// q̈.
-    pub acceleration: DMatrix<f64>,
+    rates: Rates,
+}
+
+/// q̇ and q̈.
+#[derive(Clone, Debug, PartialEq)]
+enum Rates {
+    /// In memory.
+    Given([DMatrix<f64>; 2]),
+    /// Central differences of the positions, each recording's by itself, formed where they are asked for: in memory
+    /// they would take twice what the positions do.
+    Differences {
+        rate_hz: f64,
+        /// Where each recording ends, the last one too.
+        ends: Vec<usize>,
+    },
+}
+
+impl Motion {
+    /// Of these, samples × joints each.
+    ///
+    /// # Panics
+    /// When they are not of one size.
+    pub fn of(position: DMatrix<f64>, velocity: DMatrix<f64>, acceleration: DMatrix<f64>) -> Self {
+        assert!(position.shape() == velocity.shape() && position.shape() == acceleration.shape());
+        Self { position, rates: Rates::Given([velocity, acceleration]) }
+    }
+
+    /// q̇ of a joint at a sample.
+    pub fn velocity(&self, sample: usize, joint: usize) -> f64 {
+        match &self.rates {
+            Rates::Given([velocity, _]) => velocity[(sample, joint)],
+            Rates::Differences { rate_hz, ends } => {
+                let position = |k: usize| self.position[(k, joint)];
+                difference(*rate_hz, ends, sample, position)
+            }
+        }
+    }
+
+    /// q̈ of a joint at a sample.
+    pub fn acceleration(&self, sample: usize, joint: usize) -> f64 {
+        match &self.rates {
+            Rates::Given([_, acceleration]) => acceleration[(sample, joint)],
+            Rates::Differences { rate_hz, ends } => {
+                difference(*rate_hz, ends, sample, |k| self.velocity(k, joint))
+            }
+        }
+    }
+
+    /// q, q̇ and q̈ in memory, samples × joints each.
+    pub fn matrices(&self) -> [DMatrix<f64>; 3] {
+        let (samples, joints) = self.position.shape();
+        let of = |value: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(samples, joints, value);
+        let velocity = of(&|k, joint| self.velocity(k, joint));
+        let acceleration = of(&|k, joint| self.acceleration(k, joint));
+        [self.position.clone(), velocity, acceleration]
+    }
+
+    /// Sets all joints' at a sample. The rates are in memory from then on.
+    pub(crate) fn set_sample(&mut self, sample: usize, quantities: [&[f64; MAX_JOINTS]; 3]) {
+        if let Rates::Differences { .. } = self.rates {
+            let [_, velocity, acceleration] = self.matrices();
+            self.rates = Rates::Given([velocity, acceleration]);
+        }
+        if let Rates::Given([velocity, acceleration]) = &mut self.rates {
+            let matrices = [&mut self.position, velocity, acceleration];
+            for (matrix, values) in matrices.into_iter().zip(quantities) {
+                set_row(matrix, sample, values);
+            }
+        }
+    }
+
+    /// q, q̇ and q̈ of a joint at some samples from `first` on; beyond the last sample they are those of the last.
+    #[inline(always)]
+    pub(super) fn groups(&self, joint: usize, first: usize) -> [Group; 3] {
+        let samples = self.position.nrows();
+        let column = |of: &'_ DMatrix<f64>| group_of(of_joint(of, joint), first);
+        let (rate_hz, ends) = match &self.rates {
+            Rates::Given([velocity, acceleration]) => {
+                return [&self.position, velocity, acceleration].map(column);
+            }
+            Rates::Differences { rate_hz, ends } => (*rate_hz, ends),
+        };
+        let inside = ends.iter().all(|end| first >= end + 2 || first + WIDTH + 2 <= *end);
+        let around = first
+            .checked_sub(2)
+            .filter(|_| inside)
+            .and_then(|from| of_joint(&self.position, joint).get(from..from + WIDTH + 4));
+        let Some(q) = around else {
+            let at = |l: usize| (first + l).min(samples - 1);
+            return [
+                column(&self.position),
+                Lanes::from_fn(|l| self.velocity(at(l), joint)),
+                Lanes::from_fn(|l| self.acceleration(at(l), joint)),
+            ];
+        };
+        let factor = 0.5 * rate_hz;
+        let dq: [f64; WIDTH + 2] = core::array::from_fn(|k| (q[k + 2] - q[k]) * factor);
+        [
+            Lanes::from_fn(|l| q[l + 2]),
+            Lanes::from_fn(|l| dq[l + 1]),
+            Lanes::from_fn(|l| (dq[l + 2] - dq[l]) * factor),
+        ]
+    }
+}
+
+/// [`central_difference`](crate::signal::central_difference) at one sample, within its recording.
+fn difference(rate_hz: f64, ends: &[usize], sample: usize, value: impl Fn(usize) -> f64) -> f64 {
+    let recording = ends.partition_point(|end| *end <= sample);
+    let start = recording.checked_sub(1).map_or(0, |before| ends[before]);
+    let (before, after, factor) = neighbours(sample - start, ends[recording] - start, rate_hz);
+    (value(start + after) - value(start + before)) * factor
+}
+
+fn of_joint(matrix: &DMatrix<f64>, joint: usize) -> &[f64] {
+    &matrix.as_slice()[joint * matrix.nrows()..(joint + 1) * matrix.nrows()]
 }
 
 /// The motion of an experiment: positions filtered without phase over the whole record, then
@@ -40,31 +154,27 @@ pub(crate) fn motion_along(
     experiment: &Experiment,
     position: DMatrix<f64>,
 ) -> Result<Motion, IdentificationError> {
-    let velocity = derivatives(experiment, &position, "position")?;
-    let acceleration = derivatives(experiment, &velocity, "position")?;
-    Ok(Motion { position, velocity, acceleration })
-}
-
-/// The [`central_difference`] of every joint's signal, each recording's by itself.
-fn derivatives(
-    experiment: &Experiment,
-    signals: &DMatrix<f64>,
-    signal: &'static str,
-) -> Result<DMatrix<f64>, IdentificationError> {
-    let rate_hz = experiment.sample_rate_hz();
-    let mut derivatives = DMatrix::zeros(signals.nrows(), signals.ncols());
-    for (joint, (from, mut to)) in
-        signals.column_iter().zip(derivatives.column_iter_mut()).enumerate()
-    {
-        for of in experiment.recordings() {
-            let (from, to) = (from.as_slice(), to.as_mut_slice());
-            central_difference(&from[of.samples.clone()], rate_hz, &mut to[of.samples.clone()])
-                .map_err(|cause| IdentificationError::Signal {
-                    signal,
-                    joint: joint + 1,
-                    cause: cause.later_by(of.samples.start),
-                })?;
+    let recordings = experiment.recordings();
+    let failed = |joint: usize, cause| {
+        Err(IdentificationError::Signal { signal: "position", joint: joint + 1, cause })
+    };
+    for samples in recordings.iter().map(|of| of.samples.clone()) {
+        if samples.len() < 2 {
+            let cause = SignalError::TooShort { samples: samples.len(), needed: 2 };
+            return failed(0, cause.later_by(samples.start));
         }
     }
-    Ok(derivatives)
+    let ends = recordings.iter().map(|of| of.samples.end).collect();
+    let rates = Rates::Differences { rate_hz: experiment.sample_rate_hz(), ends };
+    let motion = Motion { position, rates };
+    for joint in 0..experiment.joints() {
+        let signal = of_joint(&motion.position, joint);
+        // What overflows does so in the second difference.
+        let finite =
+            |k: &usize| signal[*k].is_finite() && motion.acceleration(*k, joint).is_finite();
+        if let Some(index) = (0..signal.len()).find(|k| !finite(k)) {
+            return failed(joint, SignalError::NotFinite { index });
+        }
+    }
+    Ok(motion)
 }

@@ -15,7 +15,7 @@ use crate::identification::observation::{
     BaseColumns, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::prediction::{KnownModel, PredictionError};
-use crate::regression::{Observations, ResidualAnalysis};
+use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 use crate::robot::Robot;
 
 /// Noise of a joint is never taken for less than this share of its torque.
@@ -90,24 +90,27 @@ pub fn payload(
     };
     let empty = equation(&context)?;
     let before = PredictionError::of(&empty, &empty.residuals(&parameters));
-    let sums = sums.told_by(empty.matrix())?;
+    let sums = sums.told_by(&empty.matrix().dense())?;
     // Where friction grows with what the arm carries.
     context.settle_loads(|context| {
         let arm = equation(context)?;
-        let found = Equation::new(&sums, &arm, &arm.residuals(&parameters))?.ordinary()?;
+        let matrix = arm.matrix().dense();
+        let unexplained = arm.residuals(&parameters);
+        let found = Equation::new(&sums, &arm, &matrix, &unexplained)?.ordinary()?;
         Ok::<_, PayloadError>(sums.loaded(&parameters, &found))
     })?;
     let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
     let arm = torque_equation(&context, selected, filtered_torque(&context)?, &motion)?;
+    let matrix = arm.matrix().dense();
     let unexplained = arm.residuals(&parameters);
 
-    let equation = Equation::new(&sums, &arm, &unexplained)?;
+    let equation = Equation::new(&sums, &arm, &matrix, &unexplained)?;
     // A torque gain that is wrong, or a length, does it to the torques of the load too.
     let loaded = sums.loaded(&parameters, &equation.ordinary()?);
     let errors = model
         .uncertainty
         .map_or(Ok(None), |known| known.errors_along(&context, &motion, &beside, &arm, &loaded))?;
-    let mut of_arm = arm.matrix() * uncertain_arm(&context, model, &covariance)?;
+    let mut of_arm = &matrix * uncertain_arm(&context, model, &covariance)?;
     if let Some(errors) = &errors {
         let own = of_arm.ncols();
         of_arm = of_arm.resize_horizontally(own + errors.ncols(), 0.0);
@@ -115,7 +118,7 @@ pub fn payload(
     }
     let floors: Vec<f64> =
         arm.rms_per_joint(&arm.measured()).iter().map(|torque| LEAST_NOISE * torque).collect();
-    let (values, covariance) = equation.solved(&context, &of_arm, &floors)?;
+    let (values, covariance) = equation.solved(&context, of_arm, &floors)?;
 
     let after = arm.residuals(&sums.loaded(&parameters, &values));
     let load = Load::of(&sums, &values, &covariance);
@@ -160,9 +163,10 @@ impl<'a> Equation<'a> {
     fn new(
         sums: &'a LoadSums,
         arm: &Observations,
+        matrix: &DMatrix<f64>,
         unexplained: &DVector<f64>,
     ) -> Result<Self, PayloadError> {
-        let of_load = sums.along(arm.matrix());
+        let of_load = sums.along(matrix);
         let system = Observations::new(of_load, unexplained.clone(), arm.joints());
         Ok(Self { sums, system: system.map_err(|error| sums.named(error))? })
     }
@@ -178,7 +182,7 @@ impl<'a> Equation<'a> {
     fn solved(
         &self,
         context: &Context<'_>,
-        of_arm: &DMatrix<f64>,
+        of_arm: DMatrix<f64>,
         floors: &[f64],
     ) -> Result<(DVector<f64>, DMatrix<f64>), PayloadError> {
         let named = |error| self.sums.named(error);
@@ -187,8 +191,10 @@ impl<'a> Equation<'a> {
         let solution = self.system.weighted(&levels).map_err(named)?;
         let filter = context.row_filter();
         let analysis = ResidualAnalysis::new(&self.system, &solution, &filter);
+        let of_arm = ObservationMatrix::of(of_arm, self.system.joints());
         // Every row counts once.
-        let joint = analysis.with_prior(of_arm, floors, 1.0).map_err(named)?;
+        let products = analysis.products(&of_arm);
+        let joint = analysis.with_prior(&of_arm, &products, floors, 1.0).map_err(named)?;
         Ok((&solution.parameters + &joint.change, joint.coloured_covariance()))
     }
 }

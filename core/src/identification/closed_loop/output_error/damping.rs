@@ -22,7 +22,7 @@ pub(super) struct Damped {
 
 impl Damped {
     pub(super) fn new(observations: &Observations, levels: &[f64], step: &DVector<f64>) -> Self {
-        let mut columns = observations.matrix().clone();
+        let mut columns = observations.matrix().dense();
         for (joint, level) in levels.iter().enumerate() {
             columns.rows_range_mut(observations.joint_rows(joint)).unscale_mut(*level);
         }

@@ -1,36 +1,29 @@
-//! The torques of every freedom: along the motion that was recorded, and at any state.
+//! The torques of every freedom at any state of the arm, and what a solution says of each.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::list::{Acts, Column, Direction, Motive, Observed, STEP, Sizes};
 use super::{Freedom, FreedomEstimate, Quantity};
 use crate::MAX_JOINTS;
+use crate::dynamics::Model;
 use crate::identification::given::{Context, IdentificationError};
-use crate::identification::observation::{
-    BesideObservation, InverseDynamics, Motion, MotionGroup, regressor_rows,
-};
-use crate::numeric::{Lanes, Scalar, WIDTH, vectorised};
-use crate::regression::{JointSolution, Observations};
+use crate::identification::observation::{InverseDynamics, Motion, MotionGroup, regressor_rows};
+use crate::numeric::{Lanes, Scalar, WIDTH};
+use crate::regression::JointSolution;
 use crate::robot::JointKind;
-use crate::signal::{Group, group_of};
-
-/// Friction laws of each direction beside the model's: the bends and the curvature.
-const LAWS: usize = 4;
-
-/// Signals of each joint: its sign function, and q, q̇ and q̈.
-const OF_A_JOINT: usize = 4;
+use crate::signal::Group;
 
 /// Where the data take less than this share of a freedom's variance away, they say nothing of it.
 const LEAST_TOLD: f64 = 0.1;
 
 /// The freedoms of a fitted model, each column in its standard deviations beforehand.
 pub(in super::super) struct Columns<'a> {
-    context: &'a Context<'a>,
-    columns: Vec<Column>,
-    directions: Vec<Direction>,
+    pub(super) context: &'a Context<'a>,
+    pub(super) columns: Vec<Column>,
+    pub(super) directions: Vec<Direction>,
     /// The regressor's columns that are not selected.
     left_out: Vec<usize>,
-    parameters: &'a DVector<f64>,
+    pub(super) parameters: &'a DVector<f64>,
     observed: Observed,
 }
 
@@ -72,65 +65,6 @@ impl<'a> Columns<'a> {
         &self.observed.torque_nm
     }
 
-    /// Along the recorded motion, filtered and decimated as the observation matrix, the rows of each joint
-    /// together (r × m). What bends with the speed goes through the filter itself; what is smooth is
-    /// that of the filtered motion.
-    pub(in super::super) fn along(
-        &self,
-        motion: &Motion,
-        beside: &BesideObservation,
-        observations: &Observations,
-    ) -> Result<DMatrix<f64>, IdentificationError> {
-        let signals = self.signals(motion)?;
-        let joints = self.context.robot.joints();
-        let first = LAWS * self.directions.len();
-        let signal =
-            |joint: usize, which: usize| signals.column(first + OF_A_JOINT * joint + which);
-        let [position, velocity, acceleration] = [1, 2, 3].map(|which| {
-            DMatrix::from_fn(signals.nrows(), joints, |row, joint| signal(joint, which)[row])
-        });
-        let decimated = Motion { position, velocity, acceleration };
-        let mut rows = self.at(&decimated, &beside.left_out);
-        let predicted = observations.predicted(self.parameters);
-        let rates = beside.torque_rates(self.parameters);
-        for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
-            let deviation = column.deviation;
-            let mut set = |joint: usize, values: &mut dyn Iterator<Item = f64>| {
-                let range = observations.joint_rows(joint);
-                for (to, value) in to.rows_range_mut(range).iter_mut().zip(values) {
-                    *to = deviation * value;
-                }
-            };
-            let law = |direction: usize, law: usize| signals.column(LAWS * direction + law);
-            match column.acts {
-                Acts::Bend { direction, .. } | Acts::Curvature { direction } => {
-                    let number = match column.acts {
-                        Acts::Bend { bend, .. } => bend,
-                        _ => LAWS - 1,
-                    };
-                    for (joint, share) in self.directions[direction].shares.iter().enumerate() {
-                        set(joint, &mut law(direction, number).iter().map(|value| share * value));
-                    }
-                }
-                Acts::Neighbour { row, of, by: Motive::Sign } => {
-                    set(row, &mut signal(of, 0).iter().copied());
-                }
-                Acts::Gain(wanted) => {
-                    for joint in (0..joints).filter(|j| wanted.is_none_or(|wanted| wanted == *j)) {
-                        let own = predicted.rows_range(observations.joint_rows(joint));
-                        set(joint, &mut own.iter().copied());
-                    }
-                }
-                Acts::Delay(joint) => {
-                    let own = rates.rows_range(observations.joint_rows(joint));
-                    set(joint, &mut own.iter().copied());
-                }
-                _ => {}
-            }
-        }
-        Ok(rows)
-    }
-
     /// At the states of a motion, whatever came before them; `left_out` has the columns of the parameters that
     /// are left out there.
     ///
@@ -138,82 +72,44 @@ impl<'a> Columns<'a> {
     pub(in super::super) fn at(&self, states: &Motion, left_out: &DMatrix<f64>) -> DMatrix<f64> {
         let (count, joints) = states.position.shape();
         let mut rows = DMatrix::zeros(count * joints, self.columns.len());
-        let mut group = MotionGroup::of_joints(joints);
-        let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
-        for first in (0..count).step_by(WIDTH) {
-            let [q, dq, ddq] = group.read(states, first);
-            let predicted = dynamics.torque(&self.context.model, [q, dq, ddq]);
+        self.for_each_state(states, |first, of_state| {
             for (column, to) in
                 self.columns.iter().zip(rows.as_mut_slice().chunks_mut(count * joints))
             {
-                let mut set = |joint: usize, torque: Group| {
-                    let to = &mut to[joint * count + first..(joint + 1) * count];
-                    for (to, value) in to.iter_mut().zip(torque.0) {
+                let Some(torque) = of_state.torque(column) else { continue };
+                for (to, torque) in to.chunks_exact_mut(count).zip(torque) {
+                    to[first..].iter_mut().zip(torque.0).for_each(|(to, value)| {
                         *to = column.deviation * value;
-                    }
-                };
-                let mut along = |direction: usize, law: &dyn Fn(&Direction, Group) -> Group| {
-                    let direction = &self.directions[direction];
-                    let mut u = Lanes::zero();
-                    for (share, speed) in direction.shares.iter().zip(dq) {
-                        u += *speed * Lanes::constant(*share);
-                    }
-                    let torque = law(direction, u);
-                    for (joint, share) in direction.shares.iter().enumerate() {
-                        set(joint, torque * Lanes::constant(*share));
-                    }
-                };
-                let step_to = |torque: [Group; MAX_JOINTS], set: &mut dyn FnMut(usize, Group)| {
-                    for (joint, torque) in torque.into_iter().enumerate().take(joints) {
-                        set(joint, (torque - predicted[joint]) * Lanes::constant(1.0 / STEP));
-                    }
-                };
-                match &column.acts {
-                    Acts::Bend { direction, bend } => {
-                        along(*direction, &|direction, u| bend_of(direction, *bend, u))
-                    }
-                    Acts::Curvature { direction } => along(*direction, &curvature),
-                    Acts::Neighbour { row, of, by } => set(
-                        *row,
-                        match by {
-                            Motive::Speed => dq[*of],
-                            Motive::Sign => self.context.robot.sign_model(*of).value(dq[*of]),
-                            Motive::Acceleration => ddq[*of],
-                        },
-                    ),
-                    Acts::Gain(wanted) => {
-                        let gained = |j: &usize| wanted.is_none_or(|wanted| wanted == *j);
-                        (0..joints).filter(gained).for_each(|joint| set(joint, predicted[joint]));
-                    }
-                    Acts::Known { joint, over_range } => {
-                        let (model, q) = (&self.context.model, q[*joint]);
-                        let mut known = model.known_torque(*joint, q).unwrap_or(Lanes::zero());
-                        if *over_range {
-                            let limits = model.chain()[*joint].limits;
-                            let middle = 0.5 * (limits.position_max + limits.position_min);
-                            let half = 0.5 * (limits.position_max - limits.position_min);
-                            known *= (q - Lanes::constant(middle)) * Lanes::constant(1.0 / half);
-                        }
-                        set(*joint, -known);
-                    }
-                    Acts::Zero(moved) => {
-                        let mut q: Vec<Group> = q.to_vec();
-                        q[*moved] += Lanes::constant(STEP);
-                        step_to(dynamics.torque(&self.context.model, [&q, dq, ddq]), &mut set);
-                    }
-                    Acts::Geometry(model) => {
-                        step_to(dynamics.torque(model, [q, dq, ddq]), &mut set);
-                    }
-                    Acts::Delay(_) | Acts::LeftOut(_) => {}
+                    });
                 }
             }
-        }
+        });
         for (column, mut to) in self.columns.iter().zip(rows.column_iter_mut()) {
             if let Acts::LeftOut(index) = column.acts {
                 to.axpy(column.deviation, &left_out.column(index), 0.0);
             }
         }
         rows
+    }
+
+    /// Calls with the first of some neighbouring states at a time, and with what is the same for all columns there.
+    pub(super) fn for_each_state(
+        &self,
+        states: &Motion,
+        mut visit: impl FnMut(usize, &mut AtStates<'_>),
+    ) {
+        let (count, joints) = states.position.shape();
+        let mut group = MotionGroup::of_joints(joints);
+        let mut dynamics = InverseDynamics::of_the_estimate(self.context, self.parameters);
+        for first in (0..count).step_by(WIDTH) {
+            let state = group.read(states, first);
+            let predicted = dynamics.torque(&self.context.model, state);
+            let (context, directions) = (self.context, self.directions.as_slice());
+            visit(
+                first,
+                &mut AtStates { context, directions, dynamics: &mut dynamics, state, predicted },
+            );
+        }
     }
 
     /// The columns of the parameters that are left out, at the states of a motion.
@@ -224,48 +120,12 @@ impl<'a> Columns<'a> {
         regressor_rows(&self.context.model, &self.left_out, states)
     }
 
-    /// What is not smooth over the motion, and the motion itself, behind the parallel filter.
-    fn signals(&self, motion: &Motion) -> Result<DMatrix<f64>, IdentificationError> {
-        let joints = motion.velocity.ncols();
-        let count = LAWS * self.directions.len() + OF_A_JOINT * joints;
-        let motions = [&motion.position, &motion.velocity, &motion.acceleration];
-        let mut read = |first: usize, signals: &mut [Group]| {
-            vectorised(
-                #[inline(always)]
-                || {
-                    let (laws, of_joints) = signals.split_at_mut(LAWS * self.directions.len());
-                    let speed = |joint: usize| group_of(column(&motion.velocity, joint), first);
-                    for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(&self.directions) {
-                        let mut u = Lanes::zero();
-                        for (joint, share) in direction.shares.iter().enumerate() {
-                            if *share != 0.0 {
-                                u += speed(joint) * Lanes::constant(*share);
-                            }
-                        }
-                        for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
-                            *law = bend_of(direction, bend, u);
-                        }
-                        laws[LAWS - 1] = curvature(direction, u);
-                    }
-                    for (joint, signals) in of_joints.chunks_exact_mut(OF_A_JOINT).enumerate() {
-                        signals[0] = self.context.robot.sign_model(joint).value(speed(joint));
-                        for (signal, motion) in signals[1..].iter_mut().zip(motions) {
-                            *signal = group_of(column(motion, joint), first);
-                        }
-                    }
-                },
-            );
-        };
-        let rows = self.context.decimate(count, &mut read);
-        rows.map_err(IdentificationError::RegressorFilter)
-    }
-
-    /// What a joint solution says of each freedom, the largest torques first. `along` has the columns
-    /// along the motion; what the data say of a quantity is as uncertain as the colour of what is left makes it.
+    /// What a joint solution says of each freedom, the largest torques first. `squares` are `CᵀC` of so many rows of each
+    /// joint; what the data say of a quantity is as uncertain as the colour of what is left makes it.
     pub(in super::super) fn estimates(
         &self,
-        along: &DMatrix<f64>,
-        observations: &Observations,
+        squares: &[DMatrix<f64>],
+        rows: usize,
         solution: &JointSolution,
     ) -> Vec<FreedomEstimate> {
         let own = solution.change.len();
@@ -279,11 +139,13 @@ impl<'a> Columns<'a> {
         for freedom in numbers {
             let columns =
                 || self.columns.iter().enumerate().filter(move |(_, c)| c.freedom == freedom);
-            let mut torque = DVector::zeros(along.nrows());
-            for (k, _) in columns() {
-                torque.axpy(solution.freedoms[k], &along.column(k), 1.0);
-            }
-            let rms = observations.rms_per_joint(&torque);
+            let own_part: Vec<usize> = columns().map(|(k, _)| k).collect();
+            let shares = solution.freedoms.select_rows(&own_part);
+            let rms = |squares: &DMatrix<f64>| {
+                let own = squares.select_rows(&own_part).select_columns(&own_part);
+                (shares.dot(&(own * &shares)).max(0.0) / rows as f64).sqrt()
+            };
+            let rms: Vec<f64> = squares.iter().map(rms).collect();
             let relative = |joint: usize| rms[joint] / self.torque()[joint];
             let Some(joint) = (0..rms.len()).max_by(|&a, &b| relative(a).total_cmp(&relative(b)))
             else {
@@ -336,18 +198,93 @@ impl<'a> Columns<'a> {
     }
 }
 
+/// Some neighbouring states of the arm, with what the columns have in common there.
+pub(super) struct AtStates<'s> {
+    context: &'s Context<'s>,
+    directions: &'s [Direction],
+    dynamics: &'s mut InverseDynamics,
+    state: [&'s [Group]; 3],
+    /// The torques of the estimate.
+    predicted: [Group; MAX_JOINTS],
+}
+
+impl AtStates<'_> {
+    /// The torque of each joint that a unit of a column makes; none where that is no matter of the state alone.
+    pub(super) fn torque(&mut self, column: &Column) -> Option<[Group; MAX_JOINTS]> {
+        let ([q, dq, ddq], model) = (self.state, &self.context.model);
+        let mut torque = [Lanes::zero(); MAX_JOINTS];
+        match &column.acts {
+            Acts::Bend { direction, bend } => {
+                torque = self.along(*direction, |of, u| bend_of(of, *bend, u));
+            }
+            Acts::Curvature { direction } => torque = self.along(*direction, curvature),
+            Acts::Neighbour { row, of, by } => {
+                torque[*row] = match by {
+                    Motive::Speed => dq[*of],
+                    Motive::Sign => self.context.robot.sign_model(*of).value(dq[*of]),
+                    Motive::Acceleration => ddq[*of],
+                };
+            }
+            Acts::Gain(None) => torque = self.predicted,
+            Acts::Gain(Some(joint)) => torque[*joint] = self.predicted[*joint],
+            Acts::Known { joint, over_range } => {
+                let q = q[*joint];
+                let mut known = model.known_torque(*joint, q).unwrap_or(Lanes::zero());
+                if *over_range {
+                    let limits = model.chain()[*joint].limits;
+                    let middle = 0.5 * (limits.position_max + limits.position_min);
+                    let half = 0.5 * (limits.position_max - limits.position_min);
+                    known *= (q - Lanes::constant(middle)) * Lanes::constant(1.0 / half);
+                }
+                torque[*joint] = -known;
+            }
+            Acts::Zero(moved) => {
+                let mut q: Vec<Group> = q.to_vec();
+                q[*moved] += Lanes::constant(STEP);
+                torque = self.step_to(model, &q);
+            }
+            Acts::Geometry(model) => torque = self.step_to(model, q),
+            Acts::Delay(_) | Acts::LeftOut(_) => return None,
+        }
+        Some(torque)
+    }
+
+    /// What a law of a direction's speed makes.
+    fn along(
+        &self,
+        direction: usize,
+        law: impl Fn(&Direction, Group) -> Group,
+    ) -> [Group; MAX_JOINTS] {
+        let direction = &self.directions[direction];
+        let mut u = Lanes::zero();
+        for (share, speed) in direction.shares.iter().zip(self.state[1]) {
+            u += *speed * Lanes::constant(*share);
+        }
+        let (mut torque, value) = ([Lanes::zero(); MAX_JOINTS], law(direction, u));
+        for (torque, share) in torque.iter_mut().zip(&direction.shares) {
+            *torque = value * Lanes::constant(*share);
+        }
+        torque
+    }
+
+    /// The difference that another geometry or position makes, over the step to it.
+    fn step_to(&mut self, model: &Model, q: &[Group]) -> [Group; MAX_JOINTS] {
+        let mut torque = self.dynamics.torque(model, [q, self.state[1], self.state[2]]);
+        for (torque, predicted) in torque.iter_mut().zip(self.predicted) {
+            *torque = (*torque - predicted) * Lanes::constant(1.0 / STEP);
+        }
+        torque
+    }
+}
+
 /// tanh(u/w) less the model's own sign function.
 #[inline(always)]
-fn bend_of(direction: &Direction, bend: usize, u: Group) -> Group {
+pub(super) fn bend_of(direction: &Direction, bend: usize, u: Group) -> Group {
     (u * Lanes::constant(direction.scale(bend))).tanh() - direction.sign.value(u)
 }
 
 /// |u| u over the highest speed.
 #[inline(always)]
-fn curvature(direction: &Direction, u: Group) -> Group {
+pub(super) fn curvature(direction: &Direction, u: Group) -> Group {
     u * Lanes(u.0.map(f64::abs)) * Lanes::constant(1.0 / direction.highest)
-}
-
-fn column(matrix: &DMatrix<f64>, index: usize) -> &[f64] {
-    &matrix.as_slice()[index * matrix.nrows()..(index + 1) * matrix.nrows()]
 }

@@ -114,14 +114,16 @@ impl Observed {
         observations: &Observations,
     ) -> Self {
         let torque_nm = observations.rms_per_joint(&observations.measured());
-        let left_out_shares = beside
-            .left_out
-            .column_iter()
-            .map(|column| {
-                let own = observations.rms_per_joint(&column.into_owned());
-                own.iter().zip(&torque_nm).map(|(own, torque)| own / torque).fold(0.0, f64::max)
-            })
-            .collect();
+        let count = observations.rows_per_joint() as f64;
+        let share = |column: usize| {
+            let of_joint = |(joint, torque): (usize, &f64)| {
+                let own = beside.left_out.column_of(joint, column).unwrap_or_default();
+                let square: f64 = own.iter().map(|value| value * value).sum();
+                (square / count).sqrt() / torque
+            };
+            torque_nm.iter().enumerate().map(of_joint).fold(0.0, f64::max)
+        };
+        let left_out_shares = (0..beside.left_out.ncols()).map(share).collect();
         let highest = |(_, shares): (Moving, Vec<f64>)| {
             highest(motion, context.experiment.counted_samples(), &shares)
         };
@@ -310,8 +312,8 @@ fn speed_shares(robot: &Robot) -> impl Iterator<Item = (Moving, Vec<f64>)> + '_ 
 /// The highest speed along a direction.
 fn highest(motion: &Motion, counted: impl Iterator<Item = usize>, shares: &[f64]) -> f64 {
     let speed = |k: usize| -> f64 {
-        let joints = motion.velocity.row(k);
-        joints.iter().zip(shares).map(|(speed, share)| speed * share).sum()
+        let joints = shares.iter().enumerate().filter(|(_, share)| **share != 0.0);
+        joints.map(|(joint, share)| motion.velocity(k, joint) * share).sum()
     };
     counted.map(|k| speed(k).abs()).fold(0.0, f64::max)
 }

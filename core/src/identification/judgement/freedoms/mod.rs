@@ -1,6 +1,7 @@
 //! What the model takes for known and may be otherwise: each with its size beforehand, the torque that it
 //! causes, and what the data say of it.
 
+mod along;
 mod columns;
 mod list;
 
@@ -8,6 +9,7 @@ use core::fmt;
 
 use serde::{Serialize, Serializer};
 
+pub(super) use along::Along;
 pub(super) use columns::Columns;
 pub(super) use list::Observed;
 

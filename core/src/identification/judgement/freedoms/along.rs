@@ -1,0 +1,221 @@
+//! The columns of the freedoms along the motion that was recorded, filtered and decimated as the observation matrix.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::columns::{Columns, bend_of, curvature};
+use super::list::{Acts, Column, Motive};
+use crate::identification::given::IdentificationError;
+use crate::identification::observation::{BesideObservation, Motion, MotionGroup, torque_rates};
+use crate::numeric::{Lanes, Scalar};
+use crate::regression::{FurtherColumns, Observations};
+use crate::signal::Group;
+
+/// Friction laws of each direction beside the model's: the bends and the curvature.
+const LAWS: usize = 4;
+
+/// C (r × m), each column in its standard deviation beforehand. What bends with the speed goes through the filter itself; what
+/// is smooth is that of the filtered motion. Columns are formed where they are asked for.
+pub(in super::super) struct Along<'a> {
+    columns: &'a Columns<'a>,
+    beside: &'a BesideObservation,
+    /// The laws of each direction, and the sign function of each joint, behind the filter.
+    laws: DMatrix<f64>,
+    /// The motion behind the filter.
+    states: Motion,
+    /// The torques of the estimate and their rates (r).
+    predicted: DVector<f64>,
+    rates: DVector<f64>,
+    /// Rows of the equation that are 0, as those of the columns then are.
+    silent: Vec<usize>,
+}
+
+impl<'a> Along<'a> {
+    pub(in super::super) fn new(
+        columns: &'a Columns<'a>,
+        motion: &Motion,
+        beside: &'a BesideObservation,
+        observations: &Observations,
+    ) -> Result<Self, IdentificationError> {
+        let (context, parameters) = (columns.context, columns.parameters);
+        Ok(Self {
+            columns,
+            beside,
+            laws: laws(columns, motion)?,
+            states: decimated(columns, motion)?,
+            predicted: observations.predicted(parameters),
+            rates: torque_rates(context, motion, parameters)?,
+            silent: Vec::new(),
+        })
+    }
+
+    /// With these rows 0.
+    #[must_use]
+    pub(in super::super) fn without(mut self, rows: Vec<usize>) -> Self {
+        self.silent = rows;
+        self
+    }
+
+    /// All of it.
+    pub(in super::super) fn dense(&self) -> DMatrix<f64> {
+        let (rows, joints) = self.states.position.shape();
+        let mut dense = DMatrix::zeros(rows * joints, self.count());
+        for joint in 0..joints {
+            let (columns, values) = self.of_joint(joint);
+            for (column, values) in columns.into_iter().zip(values.column_iter()) {
+                dense.view_mut((joint * rows, column), (rows, 1)).copy_from(&values);
+            }
+        }
+        dense
+    }
+
+    /// Whether a column acts on a joint.
+    fn acts_on(&self, column: &Column, joint: usize) -> bool {
+        match &column.acts {
+            Acts::Bend { direction, .. } | Acts::Curvature { direction } => {
+                self.columns.directions[*direction].shares[joint] != 0.0
+            }
+            Acts::Neighbour { row: own, .. }
+            | Acts::Gain(Some(own))
+            | Acts::Delay(own)
+            | Acts::Known { joint: own, .. } => *own == joint,
+            Acts::Gain(None) | Acts::Zero(_) | Acts::Geometry(_) => true,
+            Acts::LeftOut(index) => self.beside.left_out.acts_on(joint, *index),
+        }
+    }
+
+    /// What a column has of the record in the rows of a joint, and that times which factor; none where it is that of the states.
+    fn of_record(&self, column: &Column, joint: usize) -> Option<(f64, &[f64])> {
+        let rows = self.states.position.nrows();
+        let of_joint = joint * rows..(joint + 1) * rows;
+        let law = |index: usize| &self.laws.as_slice()[index * rows..(index + 1) * rows];
+        let share = |direction: usize| self.columns.directions[direction].shares[joint];
+        Some(match column.acts {
+            Acts::Bend { direction, bend } => (share(direction), law(LAWS * direction + bend)),
+            Acts::Curvature { direction } => (share(direction), law(LAWS * direction + LAWS - 1)),
+            Acts::Neighbour { of, by: Motive::Sign, .. } => {
+                (1.0, law(LAWS * self.columns.directions.len() + of))
+            }
+            Acts::Gain(_) => (1.0, &self.predicted.as_slice()[of_joint]),
+            Acts::Delay(_) => (1.0, &self.rates.as_slice()[of_joint]),
+            Acts::LeftOut(index) => (1.0, self.beside.left_out.column_of(joint, index)?),
+            _ => return None,
+        })
+    }
+
+    /// Those columns that act on a joint, each with its number.
+    fn acting(&self, joint: usize) -> impl Iterator<Item = (usize, &Column)> {
+        let all = self.columns.columns.iter().enumerate();
+        all.filter(move |(_, column)| self.acts_on(column, joint))
+    }
+}
+
+impl FurtherColumns for Along<'_> {
+    fn count(&self) -> usize {
+        self.columns.columns.len()
+    }
+
+    fn of_joint(&self, joint: usize) -> (Vec<usize>, DMatrix<f64>) {
+        let rows = self.states.position.nrows();
+        let numbers: Vec<usize> = self.acting(joint).map(|(number, _)| number).collect();
+        let mut values = DMatrix::zeros(rows, numbers.len());
+        let mut of_states = Vec::new();
+        for ((at, (_, column)), mut to) in
+            self.acting(joint).enumerate().zip(values.column_iter_mut())
+        {
+            let Some((share, from)) = self.of_record(column, joint) else {
+                of_states.push((at, column));
+                continue;
+            };
+            for (to, value) in to.iter_mut().zip(from) {
+                *to = column.deviation * (share * value);
+            }
+        }
+        self.columns.for_each_state(&self.states, |first, of_state| {
+            for (at, column) in &of_states {
+                let Some(torque) = of_state.torque(column) else { continue };
+                let to = &mut values.as_mut_slice()[at * rows..(at + 1) * rows];
+                to[first..].iter_mut().zip(torque[joint].0).for_each(|(to, value)| {
+                    *to = column.deviation * value;
+                });
+            }
+        });
+        for row in &self.silent {
+            if row / rows == joint {
+                values.row_mut(row % rows).fill(0.0);
+            }
+        }
+        (numbers, values)
+    }
+
+    fn times(&self, freedoms: &DVector<f64>) -> DVector<f64> {
+        let (rows, joints) = self.states.position.shape();
+        let mut sum = DVector::zeros(rows * joints);
+        let all = || self.columns.columns.iter().zip(freedoms);
+        for (joint, to) in sum.as_mut_slice().chunks_exact_mut(rows).enumerate() {
+            for (column, freedom) in all().filter(|(column, _)| self.acts_on(column, joint)) {
+                let Some((share, from)) = self.of_record(column, joint) else { continue };
+                let share = freedom * column.deviation * share;
+                to.iter_mut().zip(from).for_each(|(to, value)| *to += share * value);
+            }
+        }
+        let is_of_states = |column: &Column| self.of_record(column, 0).is_none();
+        let of_states: Vec<_> = all().filter(|(column, _)| is_of_states(column)).collect();
+        self.columns.for_each_state(&self.states, |first, of_state| {
+            for (column, freedom) in &of_states {
+                let Some(torque) = of_state.torque(column) else { continue };
+                let share = *freedom * column.deviation;
+                for (to, torque) in sum.as_mut_slice().chunks_exact_mut(rows).zip(torque) {
+                    to[first..].iter_mut().zip(torque.0).for_each(|(to, value)| {
+                        *to += share * value;
+                    });
+                }
+            }
+        });
+        for row in &self.silent {
+            sum[*row] = 0.0;
+        }
+        sum
+    }
+}
+
+/// What is not smooth over the motion, behind the parallel filter: the laws of each direction, and each joint's sign function.
+fn laws(columns: &Columns<'_>, motion: &Motion) -> Result<DMatrix<f64>, IdentificationError> {
+    let joints = motion.position.ncols();
+    let directions = &columns.directions;
+    let mut group = MotionGroup::of_joints(joints);
+    let mut read = |first: usize, signals: &mut [Group]| {
+        let (laws, signs) = signals.split_at_mut(LAWS * directions.len());
+        let [_, dq, _] = group.read(motion, first);
+        for (laws, direction) in laws.chunks_exact_mut(LAWS).zip(directions) {
+            let mut u = Lanes::zero();
+            for (speed, share) in dq.iter().zip(&direction.shares) {
+                if *share != 0.0 {
+                    u += *speed * Lanes::constant(*share);
+                }
+            }
+            for (bend, law) in laws.iter_mut().enumerate().take(LAWS - 1) {
+                *law = bend_of(direction, bend, u);
+            }
+            laws[LAWS - 1] = curvature(direction, u);
+        }
+        for (joint, (sign, speed)) in signs.iter_mut().zip(dq).enumerate() {
+            *sign = columns.context.robot.sign_model(joint).value(*speed);
+        }
+    };
+    let rows = columns.context.decimate(LAWS * directions.len() + joints, &mut read);
+    rows.map_err(IdentificationError::RegressorFilter)
+}
+
+/// The motion behind the parallel filter.
+fn decimated(columns: &Columns<'_>, motion: &Motion) -> Result<Motion, IdentificationError> {
+    let joints = motion.position.ncols();
+    let mut group = MotionGroup::of_joints(joints);
+    let mut part = |which: usize| {
+        let mut read = |first: usize, signals: &mut [Group]| {
+            signals.copy_from_slice(group.read(motion, first)[which]);
+        };
+        let rows = columns.context.decimate(joints, &mut read);
+        rows.map_err(IdentificationError::RegressorFilter)
+    };
+    Ok(Motion::of(part(0)?, part(1)?, part(2)?))
+}

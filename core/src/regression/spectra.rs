@@ -1,0 +1,176 @@
+//! The transforms of tall columns, a class of frequencies at a time.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::fourier::SIGNALS;
+use super::observation_matrix::ObservationMatrix;
+use super::products::{product, symmetric_product};
+use super::row_filter::RowFilter;
+
+/// The transforms of columns whose rows are those of several joints. They are formed where they are asked for: all of them
+/// would take several times the memory of the columns.
+#[derive(Clone, Debug)]
+pub(super) struct Spectra<'a> {
+    filter: &'a RowFilter,
+    joints: Vec<OfJoint<'a>>,
+    /// Of the only class, where there is no other.
+    kept: Option<Vec<DMatrix<f64>>>,
+}
+
+/// The columns in the rows of one joint.
+#[derive(Clone, Debug)]
+struct OfJoint<'a> {
+    signals: Vec<&'a [f64]>,
+    /// The columns as combinations of the signals (signals × columns), where they are not these.
+    combined: Option<DMatrix<f64>>,
+}
+
+impl<'a> Spectra<'a> {
+    /// Of X times a factor on the right (b × c), the rows of each joint divided by its level.
+    pub(super) fn of_product(
+        filter: &'a RowFilter,
+        matrix: &'a ObservationMatrix,
+        factor: &DMatrix<f64>,
+        levels: &[f64],
+    ) -> Self {
+        let of_joint = |(joint, level): (usize, &f64)| {
+            let combined = factor.select_rows(&matrix.columns_of(joint)) / *level;
+            let signals = matrix.of_joint(joint).map(|(_, values)| values).collect();
+            OfJoint { signals, combined: Some(combined) }
+        };
+        Self::new(filter, levels.iter().enumerate().map(of_joint).collect())
+    }
+
+    /// Of columns (r × c).
+    pub(super) fn of_columns(
+        filter: &'a RowFilter,
+        columns: &'a DMatrix<f64>,
+        joints: usize,
+    ) -> Self {
+        let rows = columns.nrows() / joints;
+        let of_joint = |joint: usize| {
+            let all = columns.as_slice().chunks_exact(columns.nrows());
+            let signals = all.map(|column| &column[joint * rows..(joint + 1) * rows]).collect();
+            OfJoint { signals, combined: None }
+        };
+        Self::new(filter, (0..joints).map(of_joint).collect())
+    }
+
+    /// Of signals of one joint.
+    pub(super) fn of_signals(filter: &'a RowFilter, signals: Vec<&'a [f64]>) -> Self {
+        Self::new(filter, vec![OfJoint { signals, combined: None }])
+    }
+
+    fn new(filter: &'a RowFilter, joints: Vec<OfJoint<'a>>) -> Self {
+        let mut spectra = Self { filter, joints, kept: None };
+        if filter.fourier.classes() == 1 {
+            spectra.kept = Some(spectra.of_class(0));
+        }
+        spectra
+    }
+
+    /// Calls with the frequencies of each class, and with the transforms of each joint there: real parts, and below them the
+    /// imaginary ones.
+    pub(super) fn for_each_class(&self, mut visit: impl FnMut(&[usize], &[DMatrix<f64>])) {
+        for class in 0..self.filter.fourier.classes() {
+            let frequencies: Vec<usize> = self.filter.fourier.frequencies_of(class).collect();
+            match &self.kept {
+                Some(kept) => visit(&frequencies, kept),
+                None => visit(&frequencies, &self.of_class(class)),
+            }
+        }
+    }
+
+    fn of_class(&self, class: usize) -> Vec<DMatrix<f64>> {
+        let frequencies = self.filter.fourier.frequencies_of(class).count();
+        let of_joint = |joint: &OfJoint<'_>| {
+            let mut values = DMatrix::zeros(2 * frequencies, joint.signals.len());
+            let transformed = values.as_mut_slice().chunks_mut(2 * frequencies * SIGNALS);
+            for (signals, to) in joint.signals.chunks(SIGNALS).zip(transformed) {
+                let transforms = self.filter.fourier.of_class(class, signals);
+                for (signal, to) in to.chunks_exact_mut(2 * frequencies).enumerate() {
+                    let (re, im) = to.split_at_mut(frequencies);
+                    for ((re, im), value) in re.iter_mut().zip(im).zip(&transforms) {
+                        (*re, *im) = (value.re.0[signal], value.im.0[signal]);
+                    }
+                }
+            }
+            match &joint.combined {
+                Some(combined) => product(&values, combined),
+                None => values,
+            }
+        };
+        self.joints.iter().map(of_joint).collect()
+    }
+
+    /// `AᵀA` of the columns A of one joint at the frequencies that tell something: that of the rows that the filter lets pass (Parseval).
+    pub(super) fn passed_gram(&self) -> DMatrix<f64> {
+        let (filter, length) = (self.filter, self.filter.fourier.length() as f64);
+        let count = self.joints.iter().map(|joint| joint.signals.len()).sum();
+        let mut gram = DMatrix::zeros(count, count);
+        self.for_each_class(|frequencies, joints| {
+            let inside = |k: &usize| *k < filter.inside;
+            let weights: Vec<f64> = (frequencies.iter())
+                .filter(|k| inside(k))
+                .map(|k| (filter.multiplicity(*k) / length).sqrt())
+                .collect();
+            let mut passed = DMatrix::zeros(2 * weights.len(), count);
+            let to = passed.as_mut_slice().chunks_exact_mut(weights.len().max(1));
+            let parts = joints.iter().flat_map(|of| of.as_slice().chunks_exact(frequencies.len()));
+            for (to, part) in to.zip(parts) {
+                let part = frequencies.iter().zip(part).filter(|(k, _)| inside(k));
+                for (to, ((_, value), weight)) in to.iter_mut().zip(part.zip(&weights)) {
+                    *to = value * weight;
+                }
+            }
+            gram += symmetric_product(&passed, &passed);
+        });
+        gram
+    }
+
+    /// Adds, joint by joint, the share that a projection on these orthonormal columns takes out of
+    /// white noise at each frequency.
+    pub(super) fn add_leverage(&self, rows: usize, leverage: &mut [Vec<f64>]) {
+        self.for_each_class(|frequencies, joints| {
+            for (leverage, values) in leverage.iter_mut().zip(joints) {
+                for column in values.as_slice().chunks_exact(2 * frequencies.len()) {
+                    let (re, im) = column.split_at(frequencies.len());
+                    for ((frequency, re), im) in frequencies.iter().zip(re).zip(im) {
+                        leverage[*frequency] += (re * re + im * im) / rows as f64;
+                    }
+                }
+            }
+        });
+    }
+}
+
+/// Orthonormal columns Q (r × b) as `Ω^{-1/2} X R⁻¹`, never formed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Basis<'a> {
+    pub(super) matrix: &'a ObservationMatrix,
+    pub(super) levels: &'a [f64],
+    pub(super) r_inverse: &'a DMatrix<f64>,
+}
+
+impl Basis<'_> {
+    /// Qᵀ times weighted rows (r).
+    pub(super) fn transposed_times(&self, rows: &[f64]) -> DVector<f64> {
+        let per_joint = self.matrix.rows_per_joint();
+        let mut sums = DVector::zeros(self.matrix.ncols());
+        for (joint, level) in self.levels.iter().enumerate() {
+            let own = &rows[joint * per_joint..(joint + 1) * per_joint];
+            self.matrix.add_transposed_times(joint, 1.0 / level, own, &mut sums);
+        }
+        self.r_inverse.tr_mul(&sums)
+    }
+
+    /// Takes out of weighted rows (r) what Q has of them.
+    pub(super) fn take_out_of(&self, rows: &mut [f64]) {
+        let parameters = self.r_inverse * self.transposed_times(rows);
+        let per_joint = self.matrix.rows_per_joint();
+        for (joint, level) in self.levels.iter().enumerate() {
+            let to = &mut rows[joint * per_joint..(joint + 1) * per_joint];
+            self.matrix.add_joint_times(joint, -1.0 / level, &parameters, to);
+        }
+    }
+}
