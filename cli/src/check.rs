@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::output::print;
-use didim::cell::{Cell, CellError, OpenKey};
+use didim::cell::{Cell, CellError, OpenKey, WrongKey};
 use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
 use didim::text::significant;
 
@@ -82,12 +82,16 @@ fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> 
 /// What could not be read, as findings.
 fn refused(error: &CellError) -> Vec<Finding> {
     let key = match error {
-        CellError::Open { open, .. } => {
+        CellError::Open { open, wrong, .. } => {
             let finding = |key: &OpenKey| {
                 let what = key.what.clone().unwrap_or_else(|| "no value".to_owned());
                 Finding::error(&key.key, what, format!("put a value into line {}", key.line))
             };
-            return open.iter().map(finding).collect();
+            let mistyped = |key: &WrongKey| {
+                let remedy = format!("correct the value in line {}", key.line);
+                Finding::error(&key.key, key.problem.clone(), remedy)
+            };
+            return open.iter().map(finding).chain(wrong.iter().map(mistyped)).collect();
         }
         CellError::Value { key, .. } => key.as_str(),
         CellError::Named { key, .. } => key,

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::CliError;
 use didim::cell::Cell;
-use didim::offline::{check_limits, read_log};
+use didim::offline::{check_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
 use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, is_parquet, read_bag, read_table};
 
@@ -47,6 +47,9 @@ impl Samples {
             for one in beyond.map_err(|error| CliError::in_file(path, error))? {
                 tracing::warn!("{}: {one}", path.display());
             }
+        }
+        if let Some(hint) = standstill(&still_joints(&pairs(&pieces)), cell.robot.joints()) {
+            tracing::warn!("{}: {hint}", path.display());
         }
         Ok(pieces)
     }
@@ -104,6 +107,28 @@ pub(super) fn pairs<'a>(
     pieces: impl IntoIterator<Item = &'a Counted>,
 ) -> Vec<(&'a Measurement, Range<usize>)> {
     pieces.into_iter().map(|of| (&of.piece.measurement, of.counted.clone())).collect()
+}
+
+/// What it means that joints, from 1, never move.
+fn standstill(still: &[usize], joints: usize) -> Option<String> {
+    let named: Vec<String> = still.iter().map(ToString::to_string).collect();
+    match still {
+        [] => None,
+        all if all.len() == joints => Some(
+            "no joint moves beyond its noise in the samples that count: nothing can be identified from a standstill; \
+             record a motion, or choose --from and --to where there is one"
+                .to_owned(),
+        ),
+        [one] => Some(format!(
+            "joint {one} never moves beyond its noise in the samples that count: they tell nothing of its friction and inertia; \
+             move it too, where that is wanted"
+        )),
+        _ => Some(format!(
+            "joints {} never move beyond their noise in the samples that count: they tell nothing of their friction and inertia; \
+             move them too, where that is wanted",
+            named.join(" ")
+        )),
+    }
 }
 
 /// A number above 0, as an argument.

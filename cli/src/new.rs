@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::CliError;
 use super::output::{check_place, print, write_text};
-use didim::cell::Cell;
+use didim::cell::{Cell, CellError};
 use didim::live::recording::is_mcap;
 use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, Standing, propose};
 
@@ -102,9 +102,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     write_text(out, &proposal.text())?;
     print(&summary(&proposal))?;
-    if proposal.missing().next().is_none() {
-        // Answers may be of another type or length than the key wants.
-        Cell::read(out).map_err(CliError::configuration)?;
+    // Answers may be of another type or length than the key wants.
+    match Cell::read(out) {
+        Ok(_) => {}
+        Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {}
+        Err(error) => return Err(CliError::configuration(error)),
     }
     let (cell, input) =
         (out.display(), input.map_or(String::new(), |input| input.display().to_string()));

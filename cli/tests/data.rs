@@ -7,6 +7,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::bag_writer::{Bag, State};
 use crate::program::{didim, json, repository, succeed};
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
@@ -310,52 +311,26 @@ joints = ["A1", "A2", "A3", "A4", "A5", "A6"]
 effort = { unit = "mNm", sign = [1, -1, 1, 1, 1, 1] }
 "#;
 
-/// A recording as ROS 2 has it: `sensor_msgs/msg/JointState` in CDR, the joints from the last to the first.
+/// A recording as ROS 2 has it, the joints from the last to the first.
 fn bag(recording: &str, path: &Path) {
     let text = fs::read_to_string(repository("tests/data/kr300").join(recording)).unwrap();
-    let mut writer =
-        mcap::Writer::new(std::io::BufWriter::new(fs::File::create(path).unwrap())).unwrap();
-    let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", &[]).unwrap();
-    let channel = writer
-        .add_channel(schema, "/joint_states", "cdr", &std::collections::BTreeMap::new())
-        .unwrap();
-    for (sequence, row) in (0_u32..).zip(text.lines().skip(1)) {
+    let mut bag = Bag::create(path);
+    for (k, row) in (0_u64..).zip(text.lines().skip(1)) {
         let fields: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
-        let mut message = vec![0, 1, 0, 0];
-        let word = |message: &mut Vec<u8>, word: u32| {
-            message.resize(message.len().next_multiple_of(4), 0);
-            message.extend(word.to_le_bytes());
-        };
-        word(&mut message, 1_700_000_000 + 4 * sequence / 1000);
-        word(&mut message, 4 * sequence % 1000 * 1_000_000);
-        word(&mut message, 1);
-        message.push(0);
-        word(&mut message, 6);
-        for axis in (1..=6).rev() {
-            word(&mut message, 3);
-            message.extend(format!("A{axis}\0").bytes());
-        }
-        let positions = (0..6).rev().map(|k| fields[1 + k]).collect();
-        let efforts =
+        let positions: Vec<f64> = (0..6).rev().map(|k| fields[1 + k]).collect();
+        let efforts: Vec<f64> =
             (0..6).rev().map(|k| fields[7 + k] * if k == 1 { -1e3 } else { 1e3 }).collect();
-        for numbers in [positions, Vec::new(), efforts] {
-            word(&mut message, u32::try_from(numbers.len()).unwrap());
-            for number in numbers {
-                let number: f64 = number;
-                message.resize((message.len() - 4).next_multiple_of(8) + 4, 0);
-                message.extend(number.to_le_bytes());
-            }
-        }
-        let log_time = u64::from(sequence);
-        let header = mcap::records::MessageHeader {
-            channel_id: channel,
-            sequence,
-            log_time,
-            publish_time: log_time,
-        };
-        writer.write_to_known_channel(&header, &message).unwrap();
+        bag.state(
+            "/joint_states",
+            &State {
+                stamp_ns: 1_700_000_000_000_000_000 + 4_000_000 * k,
+                joints: &["A6", "A5", "A4", "A3", "A2", "A1"],
+                positions: &positions,
+                efforts: &efforts,
+            },
+        );
     }
-    writer.finish().unwrap();
+    bag.finish();
 }
 
 #[test]

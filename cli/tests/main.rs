@@ -11,6 +11,8 @@
 mod common;
 mod program;
 
+#[path = "../../formats/tests/bag_writer.rs"]
+mod bag_writer;
 mod command_line;
 mod data;
 mod export;
@@ -25,6 +27,7 @@ mod real_arms;
 mod recording;
 mod recordings;
 mod reload;
+mod seven_axes;
 mod stored;
 mod urdf;
 mod vcan;

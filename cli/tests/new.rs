@@ -289,6 +289,55 @@ fn from_urdf_and_log_to_the_report_in_three_commands() {
     }
 }
 
+#[test]
+fn answers_of_the_wrong_type_are_all_named_beside_what_is_open() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let answers = ["--set", "data.side=left", "--set", "urdf.gear_ratios=one"];
+    let made = new(folder.path(), &answers);
+    assert_eq!(made.code, Some(78), "{}", made.stderr);
+    let cell = folder.path().join("cell.toml");
+    let check = didim(&[&"check", &"--cell", &cell, &"--elsewhere", &"--json"]);
+    for said in [&made.stderr, &check.stderr] {
+        for part in
+            [": urdf.drive_inertia: ", "\nand 2 wrong:", ": data.side: ", ": urdf.gear_ratios: "]
+        {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+    let findings = &json(&check.stdout)["findings"];
+    let keys: Vec<&str> =
+        findings.as_array().unwrap().iter().map(|one| one["key"].as_str().unwrap()).collect();
+    assert!(keys.contains(&"data.side") && keys.contains(&"urdf.drive_inertia"), "{keys:?}");
+}
+
+#[test]
+fn joints_that_never_move_are_named_before_anything_is_fitted() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    assert_eq!(new(folder.path(), &["--set", "urdf.drive_inertia=false"]).code, Some(0));
+    let [cell, log] = ["cell.toml", "log.csv"].map(|file| folder.path().join(file));
+    let table = fs::read_to_string(&log).unwrap();
+    for (rests, expected) in [
+        (&[3][..], "log.csv: joint 2 never moves beyond its noise in the samples that count"),
+        (
+            &[2, 3],
+            "log.csv: no joint moves beyond its noise in the samples that count: nothing can be identified from a standstill",
+        ),
+    ] {
+        let row = |line: &str| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            rests.iter().for_each(|field| {
+                if line.starts_with("auto") {
+                    fields[*field] = "0.25"
+                }
+            });
+            fields.join(",") + "\n"
+        };
+        fs::write(&log, table.lines().map(row).collect::<String>()).unwrap();
+        let said = didim(&[&"identify", &"--cell", &cell, &"--input", &log]).stderr;
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
 /// Stamps in the two columns that exported logs of ROS have, and dates: as a time from 0, to the bit, in what comes out.
 #[test]
 fn stamps_in_two_columns_and_dates_are_times_to_the_nanosecond() {

@@ -110,7 +110,7 @@ pub struct DataColumns {
 
 /// One for all axes, or one for each.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "one for all axes, or a list of one for each")]
 pub enum OneOrEach<T> {
     /// For all.
     One(T),

@@ -8,6 +8,7 @@ use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
 use didim_formats::UrdfError;
 
+use super::mistyped::WrongKey;
 use super::open::OpenKey;
 use super::suggestion::Instead;
 use crate::files::TextError;
@@ -44,12 +45,14 @@ pub enum CellError {
         source: Box<toml::de::Error>,
     },
     /// Values are open: put them in place of the question marks.
-    #[error("{}: {} open:{}", file.display(), if open.len() == 1 { "1 value is".to_owned() } else { format!("{} values are", open.len()) }, open.iter().map(|key| format!("\n  {key}")).collect::<String>())]
+    #[error("{}: {} open:{}{}", file.display(), if open.len() == 1 { "1 value is".to_owned() } else { format!("{} values are", open.len()) }, lines(open), if wrong.is_empty() { String::new() } else { format!("\nand {} wrong:{}", wrong.len(), lines(wrong)) })]
     Open {
         /// The cell file.
         file: PathBuf,
         /// All of them.
         open: Vec<OpenKey>,
+        /// Those of the others that cannot be what they are.
+        wrong: Vec<WrongKey>,
     },
     /// An invalid value.
     #[error("{}: {}`{key}`: {problem}", file.display(), line.map_or_else(String::new, |line| format!("line {line}: ")))]
@@ -126,4 +129,9 @@ pub enum CellError {
         /// Joints of the robot.
         joints: usize,
     },
+}
+
+/// Each on a line of its own.
+fn lines(keys: &[impl ToString]) -> String {
+    keys.iter().map(|key| format!("\n  {}", key.to_string())).collect()
 }

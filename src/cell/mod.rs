@@ -10,6 +10,7 @@ mod error;
 mod file;
 mod layout;
 mod library;
+mod mistyped;
 mod open;
 mod restart;
 mod robot;
@@ -35,6 +36,7 @@ pub use file::{
     BusSection, CellFile, IdentificationSection, Processes, ServiceSection, UrdfSection,
 };
 pub use library::{Library, SHIPPED};
+pub use mistyped::WrongKey;
 pub use open::{OPEN, OpenKey};
 pub use robot::RobotSource;
 
@@ -186,7 +188,8 @@ impl Cell {
         let text = library.read(path)?;
         let open = open::open_keys(&text);
         if !open.is_empty() {
-            return Err(CellError::Open { file: path.to_path_buf(), open });
+            let wrong = mistyped::wrong_keys(&text);
+            return Err(CellError::Open { file: path.to_path_buf(), open, wrong });
         }
         let file: CellFile = toml::from_str(&text).map_err(|source| CellError::Cell {
             file: path.to_path_buf(),

@@ -48,6 +48,13 @@ pub(super) fn line_of(text: &str, key: &str) -> Option<usize> {
     nearest(&places(text), key).map(|(_, line, _)| *line)
 }
 
+/// The key, or the section, whose line is the nearest above a line.
+pub(super) fn key_at(text: &str, line: usize) -> Option<String> {
+    let places = places(text);
+    let above = places.into_iter().filter(|(_, own, _)| *own <= line);
+    above.max_by_key(|(_, own, _)| *own).map(|(key, ..)| key)
+}
+
 /// The place of a key, or of the value or the section in which it would stand; quotes in keys count for nothing.
 fn nearest<'p>(places: &'p [Place], key: &str) -> Option<&'p Place> {
     let key = key.replace('"', "");

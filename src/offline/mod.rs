@@ -10,6 +10,7 @@ mod log;
 mod payload;
 mod predict;
 mod rate;
+mod still;
 mod stored;
 
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
@@ -18,4 +19,5 @@ pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
 pub use payload::{LoadError, find_load};
 pub use rate::RateError;
+pub use still::still_joints;
 pub use stored::{OTHER_CONFIGURATION, ResultError, StoredModel};

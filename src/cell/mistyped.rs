@@ -1,0 +1,101 @@
+//! Keys of the wrong type in a cell that still leaves others open: all of them at once, where a parser ends at the first.
+
+use core::fmt;
+use core::ops::Range;
+
+use super::file::CellFile;
+use super::open::{OPEN, key_at};
+
+/// Keys that are looked at.
+const MOST: usize = 100;
+/// A value of each type that a key may want.
+const OF_EACH_TYPE: [&str; 6] = ["1.0", "1", "true", "\"x\"", "[1.0]", "[\"x\"]"];
+
+/// A key whose value is not what it has to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrongKey {
+    /// The key with its section.
+    pub key: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// What is wrong and what is expected.
+    pub problem: String,
+}
+
+impl fmt::Display for WrongKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}: {}: {}", self.line, self.key, self.problem)
+    }
+}
+
+/// Each in turn: a value that is refused gives way to one of another type, until the parser goes on behind it.
+pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
+    let mut wrong = Vec::new();
+    let mut text = text.to_owned();
+    for _ in 0..MOST {
+        let Some((span, problem)) = first_error(&text) else { break };
+        let Some(value) = text.get(span.clone()) else { break };
+        let is_open = value.contains(OPEN);
+        if !is_open {
+            let line = 1 + text[..span.start].matches('\n').count();
+            let key = key_at(&text, line).unwrap_or_default();
+            wrong.push(WrongKey { key, line, problem: problem.clone() });
+        }
+        let Some(next) = behind(&text, &span, &problem) else { break };
+        text = next;
+    }
+    wrong.sort_by_key(|key| key.line);
+    wrong
+}
+
+fn first_error(text: &str) -> Option<(Range<usize>, String)> {
+    let error = toml::from_str::<CellFile>(text).err()?;
+    let problem = error.message().replace('\n', " ");
+    Some((error.span().unwrap_or(text.len()..text.len()), problem))
+}
+
+/// The text with a value there that the parser takes, where there is one.
+fn behind(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
+    let value = text.get(span.clone()).filter(|value| !value.contains('\n'))?;
+    // The span of a key, or of a section that lacks one, is no value.
+    format!("x = {value}").parse::<toml::Table>().ok()?;
+    // What is expected stands in backticks.
+    let named = problem.split('`').skip(1).step_by(2).map(|word| format!("\"{word}\""));
+    let candidates = OF_EACH_TYPE.into_iter().map(str::to_owned).chain(named);
+    let mut taken = candidates.map(|candidate| {
+        let with = [&text[..span.start], &candidate, &text[span.end..]].concat();
+        // Neither of it nor within it.
+        let own = span.start..span.start + candidate.len();
+        let is_taken = first_error(&with).is_none_or(|(next, _)| !own.contains(&next.start));
+        is_taken.then_some(with)
+    });
+    taken.find_map(|text| text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_of_the_wrong_type_is_listed_beside_what_is_open() {
+        let text = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"fast\"\ntorque_valid = \"?\"\nside = \"left\"\n\
+                    position.column = \"q{axis}\"\nposition.unit = 7\ntorque.column = \"?\"\ntorque.unit = \"?\"\n\
+                    [identification]\nmethod = \"idim-ls\"\ndecimation_filter.factor = \"ten\"\nposition_filter.cutoff_hz = \"auto\"\n";
+        let listed: Vec<String> = wrong_keys(text).iter().map(ToString::to_string).collect();
+        let expected = [
+            ("line 4: data.rate_hz: ", "\"fast\""),
+            ("line 6: data.side: ", "`left`"),
+            ("line 8: data.position.unit: ", "one for all axes, or a list"),
+            ("line 13: identification.decimation_filter.factor: ", "\"ten\""),
+        ];
+        assert_eq!(listed.len(), expected.len(), "{listed:?}");
+        for (listed, (key, problem)) in listed.iter().zip(expected) {
+            assert!(listed.starts_with(key) && listed.contains(problem), "{listed}");
+        }
+        // What is open alone is no error of a type.
+        let open = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"?\"\nbag.joints = \"?\"\n\
+                    bag.effort = { unit = \"?\", sign = \"?\" }\n[identification]\nmethod = \"?\"\n\
+                    position_filter.cutoff_hz = \"?\"\ndecimation_filter.factor = \"?\"\n";
+        assert_eq!(wrong_keys(open), []);
+    }
+}
