@@ -226,6 +226,19 @@ fn standard_deviations_are_those_of_the_error() {
     }
 }
 
+/// Noted payloads of the arm and of a record may be the same, or less than before.
+#[test]
+fn no_more_or_less_than_with_the_result_may_be_declared() {
+    let mut known = tx40(3);
+    let record = known.record(&Body::from_parameters([0.0; 10]));
+    for mass_kg in [0.0, -2.0] {
+        let declared = Declared { mass_kg: Some(mass_kg), centre_m: None };
+        let found = known.try_find(&record, declared).unwrap();
+        assert!(found.body.is_none() && !found.presence.seen);
+        assert_eq!(found.declared.unwrap().within, mass_kg == 0.0, "{mass_kg}");
+    }
+}
+
 #[test]
 fn no_load_is_called_so_and_limited() {
     let mut known = tx40(7);

@@ -7,6 +7,8 @@ use didim_formats::Measurement;
 
 /// What keeps within so many standard deviations of its noise rests: ten million samples of white noise do.
 const NOISE: f64 = 12.0;
+/// Noise is never so large: motion that is sampled a few times a turn is no noise \[rad or m\].
+const LARGEST: f64 = 0.05;
 /// An encoder that flickers at rest has no more values than that.
 const VALUES: usize = 4;
 
@@ -41,7 +43,8 @@ fn is_still(pieces: &[&[f64]]) -> bool {
     let squares: f64 = bends().map(|of| (of[0] - 2.0 * of[1] + of[2]).powi(2)).sum();
     #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
     let count = bends().count() as f64;
-    count > 0.0 && high - low <= NOISE * (squares / (6.0 * count)).sqrt()
+    let rests = high - low <= NOISE * (squares / (6.0 * count)).sqrt();
+    count > 0.0 && rests && high - low < LARGEST
 }
 
 #[cfg(test)]
@@ -71,6 +74,8 @@ mod tests {
             // A hundredth of a radian in 10 s, and the same with noise.
             column(&|t, _| 0.01 * (0.3 * t).sin()),
             column(&|t, noise| 0.01 * (0.3 * t).sin() + 1e-3 * noise),
+            // Seven samples a turn.
+            column(&|t, _| (500.0 * t * 0.94).sin()),
         ];
         let torque_nm = vec![vec![0.0; samples]; position_rad.len()];
         let signals =

@@ -4,7 +4,6 @@ use core::ops::Range;
 
 use nalgebra::DVector;
 
-use super::equation_error::settle_loads;
 use super::given::{Context, Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
 use super::judgement::{Estimate, REACH_ROWS};
@@ -62,9 +61,21 @@ pub fn cross_validate(
     let whole = identify(experiment)?.estimate;
     // Of all base parameters, whichever are identified.
     let options = Options { parameters: None, keep_nominal: None, ..options.clone() };
-    let mut context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
-    settle_loads(&mut context)?;
+    let context = Context::new(robot, base, experiment, &options, Method::IdimLs)?;
     let rows = Rows::new(&context)?;
+    // Where friction grows with the load, each estimate predicts with its own.
+    let add = |errors: &mut Errors, range: &Range<usize>, estimate: &Estimate| {
+        let values = values(estimate);
+        if !context.model.feels_loads() {
+            return errors.add(&rows, range, &values);
+        }
+        let names = context.selection.names().iter();
+        let value =
+            |name: &String| values.iter().find(|(own, _)| own == name).map(|(_, value)| *value);
+        let all = names.map(|name| value(name).unwrap_or(0.0)).collect::<Vec<f64>>();
+        let judged = context.judging(&DVector::from_vec(all));
+        errors.add(&Rows::new(&judged)?, range, &values)
+    };
     let (mut held_out, mut in_sample) = (Errors::new(robot.joints()), Errors::new(robot.joints()));
     let mut estimates = Vec::with_capacity(blocks);
     for range in &ranges {
@@ -72,8 +83,8 @@ pub fn cross_validate(
             range.start.saturating_sub(guard)..(range.end + guard).min(experiment.samples());
         let without = experiment.clone().with_held_out(margins);
         let estimate = identify(&without.map_err(IdentificationError::HeldOut)?)?.estimate;
-        held_out.add(&rows, range, &values(&estimate))?;
-        in_sample.add(&rows, range, &values(&whole))?;
+        add(&mut held_out, range, &estimate)?;
+        add(&mut in_sample, range, &whole)?;
         estimates.push(estimate);
     }
     let (held_out, in_sample) = (held_out.relative(), in_sample.relative());

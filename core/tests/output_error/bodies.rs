@@ -2,7 +2,8 @@
 
 use didim_core::feasibility::{Estimate, Outcome, Prior, consistent};
 use didim_core::identification::{
-    BodiesFrom, Experiment, Identification, IdentificationError, Method, Options, Start, identify,
+    BodiesFrom, Experiment, Identification, IdentificationError, KeptParameters, Method, Options,
+    Start, identify,
 };
 use didim_core::robot::ParameterKind;
 use nalgebra::{DMatrix, DVector};
@@ -146,6 +147,16 @@ fn bodies_of_parameters_that_are_not_identified_are_refused_with_what_to_do() {
     options.simulation.bodies = Some(BodiesFrom::TotalMassKg(5.0));
     let names = looped.arm.base.names();
     let link = names.iter().find(|name| name.starts_with("zz")).unwrap();
-    options.parameters = Some(names.iter().filter(|name| *name != link).cloned().collect());
+    let others = names.iter().filter(|name| *name != link).cloned().collect();
+    options.parameters = Some(others);
     assert!(why(&options).contains(&format!("{link} are not identified")), "{}", why(&options));
+    // Nor may they be kept: what is simulated would have other bodies.
+    let looped = Looped::with_known_torques(0, 3, pd);
+    let experiment = looped.record(HELD);
+    let mut options = Options { parameters: options.parameters, ..looped.options() };
+    options.parameters.as_mut().unwrap().retain(|name| looped.arm.base.find(name).is_some());
+    options.keep_nominal = Some(KeptParameters::All);
+    options.simulation.bodies = Some(BodiesFrom::TotalMassKg(5.0));
+    let refused = found(&looped, Method::Didim, &experiment, &options).unwrap_err().to_string();
+    assert!(refused.contains("are not identified"), "{refused}");
 }

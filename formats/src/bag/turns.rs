@@ -6,8 +6,8 @@ const JUMP: f64 = 0.05;
 const BACK: f64 = 0.1;
 /// So large a share of the messages is of another publisher.
 const SHARE: f64 = 0.1;
-/// What moves less rests, and flickers \[rad or m\].
-const MOVES: f64 = 1e-3;
+/// What moves less rests, and flickers between the steps of its encoder: 6e-3 rad of one with 10 bits \[rad or m\].
+const MOVES: f64 = 1e-2;
 
 /// The first joint whose positions jump to and fro, and how often.
 pub(super) fn two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
@@ -25,4 +25,21 @@ pub(super) fn two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
         let often = count as f64 > SHARE * position.len() as f64;
         (high - low > MOVES && often).then_some((joint, count))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_at_rest_may_flicker() {
+        let steps = |k: u32, step: f64| step * f64::from(k * k % 7 % 2);
+        for step in [1.534e-3, 6.14e-3] {
+            let rests: Vec<f64> = (0..1000).map(|k| 0.3 + steps(k, step)).collect();
+            assert_eq!(two_publishers(&[rests]), None, "{step}");
+        }
+        // By turns.
+        let other: Vec<f64> = (0..1000).map(|k| 0.3 + steps(k, 0.2)).collect();
+        assert!(two_publishers(&[other]).is_some());
+    }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::feasibility::{Constraint, Estimate, Held, Possible, Prior};
+use crate::feasibility::{Constraint, Estimate, Possible, Prior};
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{BodiesFrom, Context, IdentificationError};
 use crate::regression::Solution;
@@ -27,14 +27,10 @@ impl Bodies {
             Some(BodiesFrom::TotalMassKg(mass)) => Prior::geometric(robot, mass),
         };
         let prior = prior.map_err(IdentificationError::Bodies)?;
-        let table = robot.parameters();
-        let held = selection.kept().iter();
-        let held: Vec<Held> = held
-            .map(|&(column, value)| Held::nominal(table.names()[column].clone(), value))
-            .collect();
         let Solution { parameters, covariance, .. } = &fit.weighted.solution;
         let (names, values) = (selection.names(), parameters.as_slice());
-        let first = Estimate { names, values, covariance, held: &held };
+        // What links keep at a value is refused: that value is simulated, and bodies need not have it.
+        let first = Estimate { names, values, covariance, held: &[] };
         let constraint = Constraint::new(robot, base, &first, &prior);
         let constraint = constraint.map_err(IdentificationError::Bodies)?;
         Ok(Some(Self { constraint, of_start: covariance.clone() }))

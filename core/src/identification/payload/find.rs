@@ -91,6 +91,7 @@ pub fn payload(
     let empty = equation(&context)?;
     let before = PredictionError::of(&empty, &empty.residuals(&parameters));
     let sums = sums.told_by(&empty.matrix().dense())?;
+    drop(empty);
     // Where friction grows with what the arm carries.
     context.settle_loads(|context| {
         let arm = equation(context)?;
@@ -215,7 +216,9 @@ fn body(
     let (body, cost) = if is_the_estimate {
         (estimate, 0.0)
     } else {
-        let Some(mass) = seen.or(declared.mass_kg) else { return Ok(None) };
+        // Less than with the result, or the same, is no body.
+        let declared_kg = declared.mass_kg.filter(|kg| *kg > 0.0);
+        let Some(mass) = seen.or(declared_kg) else { return Ok(None) };
         let told = |k: usize| load.centre_m[k].map(|of| of.value);
         let stated = declared.centre_m.unwrap_or_default();
         let centre = Vector3::from([0, 1, 2].map(|k| told(k).unwrap_or(stated[k])));

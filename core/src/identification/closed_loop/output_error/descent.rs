@@ -162,13 +162,16 @@ impl<'p, 'a> Descent<'p, 'a> {
         for tries in 0..MAX_TRIES {
             self.convergence.check_left(self.trials, self.problem.simulations)?;
             let part = 0.5_f64.powi(tries.cast_signed());
-            let place = match (self.between(from, part), optimiser) {
-                (Some(place), _) => place,
-                (None, Optimiser::GaussNewton) => Place::at(&point.parameters + &step * part),
-                (None, Optimiser::LevenbergMarquardt) if self.damping < NO_DAMPING => {
+            let place = match optimiser {
+                _ if self.bodies.is_some() => {
+                    let Some(place) = self.between(from, part) else { continue };
+                    place
+                }
+                Optimiser::GaussNewton => Place::at(&point.parameters + &step * part),
+                Optimiser::LevenbergMarquardt if self.damping < NO_DAMPING => {
                     Place::at(&point.parameters + &step)
                 }
-                (None, Optimiser::LevenbergMarquardt) => {
+                Optimiser::LevenbergMarquardt => {
                     Place::at(&point.parameters + damped.step(self.damping))
                 }
             };
