@@ -29,7 +29,7 @@ const ORDER: [(&str, &str); 9] = [
     ("src/archive", "drift store"),
     (
         "src/offline",
-        "compare consistent difference payload predict stored log identify limits rate",
+        "compare consistent difference payload predict stored log identify limits still rate",
     ),
     (
         "cli/src",
