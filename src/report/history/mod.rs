@@ -58,15 +58,8 @@ pub fn table(history: &JudgedHistory) -> String {
     // Notes are words, and stand to the left in the last column; with them what was found of the load.
     let notes = history.entries.iter().map(|entry| {
         let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
-        entry
-            .line
-            .note
-            .as_ref()
-            .map(Note::line)
-            .into_iter()
-            .chain(load)
-            .collect::<Vec<_>>()
-            .join("; ")
+        let note = entry.line.note.as_ref().map(Note::line);
+        note.into_iter().chain(load).collect::<Vec<_>>().join("; ")
     });
     let notes: Vec<String> = notes.collect();
     if notes.iter().all(String::is_empty) {

@@ -84,25 +84,29 @@ pub fn payload(
     let (mut context, parameters) = model.context(robot, base, experiment, &options)?;
     let sums = LoadSums::of(robot, base, &context)?;
     let motion = filtered_motion(experiment, &options.position_filter)?;
-    let equation = |context: &Context<'_>| {
-        let matrix = fitted_matrix(context, &motion)?;
+    let equation = |context: &Context<'_>, matrix| {
         torque_equation(context, matrix, filtered_torque(context)?, &motion)
     };
-    let empty = equation(&context)?;
-    let before = PredictionError::of(&empty, &empty.residuals(&parameters));
-    let sums = sums.told_by(&empty.matrix().dense())?;
-    drop(empty);
+    let with_beside = |context: &Context<'_>| {
+        let BaseColumns { selected, beside } = BaseColumns::new(context, &motion)?;
+        Ok::<_, PayloadError>((equation(context, selected)?, beside))
+    };
+    let (mut arm, mut beside) = with_beside(&context)?;
+    let before = PredictionError::of(&arm, &arm.residuals(&parameters));
+    let mut matrix = arm.matrix().dense();
+    let sums = sums.told_by(&matrix)?;
     // Where friction grows with what the arm carries.
-    context.settle_loads(|context| {
-        let arm = equation(context)?;
-        let matrix = arm.matrix().dense();
-        let unexplained = arm.residuals(&parameters);
-        let found = Equation::new(&sums, &arm, &matrix, &unexplained)?.ordinary()?;
-        Ok::<_, PayloadError>(sums.loaded(&parameters, &found))
-    })?;
-    let BaseColumns { selected, beside } = BaseColumns::new(&context, &motion)?;
-    let arm = torque_equation(&context, selected, filtered_torque(&context)?, &motion)?;
-    let matrix = arm.matrix().dense();
+    if context.model.feels_loads() {
+        context.settle_loads(|context| {
+            let arm = equation(context, fitted_matrix(context, &motion)?)?;
+            let matrix = arm.matrix().dense();
+            let unexplained = arm.residuals(&parameters);
+            let found = Equation::new(&sums, &arm, &matrix, &unexplained)?.ordinary()?;
+            Ok::<_, PayloadError>(sums.loaded(&parameters, &found))
+        })?;
+        (arm, beside) = with_beside(&context)?;
+        matrix = arm.matrix().dense();
+    }
     let unexplained = arm.residuals(&parameters);
 
     let equation = Equation::new(&sums, &arm, &matrix, &unexplained)?;
