@@ -35,18 +35,23 @@ fn a_long_table_takes_little_memory_for_each_row() {
     let cell = Cell::read(&folder.join("cell.toml")).unwrap();
     let record = read_table(&folder.join("a.csv"), None, cell.sample_rate_hz(), None).unwrap();
     let recording = record.into_whole().unwrap();
-    // The constant part is the same from 4097 rows on.
-    let lengths = [41_200_usize, 82_400];
-    let peaks = lengths.map(|samples| {
+    let peak = |recordings: usize, samples: usize| {
+        let of_each = samples / recordings;
         let cost = allocation_counter::measure(|| {
-            let measurement = Cow::Owned(repeated(&recording, samples));
-            let all = vec![(measurement, 100..samples - 100)];
+            let part = || (Cow::Owned(repeated(&recording, of_each)), 100..of_each - 100);
+            let all = (0..recordings).map(|_| part()).collect();
             let found = identify_measurements(&cell, Method::IdimLs, all).unwrap();
             assert_eq!(found.estimate.samples, samples);
         });
         cost.bytes_max as f64
-    });
+    };
+    // The constant part is the same from 4097 rows on.
+    let lengths = [41_200_usize, 82_400];
+    let peaks = lengths.map(|samples| peak(1, samples));
     let per_sample = (peaks[1] - peaks[0]) / (lengths[1] - lengths[0]) as f64;
     println!("{per_sample:.0} bytes for each sample, {peaks:?}");
     assert!(per_sample < LIMIT, "{per_sample} bytes for each sample");
+    // Of several recordings as of one that is as long.
+    let of_four = peak(4, lengths[1]);
+    assert!(of_four < 1.02 * peaks[1], "{of_four} bytes of four, {} of one", peaks[1]);
 }

@@ -12,6 +12,7 @@ mod export;
 mod holes;
 mod measurement;
 mod record;
+mod room;
 mod table;
 mod uniform;
 mod urdf;
@@ -24,8 +25,9 @@ pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 pub use holes::{Apart, Holes};
-pub use measurement::{MAX_SAMPLES, Measurement, RATE_TOLERANCE, Side};
+pub use measurement::{Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
+pub use room::Room;
 pub use table::{
     Place, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows, read_table,
     write_csv,

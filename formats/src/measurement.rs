@@ -4,10 +4,6 @@ use didim_core::identification::Signals;
 use didim_core::{JointSample, MAX_JOINTS};
 use serde::Deserialize;
 
-/// The longest record that is held in memory, from whatever file: 12 minutes at 5 kHz. With six
-/// axes and a reference it takes half a gigabyte, and some of it twice while it is filtered.
-pub const MAX_SAMPLES: usize = 3_600_000;
-
 /// How far the rate may be off, as a share of it. With time scaled by 1 + r, velocities are wrong by
 /// the factor 1 + r and accelerations by its square: viscous friction by r, inertias by 2 r, with no
 /// trace in the residuals. The clocks of a controller and of a computer have crystals of ±1e-4, both

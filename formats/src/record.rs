@@ -21,7 +21,7 @@ pub struct Piece {
 impl Piece {
     /// The time of a sample, after the first of the record \[s\].
     pub fn time_s(&self, sample: usize) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
         let sample = sample as f64;
         self.begins_s + sample / self.measurement.signals.sample_rate_hz
     }

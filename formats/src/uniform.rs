@@ -55,7 +55,7 @@ pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
     steps.sort_unstable_by(f64::total_cmp);
     let median = *steps.get(steps.len() / 2)?;
     steps.retain(|step| *step > 0.0 && *step < MISSING * median);
-    #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     let count = steps.len() as f64;
     (count > 0.0).then(|| count / steps.iter().sum::<f64>())
 }
@@ -227,13 +227,13 @@ fn interpolated(times: &[f64], columns: &[&[f64]], period_s: f64, off: &mut Off)
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "at most MAX_SAMPLES"
+        reason = "samples in memory are far fewer than 2^52"
     )]
     let count = ((end - start) / period_s + 1e-6).floor() as usize + 1;
     let mut on_grid = vec![Vec::with_capacity(count); columns.len()];
     let mut at = 0;
     for k in 0..count {
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
         let time = start + k as f64 * period_s;
         while at + 2 < times.len() && times[at + 1] <= time {
             at += 1;

@@ -11,7 +11,7 @@ use didim_drivers::source::SourceError;
 use super::rate::{RateError, check_rate};
 use crate::cell::{Cell, CellBus, CellError};
 use crate::live::recording::open_log;
-use didim_formats::{MAX_SAMPLES, Measurement, Piece, Record, Resampled};
+use didim_formats::{Measurement, Piece, Record, Resampled, Room};
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
@@ -50,11 +50,13 @@ pub enum LogError {
         /// Both rates, and what to do.
         source: RateError,
     },
-    /// More samples than are held in memory: cut the log.
-    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the log", file.display())]
+    /// More samples than the free memory holds: free some, or cut the log.
+    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the log", file.display())]
     TooLong {
         /// The log.
         file: PathBuf,
+        /// What the free memory holds.
+        samples: usize,
     },
 }
 
@@ -130,11 +132,13 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError
     };
     let mut of_log = Samples::new(open_log(path)?, bus.assembler(), BATCH)
         .with_tap(Some(Box::new(list_identifiers)));
+    // A vector that grows stands there twice.
+    let room = Room::of_bytes(3 * size_of::<JointSample>());
     let mut samples: Vec<JointSample> = Vec::new();
     for sample in &mut of_log {
         samples.push(sample?);
-        if samples.len() > MAX_SAMPLES {
-            return Err(LogError::TooLong { file: file() });
+        if samples.len() > room.samples {
+            return Err(LogError::TooLong { file: file(), samples: room.samples });
         }
     }
     let losses = Box::new(*of_log.losses());

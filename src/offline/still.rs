@@ -41,7 +41,7 @@ fn is_still(pieces: &[&[f64]]) -> bool {
     // Of white noise with variance σ² a second difference has 6 σ², and motion next to nothing.
     let bends = || pieces.iter().flat_map(|piece| piece.windows(3));
     let squares: f64 = bends().map(|of| (of[0] - 2.0 * of[1] + of[2]).powi(2)).sum();
-    #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
     let count = bends().count() as f64;
     let rests = high - low <= NOISE * (squares / (6.0 * count)).sqrt();
     count > 0.0 && rests && high - low < LARGEST

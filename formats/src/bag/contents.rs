@@ -6,9 +6,10 @@ use std::path::Path;
 use super::cdr::{JointState, text};
 use super::error::BagError;
 use super::messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
-use crate::measurement::MAX_SAMPLES;
 use crate::uniform::mean_rate_hz;
 
+/// Stamps of a topic by which its rate is told.
+const STAMPS: usize = 1 << 20;
 const TEXT: &str = "std_msgs/msg/String";
 const ROBOT_DESCRIPTION: &str = "robot_description";
 
@@ -71,7 +72,7 @@ pub fn list_bag(path: &Path) -> Result<BagContents, BagError> {
                             with_effort.push(joint.clone());
                         }
                     }
-                    if header.len() < MAX_SAMPLES {
+                    if header.len() < STAMPS {
                         header.push(state.stamp_ns);
                         log.push(log_ns);
                     }

@@ -107,10 +107,12 @@ pub enum BagError {
         /// What is wrong with them.
         source: TimesError,
     },
-    /// More samples than are held in memory.
-    #[error("{}: more samples than are held in memory; cut the bag", file.display())]
+    /// More samples than the free memory holds: free some, or cut the bag.
+    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the bag", file.display())]
     TooLong {
         /// The file.
         file: PathBuf,
+        /// What the free memory holds.
+        samples: usize,
     },
 }

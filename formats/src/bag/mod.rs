@@ -17,8 +17,9 @@ pub use error::BagError;
 pub use spec::{BagSpec, BagTime};
 
 use crate::holes::Holes;
-use crate::measurement::{MAX_SAMPLES, Measurement};
+use crate::measurement::Measurement;
 use crate::record::Record;
+use crate::room::Room;
 use crate::uniform::{Rows, TimesError, resample};
 use cdr::JointState;
 use messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
@@ -56,8 +57,9 @@ struct Lacking {
 /// [`BagError`].
 pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     let mut topics = BTreeMap::new();
+    let room = Room::of_values(2 * spec.joints.len());
     for file in files(path)? {
-        read_file(&file, spec, &mut topics)?;
+        read_file(&file, spec, room, &mut topics)?;
     }
     let (name, topic) = choose(path, topics, spec)?;
     let Topic { times_ns, columns, complete, lacking, first, .. } = topic;
@@ -103,6 +105,7 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
 fn read_file(
     path: &Path,
     spec: &BagSpec,
+    room: Room,
     topics: &mut BTreeMap<String, Topic>,
 ) -> Result<(), BagError> {
     walk(path, &mut |Message { kind, topic: name, log_ns, data }| {
@@ -113,7 +116,7 @@ fn read_file(
         topic.messages += 1;
         let state = JointState::read(data);
         let state = state.map_err(|_| malformed(path, name, topic.messages))?;
-        topic.take(path, state, log_ns, spec)?;
+        topic.take(path, state, log_ns, spec, room)?;
         Ok(())
     })
 }
@@ -126,6 +129,7 @@ impl Topic {
         state: JointState,
         log_ns: u64,
         spec: &BagSpec,
+        room: Room,
     ) -> Result<(), BagError> {
         for name in &state.name {
             if self.joints.len() < LISTED && !self.joints.contains(name) {
@@ -143,8 +147,8 @@ impl Topic {
             BagTime::Log => log_ns,
             BagTime::Rows => self.complete as u64,
         };
-        if self.times_ns.len() == MAX_SAMPLES {
-            return Err(BagError::TooLong { file: path.to_path_buf() });
+        if self.times_ns.len() == room.samples {
+            return Err(BagError::TooLong { file: path.to_path_buf(), samples: room.samples });
         }
         let mut row = Vec::with_capacity(2 * places.len());
         for (what, of) in [("position", &state.position), ("effort", &state.effort)] {
@@ -200,5 +204,33 @@ fn choose(
             let topics: Vec<String> = fitting.into_iter().map(|(name, _)| name).collect();
             Err(BagError::Topics { file, topics: topics.join(" ") })
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::Side;
+
+    #[test]
+    fn a_bag_for_which_there_is_no_room_is_refused_with_how_much_there_is() {
+        let spec = BagSpec {
+            joints: vec!["a".to_owned()],
+            topic: None,
+            rate_hz: 100.0,
+            side: Side::Joint,
+            torque_scales: vec![1.0],
+            time: BagTime::Log,
+        };
+        let mut topic = Topic::default();
+        let mut take = |log_ns| {
+            let (name, one) = (vec!["a".to_owned()], vec![1.0]);
+            let state = JointState { stamp_ns: 0, name, position: one.clone(), effort: one };
+            topic.take(Path::new("x.mcap"), state, log_ns, &spec, Room { samples: 2 })
+        };
+        take(0).unwrap();
+        take(10).unwrap();
+        let refused = take(20).unwrap_err().to_string();
+        assert!(refused.starts_with("x.mcap: more than 2 samples, for which memory"), "{refused}");
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn two_publishers(positions: &[Vec<f64>]) -> Option<(usize, usize)> {
             there > jump && (three[2] - three[0]).abs() < BACK * there
         });
         let count = jumps.count();
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
         let often = count as f64 > SHARE * position.len() as f64;
         (high - low > MOVES && often).then_some((joint, count))
     })

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use super::place::Place;
 use crate::holes::{Apart, Holes};
-use crate::measurement::MAX_SAMPLES;
 use crate::uniform::TimesError;
 
 /// Why a table could not be read or written. Every variant names the file and, where there is one, the
@@ -222,11 +221,13 @@ pub enum TableError {
         /// The rate that was given \[Hz\].
         given_hz: f64,
     },
-    /// More samples than are held in memory: cut the measurement.
-    #[error("{}: more than {MAX_SAMPLES} samples, the most that is held in memory; cut the measurement", file.display())]
+    /// More samples than the free memory holds: free some, or cut the measurement.
+    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the measurement", file.display())]
     TooLong {
         /// The file.
         file: PathBuf,
+        /// What the free memory holds.
+        samples: usize,
     },
     /// Fewer than two rows.
     #[error("{}: fewer than two samples", file.display())]

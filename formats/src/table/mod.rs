@@ -27,6 +27,7 @@ use crate::columns::{Columns, Quantity, TimeColumns};
 use crate::holes::{Apart, Holes, Whole};
 use crate::measurement::{Measurement, Side};
 use crate::record::Record;
+use crate::room::Room;
 use crate::uniform::{Rows, TimesError, resample};
 use grid::{Grid, grid};
 use header::{Column, Header};
@@ -69,7 +70,7 @@ pub fn read_table(
     let lacking = table.lacking.take();
     if let (None, Some(lacking), Some(rate_hz)) = (&table.time, &lacking, sample_rate_hz) {
         // Without times a row is where it stands.
-        #[expect(clippy::cast_precision_loss, reason = "at most MAX_SAMPLES")]
+        #[expect(clippy::cast_precision_loss, reason = "rows in memory are far fewer than 2^52")]
         let time_s = |row: &usize| *row as f64 / rate_hz;
         table.time = Some(lacking.whole.rows.iter().map(time_s).collect());
     }
@@ -256,7 +257,9 @@ fn read(
         return Err(TableError::TimeUnit { file: file(), column, found, stated });
     }
     let (first_row, names) = (source.first_row(), source.names().to_vec());
-    let Values { columns: mut numbers, mut resolution } = source.read(&header.columns)?;
+    let is_read = |column: &&Column| !matches!(column, Column::Other);
+    let room = Room::of_values(header.columns.iter().filter(is_read).count());
+    let Values { columns: mut numbers, mut resolution } = source.read(&header.columns, room)?;
     let lacking = leave_out(&mut numbers, &names, first_row, path)?;
     let (mut time, mut rows) = (None, 0);
     let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
@@ -390,6 +393,19 @@ mod tests {
         write_csv(&measurement, &mut bytes, Path::new("x.csv")).unwrap();
         let read = whole(&bytes, Some(5000.0), None).unwrap();
         assert_eq!(read, measurement);
+    }
+
+    #[test]
+    fn a_table_for_which_there_is_no_room_is_refused_with_how_much_there_is() {
+        let text = HEADER.to_owned() + "0,1,2\n0.1,2,3\n0.2,3,4\n";
+        let read = |samples| {
+            let input = Box::new(std::io::Cursor::new(text.clone().into_bytes()));
+            let source = Box::new(Text::open(input, Path::new("x.csv"), &[]).unwrap());
+            source.read(&[Column::Time; 3], Room { samples })
+        };
+        assert_eq!(read(3).unwrap().columns[0].len(), 3);
+        let refused = read(2).err().unwrap().to_string();
+        assert!(refused.starts_with("x.csv: more than 2 samples, for which memory"), "{refused}");
     }
 
     #[test]

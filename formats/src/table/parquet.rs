@@ -16,7 +16,7 @@ use super::header::Column;
 use super::place::Place;
 use super::source::{Source, Values};
 use super::time::{Exact, First, resolution};
-use crate::measurement::MAX_SAMPLES;
+use crate::room::Room;
 
 /// Values that are decoded at once.
 const BATCH: usize = 1 << 13;
@@ -61,7 +61,12 @@ impl Parquet {
     }
 
     /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
-    fn column(&self, index: usize, is_time: bool) -> Result<(Vec<f64>, f64), TableError> {
+    fn column(
+        &self,
+        index: usize,
+        is_time: bool,
+        most: usize,
+    ) -> Result<(Vec<f64>, f64), TableError> {
         let (leaf, unsigned) = match self.holds[index] {
             Holds::Numbers { leaf, unsigned } => (leaf, unsigned),
             Holds::Times { leaf, .. } => (leaf, false),
@@ -73,6 +78,7 @@ impl Parquet {
         let damaged = |error: ParquetError| error_of(&self.path, &error);
         let mut numbers = Numbers {
             values: Vec::new(),
+            most,
             first: is_time.then(First::default),
             finest: f64::INFINITY,
         };
@@ -142,11 +148,12 @@ impl Source for Parquet {
         Place::Row(1)
     }
 
-    fn read(self: Box<Self>, columns: &[Column]) -> Result<Values, TableError> {
+    fn read(self: Box<Self>, columns: &[Column], room: Room) -> Result<Values, TableError> {
         let groups = self.reader.metadata().row_groups().iter();
         let rows = groups.map(|group| usize::try_from(group.num_rows()).unwrap_or(usize::MAX));
-        if rows.fold(0, usize::saturating_add) > MAX_SAMPLES {
-            return Err(TableError::TooLong { file: self.path.clone() });
+        let rows = rows.fold(0, usize::saturating_add);
+        if rows > room.samples {
+            return Err(TableError::TooLong { file: self.path.clone(), samples: room.samples });
         }
         let mut values = Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0 };
         for (index, column) in columns.iter().enumerate() {
@@ -154,7 +161,7 @@ impl Source for Parquet {
                 continue;
             }
             let is_time = *column == Column::Time;
-            let (numbers, finest) = guarded(&self.path, || self.column(index, is_time))?;
+            let (numbers, finest) = guarded(&self.path, || self.column(index, is_time, rows))?;
             values.columns[index] = numbers;
             if is_time {
                 values.resolution = finest;
@@ -221,6 +228,8 @@ impl From<ParquetError> for Stop {
 /// The numbers of a column so far.
 struct Numbers {
     values: Vec<f64>,
+    /// As many as the footer says.
+    most: usize,
     /// Of times, which are counted after it.
     first: Option<First>,
     finest: f64,
@@ -268,7 +277,7 @@ impl Numbers {
                 }
                 self.values.push(value);
             }
-            if self.values.len() > MAX_SAMPLES {
+            if self.values.len() > self.most {
                 return Err(Stop::Damaged("more rows than the footer says".to_owned()));
             }
         }

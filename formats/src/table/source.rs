@@ -3,6 +3,7 @@
 use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
+use crate::room::Room;
 
 /// A table that is open behind its header.
 pub(super) trait Source {
@@ -19,7 +20,7 @@ pub(super) trait Source {
     ///
     /// # Errors
     /// See [`TableError`]; [`TableError::NotANumber`] at the first field that is none.
-    fn read(self: Box<Self>, columns: &[Column]) -> Result<Values, TableError>;
+    fn read(self: Box<Self>, columns: &[Column], room: Room) -> Result<Values, TableError>;
 }
 
 /// The numbers of a table, as they stand.

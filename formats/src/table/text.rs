@@ -9,7 +9,7 @@ use super::header::Column;
 use super::place::Place;
 use super::source::{Source, Values};
 use super::time::{Exact, First, resolution};
-use crate::measurement::MAX_SAMPLES;
+use crate::room::Room;
 
 /// A header beyond that is none \[bytes\].
 const LONGEST_HEADER: u64 = 1 << 20;
@@ -60,7 +60,7 @@ impl Source for Text {
         Place::Line(2)
     }
 
-    fn read(mut self: Box<Self>, columns: &[Column]) -> Result<Values, TableError> {
+    fn read(mut self: Box<Self>, columns: &[Column], room: Room) -> Result<Values, TableError> {
         let file = || self.path.clone();
         let mut values = vec![Vec::new(); columns.len()];
         let (mut first, mut finest) = (First::default(), f64::INFINITY);
@@ -71,8 +71,8 @@ impl Source for Text {
             .read_record(&mut record)
             .map_err(|source| TableError::Table { file: file(), source })?
         {
-            if rows == MAX_SAMPLES {
-                return Err(TableError::TooLong { file: file() });
+            if rows == room.samples {
+                return Err(TableError::TooLong { file: file(), samples: rows });
             }
             rows += 1;
             for (index, (column, text)) in columns.iter().zip(record.iter()).enumerate() {

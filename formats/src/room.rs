@@ -1,0 +1,53 @@
+//! How long a measurement may be on this machine.
+
+use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+
+/// What one value of a sample takes until it is identified, with all that is made of it \[B\]: that of six axes with position and
+/// torque takes 430 at most (`tests/memory.rs`).
+const BYTES_A_VALUE: usize = 36;
+/// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
+const UNKNOWN: usize = 3_600_000;
+
+/// How many samples the free memory holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    /// Samples.
+    pub samples: usize,
+}
+
+impl Room {
+    /// For samples of so many values, positions and torques of all axes.
+    pub fn of_values(values: usize) -> Self {
+        Self::of_bytes(values.saturating_mul(BYTES_A_VALUE))
+    }
+
+    /// For samples that take so many bytes.
+    pub fn of_bytes(bytes: usize) -> Self {
+        let of_memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
+        // A container or a unit may have less than the machine.
+        let free = System::new_with_specifics(of_memory).map_or(0, |system| {
+            let limited = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+            system.available_memory().min(limited)
+        });
+        Self::of_free(free, bytes)
+    }
+
+    fn of_free(free: u64, bytes: usize) -> Self {
+        let samples = usize::try_from(free).unwrap_or(usize::MAX) / bytes.max(1);
+        Self { samples: if free == 0 { UNKNOWN } else { samples } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_samples_as_fit() {
+        assert_eq!(Room::of_free(4_300_000, 430), Room { samples: 10_000 });
+        assert_eq!(Room::of_free(0, 430), Room { samples: UNKNOWN }, "no system says so");
+        // This machine runs tests.
+        assert!(Room::of_values(12).samples > 10_000);
+        assert!(Room::of_values(24).samples < Room::of_values(1).samples);
+    }
+}
