@@ -5,6 +5,8 @@
 //! the model does not describe. Here the errors of each joint are a stationary process. Its power
 //! spectrum is that of white noise behind the filter, times a smooth shape that the residuals tell.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::ljung_box::LjungBox;
@@ -13,6 +15,9 @@ use super::products::symmetric_product;
 use super::row_filter::RowFilter;
 use super::spectra::Spectra;
 use super::spectrum_shape::SmoothSpectrum;
+
+/// Frequencies that are weighted at a time: all columns stand there once more.
+const AT_ONCE: usize = 4096;
 
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
 /// something to judge by.
@@ -103,24 +108,40 @@ impl<'a> ResidualSpectrum<'a> {
         of_joints: &[DMatrix<f64>],
         levels: &[f64],
     ) -> DMatrix<f64> {
+        let columns = of_joints.first().map_or(0, DMatrix::ncols);
+        let mut sum = DMatrix::zeros(columns, columns);
+        for first in (0..frequencies.len()).step_by(AT_ONCE) {
+            let some = first..frequencies.len().min(first + AT_ONCE);
+            sum += self.covariance_among(some, frequencies, of_joints, levels);
+        }
+        sum
+    }
+
+    /// The same of some of them, by their places.
+    fn covariance_among(
+        &self,
+        some: Range<usize>,
+        frequencies: &[usize],
+        of_joints: &[DMatrix<f64>],
+        levels: &[f64],
+    ) -> DMatrix<f64> {
         // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
         let length = self.filter.fourier.length() as f64;
+        let columns = of_joints.first().map_or(0, DMatrix::ncols);
         let weighted = |((joint, level), values): ((&JointSpectrum, &f64), &DMatrix<f64>)| {
             let root = |k: &usize| {
                 (self.filter.multiplicity(*k) * joint.power[*k] / length).sqrt() / level
             };
-            let roots: Vec<f64> = frequencies.iter().map(root).collect();
-            let mut values = values.clone();
-            for part in values.as_mut_slice().chunks_exact_mut(roots.len()) {
-                part.iter_mut().zip(&roots).for_each(|(value, root)| *value *= root);
-            }
-            values
+            let roots: Vec<f64> = frequencies[some.clone()].iter().map(root).collect();
+            let parts = values.as_slice().chunks_exact(frequencies.len());
+            let parts = parts.map(|part| part[some.clone()].iter().zip(&roots));
+            let values = parts.flat_map(|part| part.map(|(value, root)| value * root));
+            DMatrix::from_iterator(2 * some.len(), columns, values)
         };
         let weighted: Vec<_> =
             self.joints.iter().zip(levels).zip(of_joints).map(weighted).collect();
-        let columns = of_joints.first().map_or(0, DMatrix::ncols);
         let mut sum = DMatrix::zeros(columns, columns);
-        let mut common = DMatrix::zeros(2 * frequencies.len(), columns);
+        let mut common = DMatrix::zeros(2 * some.len(), columns);
         for (i, of_joint) in weighted.iter().enumerate() {
             // What all joints have in common with this one.
             common.fill(0.0);
