@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use didim::cell::CellFile;
+use didim_core::identification::Use;
 use didim_core::robot::Robot;
 use toml::{Table, Value};
 
@@ -343,6 +344,16 @@ fn types_are_those_that_are_read() {
                 assert!(said, "{}, {}: {message}", section.heading, key.name);
             }
         }
+    }
+}
+
+/// Uses are entries of a list, whose words nothing above asks for.
+#[test]
+fn every_use_is_told() {
+    let mut keys = CELL.sections().flat_map(|section| section.keys);
+    let uses = keys.find(|key| key.name == "required_uses").unwrap();
+    for each in Use::ALL {
+        assert!(uses.meaning.contains(&format!("`\"{each}\"`")), "{each}");
     }
 }
 
