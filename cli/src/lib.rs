@@ -41,7 +41,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use tracing::level_filters::LevelFilter;
 
 pub use error::CliError;
-pub use manual::{Generated, completions, man_pages};
+pub use manual::{Generated, completions, documents, man_pages};
 
 /// Identifies a robot's dynamic parameters, with their uncertainty, from the frames on its drive
 /// bus.

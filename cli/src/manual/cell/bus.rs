@@ -1,0 +1,407 @@
+//! The bus: what its frames mean, and the gains of the drives.
+
+use super::super::reference::Kind::{File, Number, Other, Table, Tables, Text, Whole, Word};
+use super::super::reference::Presence::{Choice, Default, Optional, Required};
+use super::super::reference::{Section, key};
+use super::data::HELD;
+
+const SIGNAL: &str =
+    "With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1.";
+const OBJECT: &str =
+    "With `nodes`: index and sub-index of the object in hexadecimal, as `6064:00`.";
+const UNIT: &str = "With `nodes`: the unit of the object, which a device file does not tell; the gains are checked against it.";
+const PROVENANCE: &str = "Where the numbers come from: a data sheet with its page, an object read from the drive, a measurement. Never empty.";
+
+pub(super) const SECTIONS: &[Section] = &[
+    Section {
+        heading: "[bus]",
+        path: "bus",
+        about: "The drive bus. didim only listens to it.",
+        keys: &[
+            key(
+                "source",
+                Other("text, or a list of texts"),
+                "",
+                Required,
+                "Where the frames come from: `\"can:INTERFACE\"`, `\"log:FILE\"` (candump) or `\"inproc:\"` (the simulated arm in the same process). \
+                 A list of `can:` where several interfaces carry parts of one layout.",
+            ),
+            key(
+                "receive_buffer_bytes",
+                Whole,
+                "bytes",
+                Default("4194304"),
+                "Receive buffer of each socket. The kernel counts 768 bytes for a CAN FD frame and grants twice `net.core.rmem_max` at most.",
+            ),
+            key(
+                "bitrate_bps",
+                Whole,
+                "bit/s",
+                Optional("unknown"),
+                "Bit rate of the bus, with CAN FD that of the arbitration; 1000 to 1 000 000. It sets nothing: `didim check` tells with it whether \
+                 the frames fit.",
+            ),
+            key(
+                "data_bitrate_bps",
+                Whole,
+                "bit/s",
+                Optional("unknown"),
+                "Bit rate of the data phase of CAN FD frames; `bitrate_bps` to 8 000 000. It sets nothing either.",
+            ),
+            key("layout", Table, "", Required, "Which bits of which frame mean what."),
+            key(
+                "drives",
+                Tables,
+                "",
+                Required,
+                "The gains of each drive, in the order of the axes.",
+            ),
+        ],
+        example: "[bus]\nsource = \"can:can0\"\nreceive_buffer_bytes = 4194304\nbitrate_bps = 1000000\ndata_bitrate_bps = 8000000",
+    },
+    Section {
+        heading: "[bus.layout]",
+        path: "bus.layout",
+        about: "Which signals of the DBC file or of the device files are the arm's. Each states when it is valid, relative to the instant of the \
+                sample: the SYNC, or the arrival of the packed frame.",
+        keys: &[
+            key(
+                "dbc",
+                File,
+                "",
+                Optional("`nodes` describe the frames"),
+                "The DBC file. A layout has `dbc` or `nodes`.",
+            ),
+            key(
+                "nodes",
+                Tables,
+                "",
+                Default("[]"),
+                "The CANopen drives with their device files, one entry for each axis, in their order; in place of `dbc`, `sync` and `counter`.",
+            ),
+            key("axes", Whole, "", Required, "Number of axes."),
+            key(
+                "rate_hz",
+                Number,
+                "Hz",
+                Optional("`period_us` states it"),
+                "The nominal rate of the bus cycle. A layout has `rate_hz` or `period_us`.",
+            ),
+            key(
+                "period_us",
+                Number,
+                "µs",
+                Optional("`rate_hz` states it"),
+                "The nominal period of the bus cycle.",
+            ),
+            key(
+                "sync",
+                Text,
+                "",
+                Optional("one packed message"),
+                "The message whose arrival is the instant of the sample. Without it every signal lies in one packed message, and the arrival of \
+                 that is the instant.",
+            ),
+            key(
+                "cycles_by",
+                Word(&["stamps", "frames"]),
+                "",
+                Default("\"stamps\""),
+                "How bus cycles are counted. `\"stamps\"`: by the times of the frames, which have to be within half a period of their place, so that a \
+                 missing SYNC and a wrong rate are noticed. `\"frames\"`: each SYNC or packed frame is the next cycle, however late it is stamped, \
+                 for adapters and virtual machines that deliver in bursts.",
+            ),
+            key("position", Table, "", Required, "The measured position of the motor."),
+            key("torque", Table, "", Required, "The torque of the motor, demanded or measured."),
+            key(
+                "reference",
+                Table,
+                "",
+                Optional("not on the bus"),
+                "The position that the drive was told to reach. Required by the methods that simulate the closed loop.",
+            ),
+            key(
+                "status_word",
+                Text,
+                "",
+                Optional("every cycle counts"),
+                "Signal or object of the status word of CiA 402 (6041h): a cycle counts when every drive is in the state \"operation enabled\".",
+            ),
+            key(
+                "counter",
+                Text,
+                "",
+                Optional("none"),
+                "Signal of a counter in the packed message, one more for each sample.",
+            ),
+        ],
+        example: "[bus.layout]\ndbc = \"../dbc/cia402_six_axes.dbc\"\naxes = 6\nrate_hz = 500.0\nsync = \"SYNC\"\ncycles_by = \"stamps\"\nposition = { signal = \
+                  \"TPDO1_{axis}.PositionActualValue\", valid = \"instant\" }\ntorque = { signal = \"TPDO1_{axis}.TorqueDemand\", valid = { held = { \
+                  hold_us = 200.0, delay_us = 0.0 } } }\nreference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }\nstatus_word \
+                  = \"TPDO1_{axis}.StatusWord\"",
+    },
+    Section {
+        heading: "bus.layout.nodes",
+        path: "bus.layout.nodes.0",
+        about: "One CANopen drive, or one axis of a drive of several. An entry has `eds` or `dcf`.",
+        keys: &[
+            key(
+                "node_id",
+                Whole,
+                "",
+                Required,
+                "Its number on the bus, 1 to 127; `$NODEID` in the file.",
+            ),
+            key(
+                "eds",
+                File,
+                "",
+                Optional("`dcf` is the file"),
+                "Its EDS file: what the drive does after a reset.",
+            ),
+            key(
+                "dcf",
+                File,
+                "",
+                Optional("`eds` is the file"),
+                "Its DCF file: how the drive was configured.",
+            ),
+            key(
+                "object_offset",
+                Whole,
+                "",
+                Default("0"),
+                "Added to the index of every object: 0x800 for the second axis of a drive of several (CiA 402), which is listed once for each axis.",
+            ),
+        ],
+        example: "[bus.layout]\nnodes = [\n  { node_id = 1, eds = \"drive.eds\" },\n  { node_id = 2, dcf = \"drive-2.dcf\", object_offset = 0x800 },\n]",
+    },
+    Section {
+        heading: "bus.layout.position",
+        path: "bus.layout.position",
+        about: "The measured position of the motor.",
+        keys: &[
+            key("signal", Text, "", Optional("`object` names it"), SIGNAL),
+            key("object", Text, "", Optional("`signal` names it"), OBJECT),
+            key("unit", Text, "", Optional("that of the DBC file"), UNIT),
+            key(
+                "valid",
+                Word(&["instant"]),
+                "",
+                Required,
+                "When it is valid: at the instant of the sample, where drives latch it.",
+            ),
+        ],
+        example: "[bus.layout]\nposition = { object = \"6064:00\", unit = \"count\", valid = \"instant\" }",
+    },
+    Section {
+        heading: "bus.layout.torque",
+        path: "bus.layout.torque",
+        about: "The torque of the motor, demanded or measured.",
+        keys: &[
+            key("signal", Text, "", Optional("`object` names it"), SIGNAL),
+            key("object", Text, "", Optional("`signal` names it"), OBJECT),
+            key("unit", Text, "", Optional("that of the DBC file"), UNIT),
+            key(
+                "valid",
+                Other("`\"instant\"`, or a table"),
+                "",
+                Required,
+                "When it is valid: `\"instant\"`, at the instant of the sample, as a measured torque; `{ held = { … } }`, a command that the current loop \
+                 holds until the next one.",
+            ),
+        ],
+        example: "[bus.layout]\ntorque = { object = \"6077:00\", unit = \"per mille\", valid = \"instant\" }",
+    },
+    Section {
+        heading: "bus.layout.torque.valid: held",
+        path: "bus.layout.torque.valid.held",
+        about: "A command that the current loop holds until the next one.",
+        keys: HELD,
+        example: "[bus.layout]\ntorque = { signal = \"Sample.Torque_{axis}\", valid = { held = { hold_us = 200.0, delay_us = 0.0 } } }",
+    },
+    Section {
+        heading: "bus.layout.reference",
+        path: "bus.layout.reference",
+        about: "The position that the drive was told to reach.",
+        keys: &[
+            key("signal", Text, "", Optional("`object` names it"), SIGNAL),
+            key("object", Text, "", Optional("`signal` names it"), OBJECT),
+            key("unit", Text, "", Optional("that of the DBC file"), UNIT),
+            key(
+                "valid",
+                Word(&["instant", "next-sync"]),
+                "",
+                Required,
+                "When it takes effect: `\"instant\"`, in the sample whose cycle carries it, as one that the drive reports; `\"next-sync\"`, in the next \
+                 sample, as a synchronous RPDO (CiA 301).",
+            ),
+        ],
+        example: "[bus.layout]\nreference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }",
+    },
+    Section {
+        heading: "[[bus.drives]]",
+        path: "bus.drives.0",
+        about: "The gains of one drive; one entry for each axis, in their order.",
+        keys: &[
+            key("position", Table, "", Required, "Gain of the position and of the reference."),
+            key("torque", Table, "", Required, "Gain of the torque."),
+        ],
+        example: "[[bus.drives]]\nposition = { scale = { counts_per_revolution = 196608.0 }, sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \
+                  \"data sheet of the motor, page 7\" }\ntorque = { scale = { per_mille_of_rated_torque = { rated_torque_nm = 1.375 } }, sign = 1, \
+                  provenance = \"6076h read from the drive\" }",
+    },
+    Section {
+        heading: "bus.drives: position",
+        path: "bus.drives.0.position",
+        about: "Motor angle = sign × scale × (value − zero).",
+        keys: &[
+            key(
+                "scale",
+                Other("`\"rad\"`, or a table"),
+                "",
+                Required,
+                "What one unit of the value is: one of the forms below.",
+            ),
+            key(
+                "sign",
+                Whole,
+                "",
+                Required,
+                "1, or −1 where the drive counts against the direction of the robot file.",
+            ),
+            key(
+                "zero",
+                Number,
+                "unit of the signal",
+                Required,
+                "The value, in the unit of the DBC file or of the object, at which the motor angle of the robot file is 0.",
+            ),
+            key(
+                "wraps",
+                Word(&["refuse", "modulo"]),
+                "",
+                Required,
+                "What to do where the integer starts again. `\"refuse\"`: the axis never reaches the end of the range, and a jump of half of it is out of \
+                 range. `\"modulo\"`: the difference from `zero` is taken modulo the range, to ± half of it, for axes that travel less than the range.",
+            ),
+            key("provenance", Text, "", Required, PROVENANCE),
+        ],
+        example: "[[bus.drives]]\nposition = { scale = { counts_per_revolution = 65536.0 }, sign = -1, zero = 1200.0, wraps = \"modulo\", provenance = \
+                  \"608Fh read from the drive; zero from the calibration of the arm\" }\ntorque = { scale = \"nm\", sign = 1, provenance = \"DBC file of the \
+                  drive\" }",
+    },
+    Section {
+        heading: "bus.drives: position.scale",
+        path: "bus.drives.0.position.scale",
+        about: "One of these; the last as a text, `scale = \"rad\"`.",
+        keys: &[
+            key(
+                "counts_per_revolution",
+                Number,
+                "",
+                Choice,
+                "Counts to one revolution of the motor (608Fh).",
+            ),
+            key("rad_per_count", Number, "rad", Choice, "The angle of one count."),
+            key("rad", Other("none"), "", Choice, "The factor of the DBC file already gives rad."),
+        ],
+        example: "[[bus.drives]]\nposition = { scale = { rad_per_count = 9.587e-5 }, sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"data sheet\" \
+                  }\ntorque = { scale = \"nm\", sign = 1, provenance = \"data sheet\" }",
+    },
+    Section {
+        heading: "bus.drives: torque",
+        path: "bus.drives.0.torque",
+        about: "Motor torque = sign × scale × value.",
+        keys: &[
+            key(
+                "scale",
+                Other("`\"nm\"`, or a table"),
+                "",
+                Required,
+                "What one unit of the value is: one of the forms below.",
+            ),
+            key(
+                "sign",
+                Whole,
+                "",
+                Required,
+                "1, or −1 where the torque of the drive is against the direction of the robot file.",
+            ),
+            key("provenance", Text, "", Required, PROVENANCE),
+        ],
+        example: "[[bus.drives]]\nposition = { scale = \"rad\", sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"DBC file of the drive\" }\ntorque = { scale \
+                  = { nm_per_count = 1.5e-4 }, sign = -1, provenance = \"data sheet of the drive, page 31\" }",
+    },
+    Section {
+        heading: "bus.drives: torque.scale",
+        path: "bus.drives.0.torque.scale",
+        about: "One of these; the last as a text, `scale = \"nm\"`.",
+        keys: &[
+            key(
+                "per_mille_of_rated_torque",
+                Table,
+                "",
+                Choice,
+                "The value is in per mille of the rated torque (6074h and 6077h of 6076h).",
+            ),
+            key(
+                "per_mille_of_rated_current",
+                Table,
+                "",
+                Choice,
+                "The value is in per mille of the rated current (6078h of 6075h), and the torque constant makes a torque of it.",
+            ),
+            key("nm_per_count", Number, "N·m", Choice, "The torque of one count."),
+            key("nm", Other("none"), "", Choice, "The factor of the DBC file already gives N·m."),
+        ],
+        example: "[[bus.drives]]\nposition = { scale = \"rad\", sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"data sheet\" }\ntorque = { scale = { \
+                  nm_per_count = 1.5e-4 }, sign = 1, provenance = \"data sheet\" }",
+    },
+    Section {
+        heading: "bus.drives: per_mille_of_rated_torque",
+        path: "bus.drives.0.torque.scale.per_mille_of_rated_torque",
+        about: "Per mille of the rated torque.",
+        keys: &[key(
+            "rated_torque_nm",
+            Number,
+            "N·m",
+            Required,
+            "Rated torque of the motor (6076h).",
+        )],
+        example: "[[bus.drives]]\nposition = { scale = \"rad\", sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"data sheet\" }\ntorque = { scale = { \
+                  per_mille_of_rated_torque = { rated_torque_nm = 1.375 } }, sign = 1, provenance = \"6076h read from the drive\" }",
+    },
+    Section {
+        heading: "bus.drives: per_mille_of_rated_current",
+        path: "bus.drives.0.torque.scale.per_mille_of_rated_current",
+        about: "Per mille of the rated current. Vendors disagree on which value of a sinusoidal phase current they state, and it is a factor of √2.",
+        keys: &[
+            key("rated_current_a", Number, "A", Required, "Rated current of the motor (6075h)."),
+            key(
+                "current_is",
+                Word(&["rms", "peak"]),
+                "",
+                Required,
+                "Which value of the current that is: effective value or amplitude.",
+            ),
+            key(
+                "torque_constant_nm_per_a",
+                Number,
+                "N·m/A",
+                Required,
+                "Torque constant of the motor.",
+            ),
+            key(
+                "torque_constant_is",
+                Word(&["rms", "peak"]),
+                "",
+                Required,
+                "Per ampere of which value of the current.",
+            ),
+        ],
+        example: "[[bus.drives]]\nposition = { scale = \"rad\", sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"data sheet\" }\ntorque = { scale = { \
+                  per_mille_of_rated_current = { rated_current_a = 4.2, current_is = \"rms\", torque_constant_nm_per_a = 0.33, torque_constant_is = \"rms\" } }, \
+                  sign = 1, provenance = \"6075h, and data sheet of the motor, page 12\" }",
+    },
+];

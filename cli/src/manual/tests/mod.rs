@@ -1,0 +1,4 @@
+//! The manual, held to the program.
+
+mod keys;
+mod pages;
