@@ -99,10 +99,11 @@ fn text(baseline: &Baseline) -> String {
             vec![
                 p.name.clone(),
                 to_uncertainty(p.value, p.standard_deviation, 7),
+                p.unit_or_dash().to_owned(),
                 significant(p.standard_deviation, 2),
                 format!("{} %", significant(relative, 2)),
             ]
         })
         .collect();
-    text + "\n" + &aligned(&["parameter", "value", "σ", "relative σ"], &rows)
+    text + "\n" + &aligned(&["parameter", "value", "unit", "σ", "relative σ"], &rows)
 }

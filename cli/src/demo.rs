@@ -18,11 +18,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::outcome::identified;
-use super::output::{print, write_figure};
+use super::output::{print, write_figure, write_report};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
 use didim::offline::identify::{LastIdentification, LastWindow};
 use didim::report;
+use didim::report::html::{Origin, Report, SampleRange};
 use didim::report::terminal::torque_plot;
 use didim::service::pipeline::{OneRun, acquisition, estimation};
 use didim::service::status::Snapshot;
@@ -55,6 +56,9 @@ pub(super) struct Arguments {
     /// The file for the figure of measured against predicted torque
     #[arg(long, value_name = "FILE", default_value = "didim-demo.svg")]
     figure: PathBuf,
+    /// Write a report (one HTML file), as `identify` does
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -96,11 +100,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(PlayError::Sink(SinkError::Closed(_))) | Ok(_) => {}
         Err(error) => return Err(CliError::failed(error)),
     }
-    let LastWindow { identification, .. } = identified(&report, &last)?;
+    let LastWindow { window, identification } = identified(&report, &last)?;
     print(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
     // After the result, which a figure that cannot be written must not cost.
     write_figure(&arguments.figure, &cell, &identification)?;
-    print(&format!("figure of all joints: {}\n", arguments.figure.display()))
+    print(&format!("figure of all joints: {}\n", arguments.figure.display()))?;
+    let Some(path) = &arguments.report else { return Ok(()) };
+    let samples = SampleRange::Window(window);
+    let origin = Origin { input: None, samples, further: Vec::new(), note: None };
+    write_report(path, &Report { cell: &cell, identification: &identification, origin: &origin })?;
+    print(&format!("report: {}\n", path.display()))
 }
 
 fn scenario(arguments: &Arguments) -> Result<Scenario, CliError> {

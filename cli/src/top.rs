@@ -103,6 +103,10 @@ fn watch(
                 match key.code {
                     KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                     KeyCode::Char('c') if control => return Ok(()),
+                    KeyCode::Char('?' | 'h') => {
+                        (view.help, view.scroll) = (!view.help, 0);
+                    }
+                    KeyCode::Char('s') => view.by_band = !view.by_band,
                     KeyCode::Char('p') => view.paused = !view.paused,
                     KeyCode::Up => view.scroll = view.scroll.saturating_sub(1),
                     KeyCode::Down => view.scroll = view.scroll.saturating_add(1).min(scrolls),

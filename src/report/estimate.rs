@@ -10,7 +10,7 @@ use crate::text::{aligned, significant, to_uncertainty};
 /// The value a parameter really has, when it is known: a simulated arm's truth.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
-/// The parameters, one line each: value, statistical and combined uncertainty, and both relative to it.
+/// The parameters, one line each: value, unit, statistical and combined uncertainty, and both relative to it.
 pub fn parameter_table(estimate: &Estimate) -> String {
     let rows: Vec<Vec<String>> = estimate
         .parameters
@@ -20,6 +20,7 @@ pub fn parameter_table(estimate: &Estimate) -> String {
             vec![
                 p.name.clone(),
                 value(p),
+                p.unit.to_owned(),
                 significant(p.standard_deviation, 2),
                 significant(p.combined_standard_deviation, 2),
                 relative(p),
@@ -27,7 +28,8 @@ pub fn parameter_table(estimate: &Estimate) -> String {
             ]
         })
         .collect();
-    let header = ["parameter", "value", "± statistical", "± combined", "relative", "combined"];
+    let header =
+        ["parameter", "value", "unit", "± statistical", "± combined", "relative", "combined"];
     let mut text = aligned(&header, &rows);
     if !estimate.kept.is_empty() {
         let _ = writeln!(text, "kept at their nominal values: {}", kept(estimate));
@@ -42,7 +44,7 @@ pub(super) fn kept(estimate: &Estimate) -> String {
     kept.collect::<Vec<_>>().join(", ")
 }
 
-/// The parameters against the truth: truth, estimate, relative standard deviation and the deviation
+/// The parameters against the truth: truth, estimate, unit, relative standard deviation and the deviation
 /// in standard deviations.
 pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
     let rows: Vec<Vec<String>> = estimate
@@ -55,10 +57,10 @@ pub fn truth_table(estimate: &Estimate, truth: TruthOf<'_>) -> String {
                 }
                 None => ("–".to_owned(), "–".to_owned()),
             };
-            vec![p.name.clone(), known, value(p), relative(p), deviation]
+            vec![p.name.clone(), known, value(p), p.unit.to_owned(), relative(p), deviation]
         })
         .collect();
-    aligned(&["parameter", "truth", "estimate", "relative σ", "deviation [σ]"], &rows)
+    aligned(&["parameter", "truth", "estimate", "unit", "relative σ", "deviation [σ]"], &rows)
 }
 
 /// Errors per joint, conditioning, convergence and the verdict with its reasons.

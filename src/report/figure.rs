@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use didim_core::identification::ConvergenceStep;
 
-use super::panel::{BOTTOM, CURVES, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, ticks};
+use super::panel::{BOTTOM, CURVES, LEFT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::{TorquePanel, convergence, value_range};
 use crate::text::escape;
 
@@ -14,8 +14,8 @@ const HEADER: f64 = 58.0;
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
 /// curves differ in lightness and width too, so that they are told apart without colour.
 const COLOURS: &str = "\
-svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#b3261e;--residual:#3d7a4f}\
-@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#ff8a73;--residual:#7fc796}}";
+svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;--predicted:#17456e;--residual:#3d7a4f;--sigmas:#e3efe6}\
+@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--measured:#6d8299;--predicted:#a9d3f5;--residual:#7fc796;--sigmas:#223429}}";
 
 /// Draws one panel per joint, measured torque, prediction and residual over time; and one of the
 /// steps of an iteration, if there are any.
@@ -29,7 +29,8 @@ pub fn torque_figure(
     let count = panels.len() + usize::from(!steps.is_empty());
     let rows = count.div_ceil(COLUMNS);
     #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
-    let (width, height) = (PANEL_WIDTH * COLUMNS as f64, HEADER + PANEL_HEIGHT * rows as f64);
+    let (width, height) =
+        (PANEL_WIDTH * COLUMNS as f64, HEADER + TORQUE_PANEL_HEIGHT * rows as f64);
     let mut svg = String::new();
     // Writing to a String cannot fail.
     let _ = write!(
@@ -40,7 +41,7 @@ pub fn torque_figure(
     for (x, class, label) in [
         (16.0, "measured", "measured"),
         (110.0, "predicted", "predicted"),
-        (206.0, "residual", "measured − predicted"),
+        (206.0, "residual", "measured − predicted, on the lower axis, with ± 2 σ"),
     ] {
         let _ = write!(
             svg,
@@ -53,7 +54,7 @@ pub fn torque_figure(
         #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
         let (x, y) = (
             (index % COLUMNS) as f64 * PANEL_WIDTH,
-            HEADER + (index / COLUMNS) as f64 * PANEL_HEIGHT,
+            HEADER + (index / COLUMNS) as f64 * TORQUE_PANEL_HEIGHT,
         );
         let _ = write!(svg, r#"<g transform="translate({x} {y})">"#);
         match panels.get(index) {
@@ -66,7 +67,44 @@ pub fn torque_figure(
     svg
 }
 
-/// Draws the torque of one joint into a frame of the size of a panel.
+/// Height of the torque's axis, of the residual's, and of the gap between them.
+const TORQUE: f64 = 138.0;
+const RESIDUAL: f64 = 66.0;
+const BETWEEN: f64 = 14.0;
+/// Height of a panel with both.
+pub(super) const TORQUE_PANEL_HEIGHT: f64 = TOP + TORQUE + BETWEEN + RESIDUAL + BOTTOM;
+/// Standard deviations of the residual that its band has to either side.
+const SIGMAS: f64 = 2.0;
+
+/// An axis of values beside an axis of time.
+struct Axis {
+    top: f64,
+    tall: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Axis {
+    fn y(&self, value: f64) -> f64 {
+        self.top + (self.high - value) / (self.high - self.low) * self.tall
+    }
+
+    fn draw(&self, svg: &mut String, wanted: u32) {
+        for tick in ticks(self.low, self.high, wanted) {
+            let at = self.y(tick);
+            let _ = write!(
+                svg,
+                r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{tick}</text>"#,
+                PANEL_WIDTH - RIGHT,
+                LEFT - 5.0,
+                at + 3.5
+            );
+        }
+    }
+}
+
+/// Draws the torque of one joint, and below it what the model leaves of it on an axis of its own, into
+/// a frame of [`PANEL_WIDTH`] × [`TORQUE_PANEL_HEIGHT`].
 pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let error = 100.0 * panel.relative_error;
     let error = if error.is_finite() { format!("{error:.2} %") } else { "–".to_owned() };
@@ -77,25 +115,15 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     );
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else { return };
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
-    let (wide, tall) = (PANEL_WIDTH - LEFT - RIGHT, PANEL_HEIGHT - TOP - BOTTOM);
+    let wide = PANEL_WIDTH - LEFT - RIGHT;
     let x = |t: f64| LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
-    let y = |v: f64| TOP + (high - v) / (high - low) * tall;
-    for tick in ticks(low, high, 4) {
-        let at = y(tick);
-        let _ = write!(
-            svg,
-            r#"<line class="grid" x1="{LEFT}" x2="{}" y1="{at:.1}" y2="{at:.1}"/><text class="tick" x="{}" y="{:.1}" text-anchor="end">{tick}</text>"#,
-            LEFT + wide,
-            LEFT - 5.0,
-            at + 3.5
-        );
-    }
+    let base = TORQUE_PANEL_HEIGHT - BOTTOM;
     for tick in ticks(start, end, 6) {
         let at = x(tick);
         let _ = write!(
             svg,
             r#"<text class="tick" x="{at:.1}" y="{:.1}" text-anchor="middle">{tick} s</text>"#,
-            TOP + tall + 16.0
+            base + 16.0
         );
     }
     let _ = write!(
@@ -104,18 +132,16 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
         LEFT - 5.0,
         panel.unit
     );
-    let residual: Vec<f64> =
-        panel.measured_nm.iter().zip(panel.predicted_nm).map(|(m, p)| m - p).collect();
-    for (class, values) in [
-        ("measured", panel.measured_nm),
-        ("predicted", panel.predicted_nm),
-        ("residual", residual.as_slice()),
-    ] {
-        let points = panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), y(*v)));
-        draw_curve(svg, class, points);
-    }
+    let torque = Axis { top: TOP, tall: TORQUE, low, high };
+    torque.draw(svg, 4);
+    let curve = |values: &[f64], axis: &Axis| -> Vec<(f64, f64)> {
+        panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y(*v))).collect()
+    };
+    draw_curve(svg, "measured", curve(panel.measured_nm, &torque).into_iter());
+    draw_curve(svg, "predicted", curve(panel.predicted_nm, &torque).into_iter());
+    draw_residual(svg, panel, curve);
     for time in panel.downweighted.iter().filter_map(|&row| panel.time_s.get(row)) {
-        let (at, base) = (x(*time), TOP + tall);
+        let at = x(*time);
         let _ = write!(
             svg,
             r#"<line class="downweighted" x1="{at:.1}" x2="{at:.1}" y1="{base}" y2="{}"/>"#,
@@ -124,9 +150,36 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     }
 }
 
+fn draw_residual(
+    svg: &mut String,
+    panel: &TorquePanel<'_>,
+    curve: impl Fn(&[f64], &Axis) -> Vec<(f64, f64)>,
+) {
+    let residual: Vec<f64> =
+        panel.measured_nm.iter().zip(panel.predicted_nm).map(|(m, p)| m - p).collect();
+    let finite = residual.iter().filter(|value| value.is_finite());
+    let (count, squares, largest) = finite.fold((0.0, 0.0, 0.0_f64), |(n, sum, largest), v| {
+        (n + 1.0, sum + v * v, largest.max(v.abs()))
+    });
+    let sigma = f64::sqrt(squares / f64::max(count, 1.0));
+    let reach = 1.05 * largest.max(SIGMAS * sigma);
+    // A model without any error has no axis for it.
+    let reach = if reach > 0.0 { reach } else { 1.0 };
+    let axis = Axis { top: TOP + TORQUE + BETWEEN, tall: RESIDUAL, low: -reach, high: reach };
+    let (top, bottom) = (axis.y(SIGMAS * sigma), axis.y(-SIGMAS * sigma));
+    let wide = PANEL_WIDTH - LEFT - RIGHT;
+    let _ = write!(
+        svg,
+        r#"<rect class="sigmas" x="{LEFT}" y="{top:.1}" width="{wide}" height="{:.1}"/>"#,
+        bottom - top
+    );
+    axis.draw(svg, 4);
+    draw_curve(svg, "residual", curve(&residual, &axis).into_iter());
+}
+
 /// Draws a curve whose points come in the order of x. Of those within one unit of x the highest and
 /// the lowest are enough: a long record draws the same and stays small.
-fn draw_curve(svg: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>) {
+pub(super) fn draw_curve(svg: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>) {
     let mut path = String::new();
     let mut add = |points: &mut Vec<(f64, f64)>| {
         let by_y = |a: &(f64, f64), b: &(f64, f64)| a.1.total_cmp(&b.1);
@@ -168,6 +221,7 @@ mod tests {
         };
         let svg = torque_figure("arm <1> & more", &[panel(1), panel(2), panel(3)], &[]);
         assert_eq!(svg.matches("<path").count(), 9);
+        assert_eq!(svg.matches("class=\"sigmas\"").count(), 3, "a band for each residual");
         assert_eq!(
             svg.matches("<line class=\"downweighted\"").count(),
             3,
@@ -175,6 +229,29 @@ mod tests {
         );
         assert!(svg.contains("arm &lt;1&gt; &amp; more") && !svg.contains("NaN"), "{svg}");
         assert!(!svg.contains("http") || svg.matches("http").count() == 1, "only the namespace");
+    }
+
+    /// The residuals are 0.3, −0.3 and no number: σ is 0.3, and the band decides how far the axis reaches.
+    #[test]
+    fn the_band_is_two_deviations_of_the_residual_on_its_own_axis() {
+        let panel = TorquePanel {
+            joint: 1,
+            unit: "N·m",
+            time_s: &[0.0, 1.0, 2.0],
+            measured_nm: &[50.3, -50.3, 1.0],
+            predicted_nm: &[50.0, -50.0, f64::NAN],
+            downweighted: &[],
+            relative_error: 0.006,
+        };
+        let mut svg = String::new();
+        draw_panel(&mut svg, &panel);
+        let band = svg.split_once("class=\"sigmas\"").unwrap().1;
+        // 0.6 of a reach of 1.05 · 0.6 to either side of the middle of the axis.
+        let (middle, half) = (TOP + TORQUE + BETWEEN + RESIDUAL / 2.0, RESIDUAL / 2.0 / 1.05);
+        let expected = format!("y=\"{:.1}\"", middle - half);
+        assert!(band.contains(&expected), "{expected}: {svg}");
+        let height = format!("height=\"{:.1}\"", 2.0 * half);
+        assert!(band.contains(&height), "{height}: {svg}");
     }
 
     /// A hundred points on every unit of x leave two of them, a short record all.

@@ -12,7 +12,7 @@ pub(super) const BOTTOM: f64 = 28.0;
 pub(super) const CURVES: &str = "\
 .paper{fill:var(--paper)}text{fill:var(--ink);font:12px system-ui,sans-serif}.title{font-weight:600}.heading{font-size:17px;font-weight:600}\
 .tick{font-size:10.5px;opacity:.75}.grid{stroke:var(--faint);stroke-width:1}path,.key{fill:none;stroke-linejoin:round}\
-.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}.downweighted{stroke:var(--ink);stroke-width:1.5}\
+.measured{stroke:var(--measured);stroke-width:3}.predicted{stroke:var(--predicted);stroke-width:1.1}.residual{stroke:var(--residual);stroke-width:1}.sigmas{fill:var(--sigmas)}.downweighted{stroke:var(--ink);stroke-width:1.5}\
 circle{fill:var(--paper)}circle.filled{fill:var(--predicted)}";
 
 /// Round numbers within `low..=high`, about `wanted` of them: steps of 1, 2 or 5 times a power of

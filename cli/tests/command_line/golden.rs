@@ -50,4 +50,12 @@ fn demo_prints_what_it_printed() {
     let figure = folder.path("figure.svg");
     let text = didim(&["demo", "--fast", "--figure", &figure]).done();
     golden("demo.txt", &text.replace(&figure, "figure.svg"));
+    // A report changes nothing of it, and is that of `identify`.
+    let report = folder.path("report.html");
+    let with = didim(&["demo", "--fast", "--figure", &figure, "--report", &report]).done();
+    assert_eq!(with, format!("{text}report: {report}\n"));
+    let html = std::fs::read_to_string(&report).unwrap();
+    for part in ["<h2>Parameters</h2>", "of the stream", "class=\"sigmas\""] {
+        assert!(html.contains(part), "{part}");
+    }
 }

@@ -41,10 +41,10 @@ fn results_are_listed_compared_and_reported() {
     let text = didim(&["history", "--state", &state, "--parameter", "fc3"]).done();
     assert!(text.lines().nth(1).unwrap().ends_with("baseline"), "{text}");
     assert!(text.lines().nth(2).unwrap().ends_with("in band"), "{text}");
-    assert!(text.contains("fc3, ±2σ") && text.contains("fc3 has grown by 0"), "{text}");
+    assert!(text.contains("fc3 [N·m], ±2σ") && text.contains("fc3 has grown by 0"), "{text}");
     let compared = didim(&["history", "--state", &state, "--compare", "0", "1"]).done();
     let rows = compared.lines().skip(1);
-    let same = |row: &str| row.split_whitespace().skip(3).collect::<Vec<_>>().join(" ");
+    let same = |row: &str| row.split_whitespace().skip(4).collect::<Vec<_>>().join(" ");
     assert!(rows.map(same).all(|row| row == "0 +0.00 % +0.0 0 %"), "{compared}");
 
     let report = folder.path("history.html");
@@ -58,7 +58,7 @@ fn results_are_listed_compared_and_reported() {
     let stored = stored["estimate"]["parameters"].as_array().unwrap();
     assert_eq!(parameters.len(), stored.len());
     for (kept, stored) in parameters.iter().zip(stored) {
-        for key in ["name", "value", "standard_deviation"] {
+        for key in ["name", "unit", "value", "standard_deviation"] {
             assert_eq!(kept[key], stored[key]);
         }
     }

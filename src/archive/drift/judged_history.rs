@@ -79,6 +79,13 @@ impl JudgedHistory {
         names
     }
 
+    /// The unit of a parameter; empty where no result says it.
+    pub fn unit(&self, parameter: &str) -> &str {
+        let newest_first = self.entries.iter().rev();
+        let found = newest_first.filter_map(|entry| entry.line.parameter(parameter));
+        found.map(|found| found.unit.as_str()).find(|unit| !unit.is_empty()).unwrap_or_default()
+    }
+
     /// The earliest time of a result and the latest; nothing when none was stored with a set clock.
     /// Lines stand in the order in which they were stored, which a clock that was set back does not
     /// keep.

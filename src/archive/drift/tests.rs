@@ -13,6 +13,7 @@ const DAY_S: u64 = 86_400;
 fn value(name: &str, value: f64, standard_deviation: f64) -> ParameterValue {
     ParameterValue {
         name: name.into(),
+        unit: "N·m".into(),
         value,
         standard_deviation,
         combined_standard_deviation: None,

@@ -27,6 +27,9 @@ pub struct Known {
 pub struct KeptValue {
     /// Its name.
     pub name: String,
+    /// Its SI unit; empty in results of versions that did not say.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
     /// SI value.
     pub value: f64,
 }

@@ -33,6 +33,8 @@ pub struct Comparison {
 pub struct TrueParameter {
     /// The field's name.
     pub name: String,
+    /// Its SI unit; empty where no method has it.
+    pub unit: &'static str,
     /// SI value.
     pub value: f64,
 }

@@ -104,14 +104,24 @@ pub fn compare(
             None => {}
         }
     }
-    let named = |(name, value): &(String, f64)| TrueParameter { name: name.clone(), value: *value };
+    let unit = |name: &str| {
+        let estimates = methods.iter().filter_map(|of: &MethodResult| of.estimate.as_ref());
+        let mut found = estimates.flat_map(|estimate| &estimate.parameters);
+        found.find(|found| found.name == name).map_or("", |found| found.unit)
+    };
+    let named = |(name, value): &(String, f64)| TrueParameter {
+        name: name.clone(),
+        unit: unit(name),
+        value: *value,
+    };
+    let truth = input.truth.map(|truth| truth.iter().map(named).collect());
     Comparison {
         schema: SCHEMA,
         robot: input.cell.robot.name().to_owned(),
         agreement: Agreement::of_pairs(&methods),
         methods,
         held_out,
-        truth: input.truth.map(|truth| truth.iter().map(named).collect()),
+        truth,
     }
 }
 

@@ -13,11 +13,11 @@ const DIGITS: usize = 5;
 pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
     let columns = view.columns(framework);
     let has_truth = view.comparison.truth.is_some();
-    let mut header = vec!["parameter".to_owned()];
+    let mut header = vec!["parameter".to_owned(), "unit".to_owned()];
     header.extend(has_truth.then(|| "truth".to_owned()));
     header.extend(View::header(&columns));
     let row = |name: &&str| {
-        let mut row = vec![Cell::from(*name)];
+        let mut row = vec![Cell::from(*name), unit(&columns, name)];
         if has_truth {
             let truth = view.comparison.truth_of(name);
             row.push(truth.map_or_else(Cell::none, |value| number(value, 4).into()));
@@ -37,6 +37,11 @@ pub(super) fn table(view: &View<'_>, framework: Framework) -> Table {
     );
     let title = format!("Estimates, {}", framework_name(framework));
     Table { title, note, header, rows }
+}
+
+fn unit(columns: &[Column<'_>], name: &str) -> Cell {
+    let mut all = columns.iter().flat_map(|column| &column.estimate.parameters);
+    all.find(|found| found.name == name).map_or_else(Cell::none, |found| found.unit.into())
 }
 
 fn cells(view: &View<'_>, column: &Column<'_>, name: &str) -> impl Iterator<Item = Cell> {

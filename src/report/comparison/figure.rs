@@ -25,10 +25,10 @@ const BAND_DEVIATIONS: f64 = 2.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones.
 const STYLE: &str = "\
-svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--band:#d6e4f0;--stem:#b3261e}\
+svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--band:#d6e4f0;--stem:#33658f}\
 text{fill:var(--ink);font:12px system-ui,sans-serif}.paper{fill:var(--paper)}.heading{font-size:17px;font-weight:600}.title{font-weight:600}.faint{opacity:.75}\
 .middle{text-anchor:middle}.frame{fill:none;stroke:var(--faint)}.band{fill:var(--band)}.axis{stroke:var(--ink);stroke-opacity:.5}.stem{stroke:var(--stem);stroke-width:2}\
-@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--band:#24384c;--stem:#ff8a73}}";
+@media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;--faint:#333c46;--band:#24384c;--stem:#82b1d8}}";
 
 /// A row of panels for every method that has a result, a panel for every joint: autocorrelation of
 /// what the method leaves of its own equation over the lag in rows, on the interval of 2 σ that white

@@ -109,6 +109,7 @@ impl Difference {
                     row.parameter.clone(),
                     value(&row.values[0]),
                     value(&row.values[1]),
+                    row.values[1].unit_or_dash().to_owned(),
                     signed(row.difference, sigma),
                     format!("{:+.2} %", 100.0 * row.relative_change),
                     format!("{:+.1}", row.deviation_sigma),
@@ -117,8 +118,10 @@ impl Difference {
             })
             .collect();
         let [then, now] = self.results.map(|number| format!("result {number}"));
-        let mut text =
-            aligned(&["parameter", &then, &now, "Δ", "relative", "Δ [σ]", "of the band"], &rows);
+        let mut text = aligned(
+            &["parameter", &then, &now, "unit", "Δ", "relative", "Δ [σ]", "of the band"],
+            &rows,
+        );
         if !self.torques.is_empty() {
             text += "\n";
             text += &torques(&self.torques);

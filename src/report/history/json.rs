@@ -48,6 +48,8 @@ pub struct ResultDocument<'a> {
 pub struct TrendDocument {
     /// The parameter.
     pub parameter: String,
+    /// Its unit, that of the slope times a day; empty where no line says.
+    pub unit: String,
     /// Days that have results, each one point.
     pub points: usize,
     /// Slope per day.
@@ -85,6 +87,7 @@ impl<'a> HistoryDocument<'a> {
             let Trend { points, slope, slope_deviation, scatter, .. } = tracker?.trend(name)?;
             Some(TrendDocument {
                 parameter: (*name).to_owned(),
+                unit: history.unit(name).to_owned(),
                 points,
                 slope_per_day: slope,
                 slope_sd: slope_deviation,

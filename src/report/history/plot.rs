@@ -46,7 +46,11 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     }
     let (from, _) = history.extent()?;
     let date = |days: f64| from.plus_days(days).map_or_else(String::new, |time| time.minute());
-    let mut text = format!("{parameter}, ±2σ");
+    let unit = match history.unit(parameter) {
+        "" => String::new(),
+        unit => format!(" [{unit}]"),
+    };
+    let mut text = format!("{parameter}{unit}, ±2σ");
     if band.is_some() {
         text += "; dotted: the baseline and its band";
     }

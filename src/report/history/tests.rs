@@ -9,6 +9,7 @@ const HOSTILE: &str = "<script>alert('&\"')</script>";
 fn line(result: u64, fc3: f64) -> HistoryLine {
     let value = |name: &str, value: f64, standard_deviation: f64| ParameterValue {
         name: name.into(),
+        unit: "N·m".into(),
         value,
         standard_deviation,
         combined_standard_deviation: None,
@@ -86,7 +87,7 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
     assert!((fc3.relative_change - 0.15).abs() < 1e-12 && (fc3.band_share - 1.5).abs() < 1e-9);
     let table = difference.table();
     let row = table.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert_eq!(row, "fc3 6.0000 6.9000 +0.9000 +15.00 % +63.6 outside");
+    assert_eq!(row, "fc3 6.0000 6.9000 N·m +0.9000 +15.00 % +63.6 outside");
     assert_eq!(table.lines().count(), 3, "no caveat: {table}");
     let refused = |numbers| Difference::new(&history, numbers).unwrap_err().to_string();
     assert!(refused([1, 99]).contains("result 99 is not in the history"));
@@ -153,8 +154,8 @@ fn the_report_shows_band_baseline_alarm_and_trend() {
     let html = HistoryReport { history: &history, parameters: &["mx4", "fc3"] }.to_html();
     assert!(html.contains("One parameter has left its band"));
     let (first, second) = html.split_once("<figure class=\"\">").unwrap();
-    assert!(first.contains("<figure class=\"alarmed\">") && first.contains(">fc3</text>"));
-    assert!(second.contains(">mx4</text>") && !second.contains("class=\"when\""));
+    assert!(first.contains("<figure class=\"alarmed\">") && first.contains(">fc3 [N·m]</text>"));
+    assert!(second.contains(">mx4 [N·m]</text>") && !second.contains("class=\"when\""));
     for class in ["band", "baseline", "when", "trend"] {
         assert_eq!(first.matches(&format!("class=\"{class}\"")).count(), 1, "{class}");
     }
@@ -164,6 +165,20 @@ fn the_report_shows_band_baseline_alarm_and_trend() {
     let none = JudgedHistory::new(Vec::new(), None, DriftOptions::default());
     let empty = HistoryReport { history: &none, parameters: &[] }.to_html();
     assert!(empty.contains("No baseline") && empty.contains("No result"));
+}
+
+#[test]
+fn the_rows_of_the_report_stand_by_the_share_of_their_bands() {
+    let history = history();
+    let html = HistoryReport { history: &history, parameters: &["mx4", "fc3"] }.to_html();
+    let table = html.split_once("class=\"sparks\"").unwrap().1.split_once("</table>").unwrap().0;
+    let rows: Vec<&str> = table.split("<th scope=\"row\">").skip(1).collect();
+    assert!(rows.len() == 2 && rows[0].starts_with("fc3") && rows[1].starts_with("mx4"), "{table}");
+    // 0.9 of 6, and of a band of 0.6.
+    assert!(rows[0].contains("+15.0 %") && rows[0].contains(">150 %<"), "{}", rows[0]);
+    assert_eq!(table.matches("class=\"spark\"").count(), 2);
+    assert_eq!(table.matches("class=\"shade\"").count(), 2, "{table}");
+    assert!(table.contains("N·m"));
 }
 
 #[test]

@@ -20,9 +20,14 @@ const NORMAL_95: f64 = 1.96;
 
 /// A drawing of the size of a panel, with what it shows in words.
 pub(super) fn panel(label: &str, draw: impl FnOnce(&mut String)) -> Markup {
+    panel_of_height(PANEL_HEIGHT, label, draw)
+}
+
+/// The same, as high as its drawing needs.
+pub(super) fn panel_of_height(height: f64, label: &str, draw: impl FnOnce(&mut String)) -> Markup {
     let mut svg = String::new();
     draw(&mut svg);
-    let view = format!("0 0 {PANEL_WIDTH} {PANEL_HEIGHT}");
+    let view = format!("0 0 {PANEL_WIDTH} {height}");
     html! {
         svg.panel viewBox=(view) role="img" aria-label=(label) { (PreEscaped(svg)) }
     }

@@ -1,5 +1,7 @@
 //! The report of a history: what left its band, every result, every parameter over time.
 
+mod spark;
+
 use std::fmt::Write as _;
 
 use maud::{Markup, html};
@@ -9,7 +11,7 @@ use super::super::panel::{BOTTOM, LEFT, PANEL_HEIGHT, PANEL_WIDTH, RIGHT, TOP, t
 use super::chart::panel;
 use super::summary::sentence;
 use super::{document, section, signed};
-use crate::archive::drift::{JudgedHistory, Trend};
+use crate::archive::drift::{Change, JudgedHistory, Trend};
 use crate::archive::store::Timestamp;
 use crate::text::escape;
 
@@ -42,6 +44,7 @@ impl HistoryReport<'_> {
             }
             main {
                 (self.alarms())
+                (spark::section(self))
                 (self.panels())
                 (self.results())
             }
@@ -91,15 +94,31 @@ impl HistoryReport<'_> {
         }
     }
 
+    /// The change of a parameter since the baseline, by the last result that was compared.
+    fn change(&self, name: &str) -> Option<Change> {
+        self.history.tracker.as_ref()?.last_change(name)
+    }
+
+    /// The parameters: what has to be looked at comes first, then those that use most of their bands.
+    fn by_band(&self) -> Vec<&str> {
+        let alarms = || self.history.tracker.iter().flat_map(|tracker| tracker.alarms());
+        let mut names: Vec<(bool, f64, &str)> = (self.parameters.iter())
+            .map(|name| {
+                let share = self.change(name).map(|change| change.band_share());
+                let share = share.filter(|share| !share.is_nan()).unwrap_or(-1.0);
+                (alarms().any(|(own, _)| own == *name), share, *name)
+            })
+            .collect();
+        names.sort_by(|one, other| other.0.cmp(&one.0).then(other.1.total_cmp(&one.1)));
+        names.into_iter().map(|(.., name)| name).collect()
+    }
+
     fn panels(&self) -> Markup {
         let alarmed: Vec<(&str, Timestamp)> =
             self.history.tracker.iter().flat_map(|tracker| tracker.alarms()).collect();
         let since = |name: &str| alarmed.iter().find(|(own, _)| *own == name).map(|(_, at)| *at);
-        // What has to be looked at comes first.
-        let (first, others): (Vec<&str>, Vec<&str>) =
-            self.parameters.iter().partition(|name| since(name).is_some());
         let content = html! {
-            div.panels { @for name in first.into_iter().chain(others) {
+            div.panels { @for name in self.by_band() {
                 @let since = since(name);
                 figure.alarmed[since.is_some()] {
                     (self.chart(name, since))
@@ -124,7 +143,10 @@ impl HistoryReport<'_> {
 
     fn draw(&self, svg: &mut String, name: &str, since: Option<Timestamp>) {
         let points = self.history.points(name);
-        let title = escape(name);
+        let title = match self.history.unit(name) {
+            "" => escape(name),
+            unit => format!("{} [{}]", escape(name), escape(unit)),
+        };
         let _ = write!(svg, r#"<text class="title" x="{LEFT}" y="20">{title}</text>"#);
         let (Some(&(first, ..)), Some(&(last, ..)), Some((start, _))) =
             (points.first(), points.last(), self.history.extent())

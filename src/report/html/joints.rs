@@ -33,7 +33,9 @@ pub(super) fn torques(report: &Report<'_>) -> Markup {
         } }
     };
     let explanation = "Both sides of the equation as they were fitted, over the samples that \
-                       count. The uncertainty of the prediction is the standard deviation of this \
+                       count. Below, on an axis of its own, what the model leaves: the band is two \
+                       standard deviations of it to either side of zero, and what leaves the band \
+                       in a pattern is what the model lacks. The uncertainty of the prediction is the standard deviation of this \
                        motion's torque that follows from those of the parameters, relative to the \
                        torque.";
     section("Torque, measured and predicted", explanation, &content)
@@ -45,7 +47,7 @@ pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
         p.legend aria-hidden="true" {
             span { (key("measured")) "measured" }
             span { (key("predicted")) "predicted" }
-            span { (key("residual")) "measured − predicted" }
+            span { (key("residual")) "measured − predicted, on the lower axis, with ± 2 σ" }
             @if panels.iter().any(|panel| !panel.downweighted.is_empty()) {
                 span {
                     svg viewBox="0 0 20 6" width="20" height="6" {
@@ -58,8 +60,12 @@ pub(super) fn torque_panels(panels: &[TorquePanel<'_>]) -> Markup {
         div.panels {
             @for panel in panels {
                 figure {
-                    (chart::panel(
-                        &format!("Torque of joint {}, measured and predicted", panel.joint),
+                    (chart::panel_of_height(
+                        figure::TORQUE_PANEL_HEIGHT,
+                        &format!(
+                            "Torque of joint {}, measured and predicted, and their difference",
+                            panel.joint
+                        ),
                         |svg| figure::draw_panel(svg, panel),
                     ))
                 }

@@ -46,11 +46,7 @@ impl Report<'_> {
     pub fn to_html(&self) -> String {
         let estimate = &self.identification.estimate;
         let title = format!("{} · {} · dynamic parameters", estimate.robot, estimate.method);
-        let content = html! {
-            (summary::heading(self))
-            main {
-                (summary::verdict(estimate))
-                (summary::key_figures(self))
+        let sections = html! {
                 (parameters::section(self))
                 (joints::torques(self))
                 (joints::residuals(self))
@@ -61,6 +57,14 @@ impl Report<'_> {
                 (summary::convergence(&estimate.convergence))
                 (summary::singular_values(self))
                 (provenance::section(self))
+        };
+        let content = html! {
+            (summary::heading(self))
+            main {
+                (summary::verdict(estimate))
+                (contents(&sections))
+                (summary::key_figures(self))
+                (sections)
             }
         };
         document(&title, "", &content)
@@ -98,11 +102,32 @@ fn document(title: &str, own_style: &str, content: &Markup) -> String {
 /// A section under a heading, with a sentence on how to read it.
 fn section(heading: &str, explanation: &str, content: &Markup) -> Markup {
     html! {
-        section {
+        section id=(anchor(heading)) {
             h2 { (heading) }
             @if !explanation.is_empty() { p.explanation { (explanation) } }
             (content)
         }
+    }
+}
+
+/// The name of a section in its page: `torque-measured-and-predicted`.
+fn anchor(heading: &str) -> String {
+    let words = heading.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("-").to_lowercase()
+}
+
+/// A list of the sections, read from themselves, so that it has those that there are. What comes from
+/// files cannot be taken for one: it is escaped.
+fn contents(sections: &Markup) -> Markup {
+    let headings = sections.0.split("<section id=\"").skip(1).filter_map(|section| {
+        let (id, rest) = section.split_once('"')?;
+        let heading = rest.split_once("<h2>")?.1.split_once("</h2>")?.0;
+        Some((id, heading))
+    });
+    html! {
+        nav.contents aria-label="Contents" { ul {
+            @for (id, heading) in headings { li { a href=("#".to_owned() + id) { (PreEscaped(heading)) } } }
+        } }
     }
 }
 

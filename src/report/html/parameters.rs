@@ -18,7 +18,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
     let scale = Scale::of(
         parameters.iter().flat_map(|p| [p.relative_standard_deviation, relative_classical(p)]),
     );
-    let columns = if has_nominal { 9 } else { 8 };
+    let columns = if has_nominal { 10 } else { 8 };
     let table = html! {
         table.parameters {
             thead { tr {
@@ -30,7 +30,10 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th.bar scope="col" { (scale.labels()) }
                 th.number scope="col" { "Classical" }
                 th.number scope="col" { "Combined" }
-                @if has_nominal { th.number scope="col" { "Nominal" } }
+                @if has_nominal {
+                    th.number scope="col" { "Nominal" }
+                    th.number scope="col" { "Off nominal" }
+                }
             } }
             @for joint in 0..report.cell.robot.joints() {
                 @let own = own(report.cell, parameters, joint);
@@ -80,9 +83,17 @@ fn row(p: &ParameterEstimate, unit: &str, scale: Scale, nominal: Option<Option<f
             td.number.combined { (percent(p.combined_standard_deviation / p.value.abs(), 2)) }
             @if let Some(nominal) = nominal {
                 td.number.nominal { (nominal.map_or("–".into(), |value| number(value, 4))) }
+                td.number.off { (nominal.map_or("–".into(), |value| off(p.value, value))) }
             }
         }
     }
+}
+
+/// A value's difference to the nominal one, relative to that: with its sign.
+fn off(value: f64, nominal: f64) -> String {
+    let share = (value - nominal) / nominal.abs();
+    let sign = if share > 0.0 { "+" } else { "" };
+    if share.is_finite() { format!("{sign}{}", percent(share, 2)) } else { "–".to_owned() }
 }
 
 /// The parameters of a joint, its link and its motor, each with its unit.

@@ -155,7 +155,10 @@ fn it_stands_by_itself() {
 }
 
 pub(super) fn assert_stands_by_itself(html: &str) {
-    for outside in ["http", "//", "src=", "href=", "url(", "@import", "<script", "<link", "<img"] {
+    // To places of the page itself.
+    let inside = html.matches("href=\"#").count();
+    assert_eq!(html.matches("href=").count(), inside);
+    for outside in ["http", "//", "src=", "url(", "@import", "<script", "<link", "<img"] {
         assert!(!html.contains(outside), "{outside}");
     }
 }
@@ -207,13 +210,25 @@ fn headings_and_headers() {
         for row in body.split("<tr").skip(1) {
             let (header, cells) = (row.matches("<th").count(), row.matches("<td").count());
             assert_eq!(header, 1, "{row}");
-            let whole = row.contains("colspan=\"9\"");
+            let whole = row.contains("colspan=\"10\"");
             assert!(whole || header + cells == columns, "{columns} columns: {row}");
         }
     }
     for svg in html.split("<svg").skip(1) {
         let tag = svg.split_once('>').unwrap().0;
         assert!(tag.contains("aria-label") || tag.contains("aria-hidden") || tag.contains("20 6"));
+    }
+}
+
+#[test]
+fn the_contents_lead_to_every_section() {
+    let html = html();
+    let contents = html.split_once("<nav").unwrap().1.split_once("</nav>").unwrap().0;
+    let ids: Vec<&str> = html.split("<section id=\"").skip(1).collect();
+    assert!(ids.len() >= 6, "{ids:?}");
+    assert_eq!(contents.matches("href=").count(), ids.len());
+    for id in ids.iter().map(|rest| rest.split_once('"').unwrap().0) {
+        assert!(contents.contains(&format!("href=\"#{id}\"")), "{id}: {contents}");
     }
 }
 
@@ -243,13 +258,15 @@ fn parameters_stand_by_joint_with_unit_and_nominal_value() {
     assert!(joints[0].contains("kg·m²") && joints[0].contains("N·m·s/rad"));
     // The file of the robot has zz1r = 1.24.
     assert!(joints[0].contains("<td class=\"number nominal\">1.240</td>"), "{}", joints[0]);
+    // 1.28 for 1.24.
+    assert!(joints[0].contains("<td class=\"number off\">+3.2 %</td>"), "{}", joints[0]);
     assert!(html.contains("zz1 + ia1 + yy2 + yy3"), "{html}");
 }
 
 #[test]
 fn what_is_taken_for_known_is_listed_with_what_the_data_say_of_it() {
     let html = html();
-    let freedoms = html.split_once("What the model takes for known").unwrap().1;
+    let freedoms = html.split_once("<h2>What the model takes for known").unwrap().1;
     let freedoms = freedoms.split_once("</table>").unwrap().0;
     let [first, second] =
         ["friction law of joint 1", "zero of joint 2"].map(|of| freedoms.find(of).unwrap());

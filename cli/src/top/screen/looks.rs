@@ -31,6 +31,24 @@ impl Looks {
     }
 }
 
+/// The words of a text; a number and what follows it, its unit as a rule, are one if they fit a line.
+fn words(text: &str, room: usize) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        match words.last_mut() {
+            Some(last)
+                if last.parse::<f64>().is_ok()
+                    && last.chars().count() + 1 + word.chars().count() <= room =>
+            {
+                *last += " ";
+                *last += word;
+            }
+            _ => words.push(word.to_owned()),
+        }
+    }
+    words
+}
+
 /// A text in lines of at most `width` characters, broken between words: the first begins with `lead`,
 /// the others are indented as far.
 pub(super) fn wrapped(lead: &str, text: &str, style: Style, width: u16) -> Vec<Line<'static>> {
@@ -38,7 +56,7 @@ pub(super) fn wrapped(lead: &str, text: &str, style: Style, width: u16) -> Vec<L
     let room = usize::from(width).saturating_sub(indent).max(8);
     let mut lines: Vec<String> = vec![String::new()];
     let mut used = 0;
-    for word in text.split(' ').filter(|word| !word.is_empty()) {
+    for word in words(text, room) {
         let mut word: Vec<char> = word.chars().collect();
         while !word.is_empty() {
             let gap = usize::from(used > 0);

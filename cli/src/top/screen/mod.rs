@@ -18,7 +18,7 @@ use didim::service::status::Snapshot;
 use didim::service::status::render::{clean, duration};
 
 /// From here on the parameters have their place beside the rest.
-const WIDE: u16 = 110;
+const WIDE: u16 = 120;
 /// Lines that health may take: the rest of its reasons is counted.
 const HEALTH_LINES: usize = 6;
 
@@ -33,6 +33,10 @@ pub(crate) struct View {
     pub(crate) paused: bool,
     /// Whether the terminal takes colours.
     pub(crate) colour: bool,
+    /// Whether the parameters that use most of their bands come first.
+    pub(crate) by_band: bool,
+    /// Whether what the keys do and what is shown is explained, in place of the status.
+    pub(crate) help: bool,
     /// Lines scrolled down.
     pub(crate) scroll: u16,
 }
@@ -55,6 +59,13 @@ pub(crate) fn draw(frame: &mut Frame<'_>, view: &View) -> (u16, u16) {
 }
 
 fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u16 {
+    if view.help {
+        let lines = help(looks, area.width);
+        let scrolls = height(&lines).saturating_sub(area.height);
+        let scroll = (view.scroll.min(scrolls), 0);
+        frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
+        return scrolls;
+    }
     let Some(snapshot) = &view.snapshot else { return 0 };
     let columns = if area.width >= WIDE {
         let [left, _, right] = Layout::horizontal([
@@ -64,11 +75,14 @@ fn draw_body(frame: &mut Frame<'_>, view: &View, looks: Looks, area: Rect) -> u1
         ])
         .areas(area);
         let service = sections::lines(snapshot, looks, left.width);
-        vec![(left, service), (right, parameters::lines(snapshot, looks, right.width))]
+        vec![
+            (left, service),
+            (right, parameters::lines(snapshot, looks, right.width, view.by_band)),
+        ]
     } else {
         let mut lines = sections::lines(snapshot, looks, area.width);
         lines.push(Line::default());
-        lines.extend(parameters::lines(snapshot, looks, area.width));
+        lines.extend(parameters::lines(snapshot, looks, area.width, view.by_band));
         vec![(area, lines)]
     };
     let longest = columns.iter().map(|(_, lines)| height(lines)).max().unwrap_or(0);
@@ -135,13 +149,39 @@ fn health(view: &View, looks: Looks, width: u16) -> Vec<Line<'static>> {
 }
 
 fn keys(view: &View, scrolls: u16) -> Line<'static> {
+    let help = if view.help { "? back" } else { "? help" };
     let pause = if view.paused { "p go on" } else { "p pause" };
+    let order = if view.by_band { "s model's order" } else { "s by band" };
     let scroll = match (view.scroll.min(scrolls), scrolls) {
         (_, 0) => String::new(),
-        (at, most) => format!("  ↑ ↓ PgUp PgDn scroll ({at} of {most})"),
+        (at, most) => format!("  ↑ ↓ scroll ({at} of {most})"),
     };
     let dim = Style::new().add_modifier(Modifier::DIM);
-    Line::styled(format!("q quit  {pause}{scroll}"), dim)
+    Line::styled(format!("q quit  {help}  {pause}  {order}{scroll}"), dim)
+}
+
+/// The keys, and what the figures mean.
+const HELP: [(&str, &str); 14] = [
+    ("q, Esc", "quit"),
+    ("?, h", "this help, and back"),
+    ("p", "pause, and go on"),
+    ("s", "parameters by the share of their bands, or in the model's order"),
+    ("↑ ↓", "scroll by a line; PgUp and PgDn by a page; Home and End to the ends"),
+    ("", ""),
+    ("losses", "frames, cycles and windows that were not used, by cause"),
+    ("to buffer", "from the time of a frame to its sample in shared memory"),
+    ("to worker", "from there to the worker that identifies"),
+    ("± σ", "one standard deviation, in the unit of the value"),
+    ("change", "of the value since the baseline"),
+    ("band", "how much of its band a parameter uses, and to which side"),
+    ("▶ or !", "outside of its band"),
+    ("error", "of the torque that the model predicts, relative to the measured"),
+];
+
+fn help(looks: Looks, width: u16) -> Vec<Line<'static>> {
+    let mut section = sections::Section::new(looks, width);
+    HELP.iter().for_each(|(name, meaning)| section.plain(name, meaning));
+    section.lines
 }
 
 #[cfg(test)]

@@ -12,12 +12,19 @@ use didim::text::{significant, to_uncertainty};
 /// Characters of each half of a bar: the half of a band.
 const HALF: usize = 6;
 /// Columns of a whole table.
-pub(super) const WIDTH: u16 = 56;
-/// Without the bars, and without the changes.
-const WITHOUT_BARS: u16 = 41;
-const WITHOUT_CHANGES: u16 = 31;
+pub(super) const WIDTH: u16 = 67;
+/// Without the bars, without the changes, and without the standard deviations.
+const WITHOUT_BARS: u16 = 52;
+const WITHOUT_CHANGES: u16 = 42;
+const WITHOUT_DEVIATIONS: u16 = 31;
 
-pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'static>> {
+/// In the model's order, or those first that use most of their bands.
+pub(super) fn lines(
+    snapshot: &Snapshot,
+    looks: Looks,
+    width: u16,
+    by_band: bool,
+) -> Vec<Line<'static>> {
     let Some(status) = &snapshot.estimation else { return Vec::new() };
     let Some(estimate) = &status.last_estimate else { return Vec::new() };
     let drift = status.drift.as_ref().filter(|drift| drift.compared);
@@ -27,6 +34,9 @@ pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'
     if width >= WITHOUT_CHANGES {
         heading += &format!("{:>11}", "± σ");
     }
+    if width >= WITHOUT_DEVIATIONS {
+        heading += &format!("  {:9}", "unit");
+    }
     if compared {
         heading += &format!("{:>10}", "change");
     }
@@ -34,10 +44,18 @@ pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'
         heading += "  −    band   +";
     }
     let mut lines = vec![Line::styled(heading, looks.heading())];
-    for parameter in &estimate.parameters {
-        let change = drift.and_then(|drift| {
-            drift.parameters.iter().find(|change| change.parameter == parameter.name)
-        });
+    let change = |parameter: &ParameterValue| {
+        let changes = drift.map_or(&[][..], |drift| &drift.parameters);
+        changes.iter().find(|change| change.parameter == parameter.name)
+    };
+    let mut parameters: Vec<_> = estimate.parameters.iter().collect();
+    if by_band {
+        let share = |of: &&ParameterValue| change(of).and_then(|change| change.band_share);
+        let share = |of: &&ParameterValue| share(of).unwrap_or(-1.0);
+        parameters.sort_by(|one, other| share(other).total_cmp(&share(one)));
+    }
+    for parameter in parameters {
+        let change = change(parameter);
         let alarmed = drift.is_some_and(|drift| {
             drift.alarms.iter().any(|alarm| alarm.parameter == parameter.name)
         });
@@ -59,6 +77,9 @@ fn row(
         format!("{:8}{:>12}", clean(name), to_uncertainty(*value, *standard_deviation, 7));
     if width >= WITHOUT_CHANGES {
         text += &format!("{:>11}", significant(*standard_deviation, 2));
+    }
+    if width >= WITHOUT_DEVIATIONS {
+        text += &format!("  {:9}", clean(parameter.unit_or_dash()));
     }
     let Some(change) = change else { return Line::raw(text) };
     let relative = match change.relative_change {

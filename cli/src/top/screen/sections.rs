@@ -13,7 +13,7 @@ use didim::service::status::render::{Kind, Row, clean, quantiles, rows};
 const NAME: u16 = 10;
 
 pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'static>> {
-    let mut section = Section { lines: Vec::new(), looks, width };
+    let mut section = Section::new(looks, width);
     match &snapshot.acquisition {
         Some(status) => bus(&mut section, status),
         None => section.add("bus", "its process does not answer", looks.bad()),
@@ -29,13 +29,18 @@ pub(super) fn lines(snapshot: &Snapshot, looks: Looks, width: u16) -> Vec<Line<'
     section.lines
 }
 
-struct Section {
-    lines: Vec<Line<'static>>,
+/// Lines of a name and what there is to say of it.
+pub(super) struct Section {
+    pub(super) lines: Vec<Line<'static>>,
     looks: Looks,
     width: u16,
 }
 
 impl Section {
+    pub(super) fn new(looks: Looks, width: u16) -> Self {
+        Self { lines: Vec::new(), looks, width }
+    }
+
     fn add(&mut self, name: &str, value: &str, style: Style) {
         let room = self.width.saturating_sub(NAME + 1);
         let name = format!("{name:0$} ", usize::from(NAME));
@@ -48,7 +53,7 @@ impl Section {
         }
     }
 
-    fn plain(&mut self, name: &str, value: &str) {
+    pub(super) fn plain(&mut self, name: &str, value: &str) {
         self.add(name, value, Style::new());
     }
 }
@@ -182,7 +187,7 @@ mod tests {
             row("recording failures", "2", Kind::Count),
         ];
         let looks = Looks { colour: false };
-        let mut section = Section { lines: Vec::new(), looks, width: 80 };
+        let mut section = Section::new(looks, 80);
         recording(&mut section, &rows);
         losses(&mut section, &rows);
         let lines: Vec<String> = section.lines.iter().map(ToString::to_string).collect();

@@ -46,6 +46,15 @@ const VALUES: [(&str, f64, f64); 28] = [
     ("fc_m6", 1.90038, 4.4e-4),
 ];
 
+fn unit(name: &str) -> &'static str {
+    match &name[..2] {
+        "fv" => "N·m·s/rad",
+        "fc" => "N·m",
+        "mx" | "my" => "kg·m",
+        _ => "kg·m²",
+    }
+}
+
 fn latency(p50_ns: u64) -> LatencySummary {
     LatencySummary {
         count: 1_234_000,
@@ -100,6 +109,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
     };
     let parameters = VALUES.iter().map(|(name, value, sigma)| ParameterValue {
         name: (*name).to_owned(),
+        unit: unit(name).to_owned(),
         value: *value,
         standard_deviation: *sigma,
         combined_standard_deviation: None,
@@ -170,6 +180,32 @@ fn a_small_terminal_and_a_large_one() {
     golden("top-80x24.txt", &view, (80, 24));
     golden("top-120x40.txt", &view, (120, 40));
     golden("top-40x15.txt", &view, (40, 15));
+}
+
+/// The line of a parameter, if it is on the screen.
+fn place(text: &str, name: &str) -> Option<usize> {
+    text.lines().position(|line| line.split_whitespace().next() == Some(name))
+}
+
+#[test]
+fn the_parameters_that_use_most_of_their_bands_come_first_on_demand() {
+    let view = View { by_band: true, ..shown(snapshot(Some(drift(true)))) };
+    let (text, _) = drawn(&view, (80, 60));
+    let places = ["fc3", "fc_m6", "zz1r", "fv3"].map(|name| place(&text, name).unwrap());
+    assert!(places.is_sorted(), "{text}");
+    let (text, _) = drawn(&View { by_band: false, ..view }, (80, 60));
+    assert!(place(&text, "zz1r") < place(&text, "fc3"), "{text}");
+}
+
+#[test]
+fn help_fits_a_small_terminal_and_names_every_key() {
+    let view = View { help: true, ..shown(snapshot(None)) };
+    let (text, scrolls) = drawn(&view, (80, 24));
+    assert_eq!(scrolls, 0);
+    for key in ["q, Esc", "?, h", "p  ", "s  ", "↑ ↓", "? back"] {
+        assert!(text.contains(key), "{key}: {text}");
+    }
+    assert!(drawn(&view, (40, 15)).1 > 0, "and is reached by scrolling where it does not fit");
 }
 
 #[test]
@@ -264,4 +300,6 @@ fn words_are_wrapped_and_long_ones_are_cut() {
     assert_eq!(texts("one two three", 11), ["! one two", "  three"]);
     assert_eq!(texts("abcdefghijkl mn", 10), ["! abcdefgh", "  ijkl mn"]);
     assert_eq!(texts("", 10), ["! "]);
+    assert_eq!(texts("max 2.10 ms", 10), ["! max", "  2.10 ms"], "a value keeps its unit");
+    assert_eq!(texts("4096 abcdefgh", 10), ["! 4096", "  abcdefgh"], "if both fit");
 }

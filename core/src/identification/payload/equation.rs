@@ -6,7 +6,7 @@ use super::error::PayloadError;
 use crate::dynamics::{BaseParameters, format_sum, select};
 use crate::identification::given::Context;
 use crate::regression::RegressionError;
-use crate::robot::{ParameterKind, Robot};
+use crate::robot::{JointKind, ParameterKind, Robot};
 
 /// How early a parameter is chosen, by its place among the ten: mass and centre, which are asked for first, then inertia; the later ones are
 /// regrouped into the earlier.
@@ -91,6 +91,11 @@ impl LoadSums {
             format_sum(terms.filter(|(coefficient, _)| *coefficient != 0.0))
         };
         self.chosen.iter().enumerate().map(name).collect()
+    }
+
+    /// The unit of each sum: those of a link are the same at any joint.
+    pub(super) fn units(&self) -> impl Iterator<Item = &'static str> {
+        self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
     }
 
     /// Those of the ten that no motion shows, and those that this record does not tell by themselves.

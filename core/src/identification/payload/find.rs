@@ -137,8 +137,8 @@ pub fn payload(
         body: body(&sums, &load, &values, &covariance, declared)?,
         declared: Comparison::of(declared, &sums, &values, &covariance)?,
         load,
-        parameters: (sums.names().into_iter().zip(found))
-            .map(|(name, found)| LoadParameter { name, found })
+        parameters: (sums.names().into_iter().zip(sums.units()).zip(found))
+            .map(|((name, unit), found)| LoadParameter { name, unit, found })
             .collect(),
         without_effect,
         not_told,

@@ -29,6 +29,8 @@ impl Uncertain {
 pub struct LoadParameter {
     /// What it is the sum of: `m`, or `xx - yy`.
     pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
     /// Its value.
     #[serde(flatten)]
     pub found: Uncertain,

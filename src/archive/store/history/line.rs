@@ -17,8 +17,11 @@ pub const HISTORY_SCHEMA: u32 = 1;
 pub struct ParameterValue {
     /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
-    /// SI value: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter. What is no number is null
-    /// in JSON.
+    /// Its SI unit: kg·m², kg·m, N·m·s/rad or N·m by the kind of parameter; empty in lines of versions
+    /// that did not say.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
+    /// SI value. What is no number is null in JSON.
     #[serde(deserialize_with = "number")]
     pub value: f64,
     /// Standard deviation in the unit of the value, corrected for the colour of the residuals.
@@ -39,12 +42,18 @@ impl ParameterValue {
     pub fn of(estimate: &Estimate) -> Vec<Self> {
         let one = |p: &didim_core::identification::ParameterEstimate| Self {
             name: p.name.clone(),
+            unit: p.unit.to_owned(),
             value: p.value,
             standard_deviation: p.standard_deviation,
             combined_standard_deviation: Some(p.combined_standard_deviation)
                 .filter(|uncertainty| uncertainty.is_finite()),
         };
         estimate.parameters.iter().map(one).collect()
+    }
+
+    /// The unit for a table: a dash where it is not known.
+    pub fn unit_or_dash(&self) -> &str {
+        if self.unit.is_empty() { "–" } else { &self.unit }
     }
 }
 

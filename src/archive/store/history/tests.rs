@@ -21,6 +21,7 @@ fn line(result: u64) -> HistoryLine {
         note: Some(Note { text: Some("warm \"arm\"".into()), ..Note::default() }),
         parameters: vec![ParameterValue {
             name: "fc3".into(),
+            unit: "N·m".into(),
             value: 6.48,
             standard_deviation: 0.003,
             combined_standard_deviation: None,
@@ -190,4 +191,15 @@ fn lines_of_a_later_version_are_not_read_and_are_kept() {
     assert_eq!(numbers(folder.path()), ((3..21).collect(), 2));
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.starts_with(&format!("{}\n{}\n{more}\n", later[0], later[1])), "{text}");
+}
+
+/// Versions before did not write units.
+#[test]
+fn a_line_without_units_is_read_and_keeps_none() {
+    let json = serde_json::to_string(&line(3)).unwrap();
+    assert!(json.contains("\"unit\":\"N·m\""), "{json}");
+    let old = json.replace("\"unit\":\"N·m\",", "");
+    let read: HistoryLine = serde_json::from_str(&old).unwrap();
+    assert_eq!((read.parameters[0].unit.as_str(), read.parameters[0].unit_or_dash()), ("", "–"));
+    assert_eq!(serde_json::to_string(&read).unwrap(), old, "nothing is invented");
 }

@@ -22,7 +22,7 @@ fn comparison() -> Comparison {
         MethodResult { trial, estimate, failure, failure_kind: None, elapsed_ms: 1.0, fit }
     };
     let methods = trials(&Method::ALL, true).into_iter().map(result).collect();
-    let truth = TrueParameter { name: "zz1r".to_owned(), value: 1.25 };
+    let truth = TrueParameter { name: "zz1r".to_owned(), unit: "kg·m²", value: 1.25 };
     let (robot, truth) = (HOSTILE.to_owned(), Some(vec![truth]));
     Comparison { schema: SCHEMA, robot, methods, agreement: vec![], held_out: vec![], truth }
 }

@@ -79,6 +79,7 @@ fn snapshot() -> Snapshot {
             method: "idim-ls".into(),
             parameters: vec![ParameterValue {
                 name: "fc3".into(),
+                unit: "N·m".into(),
                 value: 6.48,
                 standard_deviation: 0.003,
                 combined_standard_deviation: None,

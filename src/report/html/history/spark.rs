@@ -1,0 +1,101 @@
+//! Every parameter in a row: a small curve over time in its band, and what has become of it.
+
+use std::fmt::Write as _;
+
+use maud::{Markup, PreEscaped, html};
+
+use super::super::super::figure::draw_curve;
+use super::super::{number, percent, signed};
+use super::HistoryReport;
+use crate::text::to_uncertainty;
+
+/// Width and height of a small curve.
+const SIZE: (f64, f64) = (180.0, 24.0);
+/// What stays free at its edges, so that the last point is whole.
+const EDGE: f64 = 3.0;
+
+/// A row per parameter, those that use most of their bands first.
+pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
+    if report.parameters.is_empty() {
+        return html! {};
+    }
+    let content = html! {
+        div.scroll { table.sparks {
+            thead { tr {
+                th scope="col" { "Parameter" }
+                th scope="col" { "Over time" }
+                th.number scope="col" { "Last value" }
+                th.number scope="col" { "σ" }
+                th scope="col" { "Unit" }
+                th.number scope="col" { "Change" }
+                th.number scope="col" { "Of its band" }
+            } }
+            tbody { @for name in report.by_band() { (row(report, name)) } }
+        } }
+    };
+    let explanation = "Those that use most of their bands first. Each curve has its own scale; the \
+                       shade is the band of the baseline. The change is that of the last result \
+                       that was compared, relative to the baseline.";
+    super::section("Parameters at a glance", explanation, &content)
+}
+
+fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
+    let last = report.history.points(name).last().copied();
+    let change = report.change(name);
+    let share = change.as_ref().map_or(f64::NAN, |change| change.band_share());
+    let relative = change.map_or(f64::NAN, |change| change.relative());
+    let sign = if relative > 0.0 { "+" } else { "" };
+    html! {
+        tr.outside[share > 1.0] {
+            th scope="row" { (name) }
+            td { (curve(report, name)) }
+            td.number { (last.map_or("–".into(), |(_, value, sigma)| signed(&to_uncertainty(value, sigma, 7)))) }
+            td.number { (last.map_or("–".into(), |(.., sigma)| number(sigma, 2))) }
+            td { (report.history.unit(name)) }
+            td.number { @if relative.is_finite() { (sign) } (percent(relative, 3)) }
+            td.number.share { (percent(share, 2)) }
+        }
+    }
+}
+
+/// The row's numbers say the same: it is for the eye only.
+fn curve(report: &HistoryReport<'_>, name: &str) -> Markup {
+    let (width, height) = SIZE;
+    let view = format!("0 0 {width} {height}");
+    html! {
+        svg.spark viewBox=(view) width=(width) height=(height) aria-hidden="true" {
+            (PreEscaped(draw(report, name)))
+        }
+    }
+}
+
+fn draw(report: &HistoryReport<'_>, name: &str) -> String {
+    let mut svg = String::new();
+    let points = report.history.points(name);
+    let (Some(&(first, ..)), Some(&(last, ..))) = (points.first(), points.last()) else {
+        return svg;
+    };
+    let band = report.history.band(name).map(|(middle, half)| [middle - half, middle + half]);
+    let ends = points.iter().map(|(_, value, _)| *value).chain(band.into_iter().flatten());
+    let (low, high) = ends.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    let span = (high - low).max(1e-9 * high.abs()).max(1e-12);
+    let days = (last - first).max(1e-6);
+    let x = |at: f64| EDGE + (at - first) / days * (SIZE.0 - 2.0 * EDGE);
+    let y = |value: f64| EDGE + (high - value) / span * (SIZE.1 - 2.0 * EDGE);
+    // Writing to a String cannot fail.
+    if let Some([bottom, top]) = band {
+        let _ = write!(
+            svg,
+            r#"<rect class="shade" x="0" y="{:.1}" width="{}" height="{:.1}"/>"#,
+            y(top),
+            SIZE.0,
+            y(bottom) - y(top)
+        );
+    }
+    let points: Vec<_> = points.iter().map(|&(at, value, _)| (x(at), y(value))).collect();
+    draw_curve(&mut svg, "line", points.iter().copied());
+    if let Some((x, y)) = points.last() {
+        let _ = write!(svg, r#"<circle class="last" cx="{x:.1}" cy="{y:.1}" r="2.4"/>"#);
+    }
+    svg
+}
