@@ -7,7 +7,7 @@ use didim_core::control::SimulatedController;
 use serde::Serialize;
 
 use super::CliError;
-use super::output::print;
+use super::output::{number, print};
 use didim::cell::{Cell, CellError, OpenKey, WrongKey};
 use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
 use didim::text::significant;
@@ -182,10 +182,6 @@ fn section(what: &str, findings: &[Finding]) -> String {
 
 fn count(findings: &[Finding], severity: Severity) -> usize {
     findings.iter().filter(|finding| finding.severity == severity).count()
-}
-
-fn number(count: usize, noun: &str) -> String {
-    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
 /// What simulates the loop, and what it follows.

@@ -10,7 +10,8 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples};
-use super::output::{check_place, print, write_text};
+use super::names::methods;
+use super::output::{check_outputs, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
 use didim::files::read_text;
@@ -38,7 +39,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", conflicts_with = "input")]
     seed: Option<u64>,
     /// The methods, separated by commas; all when left out. IDIM-LS, the reference, always runs
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = methods())]
     methods: Vec<Method>,
     /// Identify without the decimation filter, too, as the paper does; for comparison only
     #[arg(long)]
@@ -78,9 +79,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let limits =
         read_toml(arguments.limits.as_deref(), |text| Limits::from_toml(text, known, &trials))?;
     // Before the work that would be lost.
-    for path in [&arguments.markdown, &arguments.figure, &arguments.report].into_iter().flatten() {
-        check_place(path)?;
-    }
+    let Arguments { markdown: to_markdown, figure, report, published: figures, .. } = arguments;
+    let others = [&arguments.input, figures, &arguments.limits].into_iter().flatten();
+    let read = others.chain([&arguments.cell, &cell.robot_file]);
+    let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
+    check_outputs(to_markdown.iter().chain(figure).chain(report), &read)?;
     let (experiment, scenario) = experiment(arguments, &cell)?;
     let Counted { piece, counted } = &experiment;
     let measurement = &piece.measurement;

@@ -12,7 +12,7 @@ use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 use super::CliError;
 use super::convert_frames::{write_candump, write_mcap};
 use super::input::{check_rate, positive, read_input};
-use super::output::{print, write_whole};
+use super::output::{check_outputs, print, write_whole};
 use didim::cell::{Cell, CellBus};
 use didim::live::recording::is_mcap;
 use didim_formats::{Measurement, Side, is_parquet, write_csv};
@@ -27,13 +27,14 @@ pub(super) struct Arguments {
     /// The output: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
     /// Samples per second of a table without a time_s column
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let (input, output) = (&arguments.input, &arguments.output);
+    check_outputs([output], &[input, &arguments.cell, &cell.robot_file])?;
     let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
     let (from_table, to_csv) = (ends(input, "csv") || is_parquet(input), ends(output, "csv"));
     let (from_mcap, to_mcap) = (is_mcap(input), ends(output, "mcap"));

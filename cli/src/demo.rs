@@ -17,8 +17,9 @@ use didim_sim::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CliError;
+use super::names::methods;
 use super::outcome::identified;
-use super::output::{print, write_figure, write_report};
+use super::output::{check_outputs, number, print, write_figure, write_report};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
 use didim::offline::identify::{LastIdentification, LastWindow};
@@ -41,7 +42,7 @@ const PLOT_COLUMNS: usize = 72;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The method
-    #[arg(long, value_name = "METHOD", default_value_t = Method::IdimLs)]
+    #[arg(long, value_name = "METHOD", value_parser = methods(), default_value_t = Method::IdimLs)]
     method: Method,
     /// How long the arm moves, rests included; its motion is repeated until then [default: once,
     /// 7.9 s]
@@ -62,6 +63,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    check_outputs([&arguments.figure].into_iter().chain(&arguments.report), &[])?;
     let mut cell =
         Cell::from_library(Library::Shipped, Path::new(CELL)).map_err(CliError::configuration)?;
     cell.method = arguments.method;
@@ -213,11 +215,11 @@ fn text(
     }
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
         text += &format!(
-            "{} frames, {} samples, {} lost; {} windows identified, {} rejected\n",
-            bus.frames,
-            bus.samples,
+            "{}, {}, {} lost; {} identified, {} rejected\n",
+            number(bus.frames, "frame"),
+            number(bus.samples, "sample"),
             bus.counters.queue_drops + bus.cycles_lost.values().sum::<u64>(),
-            work.windows_identified,
+            number(work.windows_identified, "window"),
             work.windows_rejected.values().sum::<u64>()
         );
     }

@@ -7,6 +7,8 @@ use std::process::ExitCode;
 
 use didim::signals::INTERRUPTED;
 
+use super::tell::tell;
+
 /// Why a command did not do its work; each kind has its exit code.
 #[derive(Debug)]
 pub enum CliError {
@@ -37,7 +39,6 @@ impl CliError {
     }
 
     /// Writes the error with its causes to stderr, a line each, and gives the exit code.
-    #[expect(clippy::print_stderr, reason = "the one place that tells people of a failure")]
     pub fn report(&self) -> ExitCode {
         let (code, error): (u8, &dyn fmt::Display) = match self {
             Self::Usage(text) => (2, text),
@@ -45,7 +46,7 @@ impl CliError {
             Self::Failed(error) => (1, error),
             Self::Interrupted(text) => (INTERRUPTED, text),
         };
-        eprintln!("didim: {error}");
+        tell(&format!("didim: {error}\n"));
         let mut last = error.to_string();
         let mut cause = match self {
             Self::Usage(_) | Self::Interrupted(_) => None,
@@ -55,7 +56,7 @@ impl CliError {
             let text = error.to_string();
             // Many errors print their source already; once is enough.
             if !last.contains(&text) {
-                eprintln!("  because: {text}");
+                tell(&format!("  because: {text}\n"));
             }
             last = text;
             cause = error.source();

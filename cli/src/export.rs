@@ -1,13 +1,14 @@
 //! `didim export`: a stored result as a model that other tools read.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::CliError;
 use super::input::{Samples, pairs};
-use super::output::{check_is_new, check_place, print, write_text};
+use super::names::formats;
+use super::output::{check_outputs, print, write_text};
+use super::tell::tell;
 use didim::cell::Cell;
 use didim::offline::{Consistent, Format, OTHER_CONFIGURATION, StoredModel};
 use didim::report::consistent_summary;
@@ -34,21 +35,13 @@ pub(super) struct Arguments {
     input: Option<PathBuf>,
 }
 
-fn formats() -> impl TypedValueParser<Value = Format> {
-    PossibleValuesParser::new(Format::ALL.map(Format::name))
-        .try_map(|name| Format::named(&name).ok_or("no such format"))
-}
-
-#[expect(clippy::print_stderr, reason = "what is said beside the model")]
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell, result, to, out, total_mass_kg, input } = arguments;
     let cell_file = cell;
     let cell = Cell::read(cell).map_err(CliError::configuration)?;
-    if let Some(out) = out {
-        check_place(out)?;
-        let read = [cell_file, result, &cell.robot_file].into_iter().chain(input);
-        check_is_new(out, read.map(PathBuf::as_path))?;
-    }
+    let read = [cell_file, result, &cell.robot_file].into_iter().chain(input);
+    let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
+    check_outputs(out, &read)?;
     let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
     let consistent = Consistent::of(&cell, &model, *total_mass_kg)
         .map_err(|error| CliError::in_file(result, error))?;
@@ -70,12 +63,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Some(path) => write_text(path, &exported.text)?,
         None => print(&exported.text)?,
     }
-    eprint!("{}{}", consistent_summary(&consistent.outcome), costs.unwrap_or_default());
+    tell(&(consistent_summary(&consistent.outcome) + &costs.unwrap_or_default()));
     if model.is_of(&cell) == Some(false) {
-        eprintln!("note: {OTHER_CONFIGURATION}");
+        tell(&format!("note: {OTHER_CONFIGURATION}\n"));
     }
     for left_out in &exported.left_out {
-        eprintln!("left out: {left_out}");
+        tell(&format!("left out: {left_out}\n"));
     }
     Ok(())
 }

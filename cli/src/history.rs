@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::CliError;
 use super::input::{Samples, pairs};
-use super::output::{print, write_text};
+use super::output::{check_outputs, print, write_text};
 use super::state::WhichState;
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
@@ -43,6 +43,8 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (folder, options) = arguments.state.find()?;
+    let read: Vec<&Path> = arguments.along.iter().map(PathBuf::as_path).collect();
+    check_outputs(&arguments.report, &read)?;
     let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
     if passed_over > 0 {
         tracing::warn!(

@@ -14,7 +14,8 @@ use serde::Serialize;
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples, pairs};
-use super::output::{print, write_figure, write_report};
+use super::names::methods;
+use super::output::{check_outputs, print, write_figure, write_report};
 use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
@@ -34,7 +35,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", required = true)]
     input: Vec<PathBuf>,
     /// The method; the cell's when left out
-    #[arg(long, value_name = "METHOD")]
+    #[arg(long, value_name = "METHOD", value_parser = methods())]
     method: Option<Method>,
     #[command(flatten)]
     samples: Samples,
@@ -160,6 +161,11 @@ fn given(pieces: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)>
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let Arguments { cell: cell_file, input, figure, report, .. } = arguments;
+    // Before the work that would be lost.
+    let read = input.iter().chain([cell_file, &cell.robot_file]);
+    let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
+    check_outputs(figure.iter().chain(report), &read)?;
     let (mut pieces, mut told) = (Vec::new(), Vec::new());
     for (input, path) in arguments.input.iter().enumerate() {
         let of_file = arguments.samples.read(path, &cell)?;

@@ -15,7 +15,7 @@ use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, is_parquet, read
 #[derive(Debug, Default, Args)]
 pub(super) struct Samples {
     /// Samples per second of a table without a column of the time
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
     /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
     #[arg(long, value_name = "S")]

@@ -18,6 +18,7 @@ mod identify;
 mod input;
 mod manual;
 mod metrics;
+mod names;
 mod new;
 mod note;
 mod outcome;
@@ -32,6 +33,7 @@ mod sim;
 mod state;
 mod status;
 mod study;
+mod tell;
 mod top;
 mod window;
 
@@ -126,16 +128,17 @@ pub fn main() -> ExitCode {
     } else {
         LevelFilter::WARN
     });
-    // All others see to signals themselves, or wait for an answer and leave nothing behind.
-    let works_offline = matches!(
+    let sees_to_signals = matches!(
         arguments.command,
-        Command::Identify(_)
-            | Command::Compare(_)
-            | Command::Convert(_)
-            | Command::History(_)
-            | Command::Check(_)
+        Command::Run(_)
+            | Command::Metrics(_)
+            | Command::Top(_)
+            | Command::Sim(_)
+            | Command::Study(_)
+            | Command::Demo(_)
+            | Command::Replay(_)
     );
-    if works_offline && let Err(error) = didim::signals::end_on_signal() {
+    if !sees_to_signals && let Err(error) = didim::signals::end_on_signal() {
         return CliError::failed(error).report();
     }
     let outcome = match arguments.command {
@@ -189,6 +192,8 @@ fn log_to_stderr(usual: LevelFilter) {
     });
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
+        // Of a stderr that is closed or full there is nobody to tell.
+        .log_internal_errors(false)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false);
     tracing_subscriber::registry().with(lines).with(filter).init();

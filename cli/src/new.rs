@@ -1,12 +1,13 @@
 //! `didim new`: a commented cell file from the files that an engineer has.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::CliError;
 use super::output::{check_place, print, write_text};
+use super::tell::tell;
 use didim::cell::{Cell, CellError};
 use didim::live::recording::is_mcap;
 use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, Standing, propose};
@@ -92,7 +93,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 // A mistake costs one answer, not all of them.
                 Err(error) => {
                     answers.remove(&entry.key());
-                    tell(&format!("{error}\n"))?;
+                    tell(&format!("{error}\n"));
                 }
             }
         }
@@ -121,15 +122,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
 /// One question on the terminal; nothing where it is passed over.
 fn ask(entry: &Entry) -> Result<Option<String>, CliError> {
-    tell(&format!("\n{}\n{} (empty: later) = ", entry.why, entry.key()))?;
+    tell(&format!("\n{}\n{} (empty: later) = ", entry.why, entry.key()));
     let mut line = String::new();
     std::io::stdin().read_line(&mut line).map_err(CliError::failed)?;
     let value = line.trim();
     Ok((!value.is_empty()).then(|| value.to_owned()))
-}
-
-fn tell(text: &str) -> Result<(), CliError> {
-    std::io::stderr().write_all(text.as_bytes()).map_err(CliError::failed)
 }
 
 /// A line for each key, what is missing last.

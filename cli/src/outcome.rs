@@ -1,6 +1,8 @@
 //! What came of a log or a simulated arm that went through the whole pipeline.
 
 use super::CliError;
+use super::output::number;
+use super::tell::tell;
 use didim::live::worker::{EstimationStatus, Rejection};
 use didim::offline::identify::{LastIdentification, LastWindow};
 use didim::service::status::Snapshot;
@@ -43,17 +45,18 @@ fn not_stored(status: &EstimationStatus) -> Option<String> {
         |rejected| format!("window {}: {}", rejected.number, rejected.rejection),
     );
     let windows = status.windows_identified + count;
-    Some(format!("{count} of {windows} results were not stored; {why}"))
+    Some(format!("{count} of {} not stored; {why}", number(windows, "result")))
 }
 
-#[expect(clippy::print_stderr, reason = "stdout carries the result only")]
 fn tell_of_rejections(status: &EstimationStatus) {
     let rejected: u64 = status.windows_rejected.values().sum();
     if let Some(first) = &status.first_rejection {
-        eprintln!(
-            "didim: {rejected} of {} windows rejected; the first, window {}: {}",
-            status.windows_opened, first.number, first.rejection
-        );
+        tell(&format!(
+            "didim: {rejected} of {} rejected; the first, window {}: {}\n",
+            number(status.windows_opened, "window"),
+            first.number,
+            first.rejection
+        ));
     }
 }
 

@@ -1,7 +1,8 @@
 //! Writing to stdout and to files that appear whole or not at all.
 
 use std::io::Write;
-use std::path::Path;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
 
 use didim_core::identification::Identification;
 
@@ -39,7 +40,22 @@ pub(super) fn write_whole(
     replaced.map_err(|error| refused.unwrap_or_else(|| not_written(path, &error)))
 }
 
-/// The folder of a file that is to be written: it has to be there, and in the file's place nothing
+/// What a command is to write, before any work: the place of each file, and that it is none of those which are read.
+///
+/// # Errors
+/// Those of [`check_place`] and [`check_is_new`].
+pub(super) fn check_outputs<'a>(
+    written: impl IntoIterator<Item = &'a PathBuf>,
+    read: &[&Path],
+) -> Result<(), CliError> {
+    for path in written {
+        check_place(path)?;
+        check_is_new(path, read)?;
+    }
+    Ok(())
+}
+
+/// The folder of a file that is to be written: files can be made in it, and in the file's place is nothing
 /// that must not go. The file of before goes when the new one is whole; a device, pipe or socket
 /// must not.
 ///
@@ -56,19 +72,19 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    std::fs::read_dir(folder).map(drop).map_err(|error| not_written(path, &error))
+    std::fs::read_dir(folder).map_err(|error| not_written(path, &error))?;
+    // Of a file without a name nothing is left, whatever happens.
+    tempfile::tempfile_in(folder).map(drop).map_err(|error| not_written(path, &error))
 }
 
 /// That a file which is to be written is none of those which are read.
 ///
 /// # Errors
 /// Names it and what to do.
-pub(super) fn check_is_new<'a>(
-    path: &Path,
-    mut read: impl Iterator<Item = &'a Path>,
-) -> Result<(), CliError> {
-    let whole = |path: &Path| std::fs::canonicalize(path).ok();
-    match read.any(|other| whole(path).is_some() && whole(path) == whole(other)) {
+fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
+    // The same file by whatever name, links included.
+    let file = |path: &Path| std::fs::metadata(path).ok().map(|of| (of.dev(), of.ino()));
+    match file(path).is_some_and(|own| read.iter().any(|other| file(other) == Some(own))) {
         true => {
             Err(CliError::in_file(path, "is read by this command; name another file to be written"))
         }
@@ -77,6 +93,9 @@ pub(super) fn check_is_new<'a>(
 }
 
 fn not_written(path: &Path, error: &std::io::Error) -> CliError {
+    // The error of a temporary file has the name of that, which helps nobody.
+    let error =
+        error.raw_os_error().map_or_else(|| error.kind().into(), std::io::Error::from_raw_os_error);
     CliError::in_file(path, format!("{error}; name a file in a writable folder"))
 }
 
@@ -101,4 +120,22 @@ pub(super) fn write_figure(
 /// Writes the report.
 pub(super) fn write_report(path: &Path, report: &Report<'_>) -> Result<(), CliError> {
     write_text(path, &report.to_html())
+}
+
+/// A number of things: `1 window`, `2 windows`.
+pub(super) fn number(count: impl std::fmt::Display, noun: &str) -> String {
+    let count = count.to_string();
+    let ending = if count == "1" { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_no_plural() {
+        let shown = [0_u64, 1, 2].map(|count| number(count, "window"));
+        assert_eq!(shown, ["0 windows", "1 window", "2 windows"]);
+    }
 }

@@ -1,6 +1,6 @@
 //! `didim predict`: a stored result on another recording, nothing fitted.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use didim_core::identification::Prediction;
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::input::{Samples, pairs};
-use super::output::{check_place, print, write_text};
+use super::output::{check_outputs, print, write_text};
 use didim::cell::Cell;
 use didim::offline::{OTHER_CONFIGURATION, StoredModel};
 use didim::report::html::{InputFile, PredictionReport};
@@ -49,9 +49,10 @@ struct Output<'a> {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
     // Before the work that would be lost.
-    arguments.report.as_deref().map_or(Ok(()), check_place)?;
+    let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
+    check_outputs(&arguments.report, &read)?;
+    let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
     let pieces = arguments.samples.read(&arguments.input, &cell)?;
     let prediction = model
         .predict(&cell, &pairs(&pieces))

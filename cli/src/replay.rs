@@ -7,7 +7,7 @@ use didim_core::identification::Identification;
 
 use super::CliError;
 use super::outcome::identified;
-use super::output::{print, write_figure, write_report};
+use super::output::{check_outputs, number, print, write_figure, write_report};
 use didim::cell::Cell;
 use didim::live::recording::{RecordedWindow, open_log};
 use didim::live::stream::Pace;
@@ -41,6 +41,8 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
+    let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
+    check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
     let source = open_log(&arguments.log).map_err(CliError::failed)?;
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let paths = &one_run.paths;
@@ -105,10 +107,10 @@ fn text(identification: &Identification, snapshot: &Snapshot) -> String {
     text += &report::estimate::summary(estimate);
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {
         text += &format!(
-            "{} frames, {} samples, {} windows identified, {} rejected\n",
-            bus.frames,
-            bus.samples,
-            work.windows_identified,
+            "{}, {}, {} identified, {} rejected\n",
+            number(bus.frames, "frame"),
+            number(bus.samples, "sample"),
+            number(work.windows_identified, "window"),
             work.windows_rejected.values().sum::<u64>()
         );
     }

@@ -6,7 +6,7 @@ use clap::Args;
 use didim_core::dynamics::{BaseParameters, Model};
 
 use super::CliError;
-use super::output::{print, write_text};
+use super::output::{check_outputs, print, write_text};
 use didim::cell::{CellError, Library, RobotSource, UrdfSection};
 use didim::report::robot::{description, picture};
 
@@ -31,6 +31,7 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { file, base, tip, toml, picture: to } = arguments;
+    check_outputs(to, &[file])?;
     let text = Library::Files.read(file).map_err(CliError::configuration)?;
     let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
     let source = RobotSource::read(file, text, Some(&ends)).map_err(CliError::configuration)?;

@@ -1,5 +1,6 @@
 //! `didim status`: what a running service knows.
 
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -8,6 +9,7 @@ use clap::Args;
 use super::CliError;
 use super::output::print;
 use didim::cell::{Cell, ServiceSection};
+use didim::files::read_text;
 use didim::service::paths::Paths;
 use didim::service::status::{Colour, Request, fetch, render, send_request};
 
@@ -43,15 +45,35 @@ impl WhichService {
     pub(super) fn paths(&self) -> Result<Paths, CliError> {
         let runtime = match (&self.runtime, &self.cell) {
             (Some(runtime), _) => runtime.clone(),
-            (None, Some(cell)) => {
-                Cell::read(Path::new(cell))
-                    .map_err(CliError::configuration)?
-                    .service
-                    .runtime_directory
-            }
+            (None, Some(cell)) => runtime_directory(cell)?,
             (None, None) => ServiceSection::default().runtime_directory,
         };
         Ok(Paths::with_sockets_in(&runtime))
+    }
+}
+
+/// The folder that a cell file names. A mistake elsewhere in the file is no obstacle to asking a service that runs.
+fn runtime_directory(cell: &Path) -> Result<PathBuf, CliError> {
+    let error = match Cell::read(cell) {
+        Ok(cell) => return Ok(cell.service.runtime_directory),
+        Err(error) => error,
+    };
+    let keys = read_text(cell).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    let Some(keys) = keys else { return Err(CliError::configuration(error)) };
+    let named = match keys.get("service").and_then(|service| service.get("runtime_directory")) {
+        Some(toml::Value::String(folder)) => PathBuf::from(folder),
+        Some(_) => return Err(CliError::configuration(error)),
+        None => ServiceSection::default().runtime_directory,
+    };
+    tracing::warn!("{} has mistakes; `didim check` lists them", cell.display());
+    Ok(named)
+}
+
+/// Colour for people: on a terminal, unless `NO_COLOR` asks for none (no-color.org).
+fn colour(is_terminal: bool, no_color: Option<&OsStr>) -> Colour {
+    match is_terminal && no_color.is_none_or(OsStr::is_empty) {
+        true => Colour::Always,
+        false => Colour::Never,
     }
 }
 
@@ -61,6 +83,21 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&snapshot).map_err(CliError::failed)?;
         return print(&format!("{json}\n"));
     }
-    let colour = if std::io::stdout().is_terminal() { Colour::Always } else { Colour::Never };
+    let no_color = std::env::var_os("NO_COLOR");
+    let colour = colour(std::io::stdout().is_terminal(), no_color.as_deref());
     print(&render(&snapshot, colour))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colour_is_for_terminals_and_not_for_who_wants_none() {
+        let shown = |is_terminal, no_color: Option<&str>| {
+            matches!(colour(is_terminal, no_color.map(OsStr::new)), Colour::Always)
+        };
+        assert!(shown(true, None) && shown(true, Some("")));
+        assert!(!shown(true, Some("1")) && !shown(false, None));
+    }
 }

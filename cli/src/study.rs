@@ -10,6 +10,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::CliError;
 use super::output::{print, write_text};
+use super::tell::tell;
 use didim::signals::stop_flag;
 use didim_lab::{
     Grid, Header, Progress, Store, Summary, execute as run_study, heat_maps, markdown, table,
@@ -113,7 +114,6 @@ impl Watcher {
         Self { bar, begin: Instant::now(), last_line: Instant::now() }
     }
 
-    #[expect(clippy::print_stderr, reason = "stdout carries the result only")]
     fn show(&mut self, progress: &Progress) {
         let elapsed = self.begin.elapsed();
         #[expect(clippy::cast_precision_loss, reason = "runs are far fewer than 2^52")]
@@ -126,7 +126,8 @@ impl Watcher {
         if !std::io::stderr().is_terminal() {
             if self.last_line.elapsed() >= LINE_EVERY {
                 self.last_line = Instant::now();
-                eprintln!("didim: {} of {} runs, {message}", progress.done(), progress.runs);
+                let (done, runs) = (progress.done(), progress.runs);
+                tell(&format!("didim: {done} of {runs} runs, {message}\n"));
             }
             return;
         }

@@ -78,7 +78,7 @@ fn the_demonstration_finds_the_arm_it_simulates_and_leaves_nothing_behind() {
         let deviation: f64 = row.last().unwrap().parse().unwrap();
         assert!(deviation.abs() <= 6.0, "{row:?}");
     }
-    assert!(text.contains("39700 frames, 39700 samples, 0 lost; 1 windows identified, 0 rejected"));
+    assert!(text.contains("39700 frames, 39700 samples, 0 lost; 1 window identified, 0 rejected"));
 
     let svg = fs::read_to_string(&figure).unwrap();
     assert_well_formed(&svg);

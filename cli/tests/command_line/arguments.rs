@@ -13,8 +13,18 @@ fn nonsense_is_a_usage_error() {
         (&["identify", "--cell", &cell, "--input", log, "--jsno"], &["--jsno", "--json"]),
         (
             &["identify", "--cell", &cell, "--input", log, "--method", "idim-xx"],
-            &["--method", "idim-xx", "known: idim-ls"],
+            &[
+                "--method",
+                "idim-xx",
+                "possible values: idim-ls, idim-iv",
+                "similar value exists: 'idim-",
+            ],
         ),
+        (
+            &["compare", "--cell", &cell, "--input", log, "--methods", "clie,cleo"],
+            &["--methods", "'cleo'", "similar value", "'cloe'"],
+        ),
+        (&["demo", "--method", "ddim"], &["--method", "similar value", "'didim'"]),
         (
             &["identify", "--cell", &cell, "--input", log, "--json", "--regrouping"],
             &["--json", "--regrouping", "cannot be used with"],
@@ -68,6 +78,8 @@ fn a_sample_rate_is_a_positive_number_everywhere() {
         let option = format!("--sample-rate={rate}");
         let says = ["--sample-rate", "positive"];
         didim(&["identify", "--cell", &cell, "--input", &input, &option]).refused(2, &says);
+        didim(&["identify", "--cell", &cell, "--input", &input, "--sample-rate", rate])
+            .refused(2, &says);
         didim(&["convert", "--cell", &cell, &input, &output, &option]).refused(2, &says);
     }
     assert_eq!(folder.names(), ["short.csv"]);

@@ -203,3 +203,18 @@ fn a_wrong_device_file_is_named() {
     std::fs::write(&path, bytes).unwrap();
     didim(&["check", "--cell", &latin.path(CELL), "--elsewhere"]).done();
 }
+
+/// A service that runs can be asked, whatever its cell file has become.
+#[test]
+fn a_mistake_in_the_cell_hides_no_service() {
+    let folder = Folder::new();
+    let cell = Configuration::with(PACKED, "[bus]\nsource", "[bus]\nsorce");
+    let runtime = folder.path("run");
+    cell.edit(PACKED, "/run/didim", &runtime);
+    let file = cell.packed_cell();
+    let socket = format!("{runtime}/status.sock");
+    didim(&["status", "--cell", &file]).refused(1, &[&socket, "has mistakes", "didim check"]);
+    // What is no TOML names no folder.
+    std::fs::write(&file, "[service").unwrap();
+    didim(&["status", "--cell", &file]).refused(78, &[&file, "line 1"]);
+}

@@ -135,7 +135,7 @@ fn mistakes() {
     let compare = |more: &[&str]| didim(&[&["compare", "--cell", &cell], more].concat());
     compare(&[]).refused(2, &["--input", "required"]);
     let methods = ["--input", log, "--methods", "didim,idim-xx"];
-    compare(&methods).refused(2, &["idim-xx", "known: idim-ls"]);
+    compare(&methods).refused(2, &["idim-xx", "possible values: idim-ls"]);
     let both = ["--input", log, "--scenario", "tx40-paper"];
     compare(&both).refused(2, &["--scenario", "cannot be used with"]);
     compare(&["--input", log, "--seed", "1"]).refused(2, &["--seed", "cannot be used with"]);

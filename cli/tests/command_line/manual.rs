@@ -63,13 +63,31 @@ fn bash_completes() {
     let script = format!(
         "source {}; offer() {{ COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); \
          _didim didim \"${{@: -1}}\" \"${{@: -2:1}}\"; printf '%s ' \"${{COMPREPLY[@]}}\"; }}; \
-         offer didim che; offer didim check --",
+         offer didim che; offer didim check --; offer didim identify --method c; \
+         offer didim compare --methods d",
         folder.file("didim", &text)
     );
     let output = Command::new("bash").args(["--norc", "-c", &script]).output().unwrap();
     let offered = String::from_utf8_lossy(&output.stdout);
     let words: Vec<&str> = offered.split_whitespace().collect();
-    assert_eq!(words, ["check", "--cell", "--elsewhere", "--json", "--help"], "{output:?}");
+    let options = ["check", "--cell", "--elsewhere", "--json", "--help"];
+    assert_eq!(words, [&options[..], &["clie", "cloe", "didim"]].concat(), "{output:?}");
+}
+
+/// An option that takes one of a few names: every shell offers them, and `--help` says what they are.
+#[test]
+fn names_are_known_to_help_and_to_every_shell() {
+    for (path, text) in completions(command()).unwrap() {
+        for name in ["idim-iv", "closed-loop output error", "mjcf", "acquisition"] {
+            // Bash offers names without their meaning.
+            let said = path.contains("bash") && name.contains(' ');
+            assert!(said || text.contains(name), "{path} does not know {name}");
+        }
+    }
+    for words in [&["identify", "--help"][..], &["demo", "--help"], &["compare", "--help"]] {
+        let help = didim(words).done();
+        assert!(help.contains("idim-iv:") && help.contains("closed-loop output error"), "{help}");
+    }
 }
 
 /// The pages are read by the program that shows them, without a complaint.

@@ -18,6 +18,7 @@ mod manual;
 mod outputs;
 mod pipeline;
 mod report;
+mod streams;
 mod study;
 mod tables;
 mod top;

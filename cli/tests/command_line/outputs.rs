@@ -1,6 +1,6 @@
 //! Files that cannot be written, and files that were there before: exit code 1, nothing changed.
 
-use super::support::{Folder, data, didim, packed_cell};
+use super::support::{Folder, data, didim, head, packed_cell, shipped};
 
 /// Every command that writes, with its output at `path`.
 fn writers(path: &str) -> [Vec<String>; 4] {
@@ -28,13 +28,7 @@ fn writers(path: &str) -> [Vec<String>; 4] {
 fn all_refused(path: &str, says: &[&str]) {
     for writer in writers(path) {
         let words: Vec<&str> = writer.iter().map(String::as_str).collect();
-        let mut outcome = didim(&words);
-        if words[0] == "identify" {
-            // A figure that cannot be written does not cost the result.
-            let result = std::mem::take(&mut outcome.stdout);
-            serde_json::from_str::<serde_json::Value>(&result).unwrap();
-        }
-        let stderr = outcome.refused(1, says);
+        let stderr = didim(&words).refused(1, says);
         assert!(!stderr.contains(".tmp"), "the name of a temporary file helps nobody: {stderr}");
     }
 }
@@ -70,6 +64,51 @@ fn what_is_no_file_is_not_replaced() {
     assert_eq!(folder.names(), ["socket", "socket.csv", "there", "there.csv"]);
     use std::os::unix::fs::FileTypeExt;
     assert!(std::fs::metadata(socket).unwrap().file_type().is_socket());
+}
+
+/// By whatever name: its own, or that of a link.
+#[test]
+fn what_is_read_is_not_written() {
+    let folder = Folder::new();
+    let text = head(&data().packed_csv, 100);
+    let [table, soft, hard] = ["a.csv", "soft.csv", "hard.csv"].map(|name| folder.path(name));
+    std::fs::write(&table, &text).unwrap();
+    std::os::unix::fs::symlink(&table, &soft).unwrap();
+    std::fs::hard_link(&table, &hard).unwrap();
+    let (cell, says) = (packed_cell(), ["is read by this command", "another file"]);
+    for output in [&table, &soft, &hard] {
+        didim(&["convert", "--cell", &cell, &table, output]).refused(1, &says);
+        for option in ["--figure", "--report"] {
+            didim(&["identify", "--cell", &cell, "--input", &table, option, output])
+                .refused(1, &says);
+        }
+        didim(&[
+            "predict", "--cell", &cell, "--result", &table, "--input", &soft, "--report", output,
+        ])
+        .refused(1, &says);
+        didim(&["replay", "--cell", &cell, &table, "--report", output]).refused(1, &says);
+        didim(&["compare", "--cell", &cell, "--input", &table, "--markdown", output])
+            .refused(1, &says);
+        didim(&["robot", &table, "--picture", output]).refused(1, &says);
+    }
+    assert_eq!(std::fs::read_to_string(&table).unwrap(), text);
+    assert!(std::fs::symlink_metadata(&soft).unwrap().is_symlink());
+}
+
+/// As readable as any other file that the user makes: umask(2).
+#[test]
+fn files_honour_the_umask() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = Folder::new();
+    for (mask, mode) in [("022", 0o644), ("077", 0o600), ("002", 0o664)] {
+        let picture = folder.path(&format!("{mask}.svg"));
+        let line = format!("umask {mask}; exec \"$0\" robot \"$1\" --picture \"$2\"");
+        let robot = shipped("robots/tx40.toml");
+        let words = ["-c", &line, env!("CARGO_BIN_EXE_didim"), &robot, &picture];
+        let ended = std::process::Command::new("sh").args(words).output().unwrap();
+        assert!(ended.status.success(), "{ended:?}");
+        assert_eq!(std::fs::metadata(&picture).unwrap().permissions().mode() & 0o777, mode);
+    }
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn arguments_of_the_service_are_checked() {
             .refused(78, &[&missing, "No such file"]);
     }
     didim(&["demo", "--seconds", "0"]).refused(2, &["--seconds 0", "5 to 86400"]);
-    didim(&["demo", "--method", "x"]).refused(2, &["--method", "known: idim-ls"]);
+    didim(&["demo", "--method", "x"]).refused(2, &["--method", "possible values: idim-ls"]);
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn a_result_that_is_not_stored_is_a_failure() {
     std::fs::write(format!("{state}/result-18446744073709551614.json"), "{}").unwrap();
     std::fs::create_dir(format!("{state}/result-18446744073709551615.json")).unwrap();
     let command = ["replay", "--cell", &packed_cell(), &data().packed_log, "--state", &state];
-    didim(&command).refused(1, &["1 of 1 results were not stored", "window 0", "Is a directory"]);
+    didim(&command).refused(1, &["1 of 1 result not stored", "window 0", "Is a directory"]);
 }
 
 #[test]

@@ -45,11 +45,6 @@ impl Format {
             Self::Rust => "rust",
         }
     }
-
-    /// The format of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.name() == name)
-    }
 }
 
 /// Why a consistent model cannot be written.

@@ -1,0 +1,8 @@
+//! What is said beside the result.
+
+use std::io::Write as _;
+
+/// Writes to stderr. Whether that is closed or full is of no account: what is said there decides nothing.
+pub(super) fn tell(text: &str) {
+    let _ = std::io::stderr().write_all(text.as_bytes());
+}
