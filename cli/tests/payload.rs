@@ -222,6 +222,9 @@ fn side(cell: &Path, result: &Path, input: &Path, [from_s, to_s]: [f64; 2]) -> O
     (off.abs() > 3.0).then_some(value > 0.0)
 }
 
+/// An arm, the recordings that it is identified from and the one that is looked at, each from so many seconds to so many.
+type Study = (&'static str, &'static [&'static str], &'static str, [[f64; 2]; 2]);
+
 /// A service counts a change when two looks in a row are off to the same side.
 #[test]
 #[ignore = "a study of recordings, run by hand (docs/models.md)"]
@@ -230,7 +233,7 @@ fn false_alarms_of_real_arms() {
     let result = folder.path().join("result.json");
     let (mut all, mut off, mut changes) = (0, 0, 0);
     let of_kr300 = [[1.8, 8.196]; 2];
-    let studies: [(&str, &[&str], &str, [[f64; 2]; 2]); 5] = [
+    let studies: [Study; 5] = [
         ("kr300", &["a.csv", "b.csv"], "c.csv", of_kr300),
         ("kr300", &["a.csv", "c.csv"], "b.csv", of_kr300),
         ("kr300", &["b.csv", "c.csv"], "a.csv", of_kr300),
