@@ -1,5 +1,6 @@
 //! Writing to stdout and to files that appear whole or not at all.
 
+use std::ffi::OsStr;
 use std::io::Write;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
@@ -120,6 +121,11 @@ pub(super) fn write_figure(
 /// Writes the report.
 pub(super) fn write_report(path: &Path, report: &Report<'_>) -> Result<(), CliError> {
     write_text(path, &report.to_html())
+}
+
+/// Whether people want no colours, by the value of `NO_COLOR` (no-color.org).
+pub(super) fn refuses_colour(no_color: Option<&OsStr>) -> bool {
+    no_color.is_some_and(|value| !value.is_empty())
 }
 
 /// A number of things: `1 window`, `2 windows`.

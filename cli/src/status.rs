@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::CliError;
-use super::output::print;
+use super::output::{print, refuses_colour};
 use didim::cell::{Cell, ServiceSection};
 use didim::files::read_text;
 use didim::service::paths::Paths;
@@ -69,9 +69,9 @@ fn runtime_directory(cell: &Path) -> Result<PathBuf, CliError> {
     Ok(named)
 }
 
-/// Colour for people: on a terminal, unless `NO_COLOR` asks for none (no-color.org).
+/// Colour for people: on a terminal, unless `NO_COLOR` asks for none.
 fn colour(is_terminal: bool, no_color: Option<&OsStr>) -> Colour {
-    match is_terminal && no_color.is_none_or(OsStr::is_empty) {
+    match is_terminal && !refuses_colour(no_color) {
         true => Colour::Always,
         false => Colour::Never,
     }

@@ -12,6 +12,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers
 use ratatui::{DefaultTerminal, try_init, try_restore};
 
 use super::CliError;
+use super::output::refuses_colour;
 use super::status::WhichService;
 use didim::service::paths::Paths;
 use didim::service::status::{ClientError, Snapshot, fetch};
@@ -72,10 +73,11 @@ fn ask(paths: Paths) -> std::io::Result<Receiver<Answer>> {
     Ok(receiver)
 }
 
-/// Colours are for terminals that have them and people who want them (no-color.org).
+/// Colours are for terminals that have them and people who want them.
 fn wants_colour() -> bool {
-    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    !is_set("NO_COLOR") && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
+    let no_color = std::env::var_os("NO_COLOR");
+    !refuses_colour(no_color.as_deref())
+        && std::env::var_os("TERM").is_some_and(|term| term != "dumb")
 }
 
 fn watch(

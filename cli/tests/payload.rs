@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::program::{Finished, didim, json, repository, succeed};
+use crate::program::{Finished, didim, identify_arm, json, repository, succeed};
 use didim::cell::Cell;
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::identification::{Experiment, filtered_motion};
@@ -29,23 +29,10 @@ impl Arm {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let arm = repository("tests/data/kr300");
-        let [cell, a, b, c] = ["cell.toml", "a.csv", "b.csv", "c.csv"].map(|file| arm.join(file));
-        let identified = succeed(&[
-            &"identify",
-            &"--json",
-            &"--cell",
-            &cell,
-            &"--from",
-            &"1.8",
-            &"--to",
-            &"8.196",
-            &"--input",
-            &a,
-            &"--input",
-            &b,
-        ]);
+        let [cell, empty] = ["cell.toml", "c.csv"].map(|file| arm.join(file));
+        let identified = identify_arm("kr300", &["a.csv", "b.csv"], "1.8", "8.196");
         fs::write(folder.path().join("result.json"), identified).unwrap();
-        Self { folder, cell, empty: c }
+        Self { folder, cell, empty }
     }
 
     fn at(&self, file: &str) -> PathBuf {
@@ -243,13 +230,7 @@ fn false_alarms_of_real_arms() {
     for (name, identified, looked_at, [part, other]) in studies {
         let arm = repository("tests/data").join(name);
         let (cell, [from, to]) = (arm.join("cell.toml"), part.map(|instant| instant.to_string()));
-        let inputs: Vec<_> = identified.iter().map(|input| arm.join(input)).collect();
-        let mut arguments: Vec<&dyn AsRef<OsStr>> =
-            vec![&"identify", &"--json", &"--cell", &cell, &"--from", &from, &"--to", &to];
-        for input in &inputs {
-            arguments.extend([&"--input" as &dyn AsRef<OsStr>, input]);
-        }
-        fs::write(&result, succeed(&arguments)).unwrap();
+        fs::write(&result, identify_arm(name, identified, &from, &to)).unwrap();
         for length in [2.0, 6.0] {
             println!("{name}, identified from {identified:?}, {from} to {to} s");
             let starts = (0..).map(|look| other[0] + length * f64::from(look));

@@ -7,7 +7,7 @@ use core::ops::Range;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use crate::program::{didim, json, repository, succeed};
+use crate::program::{didim, identify_arm, json, repository, succeed};
 use didim::cell::Cell;
 use didim_core::identification::{Experiment, Selection, filtered_motion, observation_matrix};
 use didim_formats::{Side, read_csv};
@@ -31,15 +31,7 @@ fn identify(arm: &str, recording: &str, from_s: &str, to_s: &str) -> Value {
 
 /// The same on several, together.
 fn identify_all(arm: &str, recordings: &[String], from_s: &str, to_s: &str) -> Value {
-    let folder = repository("tests/data").join(arm);
-    let cell = folder.join("cell.toml");
-    let inputs: Vec<_> = recordings.iter().map(|recording| folder.join(recording)).collect();
-    let mut arguments: Vec<&dyn AsRef<OsStr>> =
-        vec![&"identify", &"--json", &"--cell", &cell, &"--from", &from_s, &"--to", &to_s];
-    for input in &inputs {
-        arguments.extend([&"--input" as &dyn AsRef<OsStr>, input]);
-    }
-    json(&succeed(&arguments))
+    json(&identify_arm(arm, recordings, from_s, to_s))
 }
 
 /// What the independent implementation makes of one recording.

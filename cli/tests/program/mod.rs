@@ -53,6 +53,24 @@ pub(crate) fn succeed(arguments: &[&dyn AsRef<OsStr>]) -> String {
     finished.stdout
 }
 
+/// What `didim identify` prints of recordings of an arm of `tests/data`, together, between two instants \[s\]: one JSON object.
+pub(crate) fn identify_arm(
+    arm: &str,
+    recordings: &[impl AsRef<Path>],
+    from_s: &str,
+    to_s: &str,
+) -> String {
+    let folder = repository("tests/data").join(arm);
+    let cell = folder.join("cell.toml");
+    let inputs: Vec<_> = recordings.iter().map(|recording| folder.join(recording)).collect();
+    let mut arguments: Vec<&dyn AsRef<OsStr>> =
+        vec![&"identify", &"--json", &"--cell", &cell, &"--from", &from_s, &"--to", &to_s];
+    for input in &inputs {
+        arguments.extend([&"--input" as &dyn AsRef<OsStr>, input]);
+    }
+    succeed(&arguments)
+}
+
 /// A text with each left part, which must be there, replaced by the right one.
 pub(crate) fn changed(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
