@@ -6,13 +6,16 @@ use clap::Args;
 
 use super::CliError;
 use super::input::{Samples, pairs};
-use super::output::{check_outputs, print, write_text};
+use super::output::{check_outputs, print, write_text, write_whole};
 use super::state::WhichState;
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
 use didim::offline::{JointDifference, StoredModel, torque_difference};
-use didim::report::history::{Difference, HistoryDocument, plot, summary, table};
+use didim::report::history::{
+    Difference, HistoryDocument, identities, long_table, plot, summary, table,
+};
 use didim::report::html::HistoryReport;
+use didim_formats::{LongFormat, LongTableError};
 
 /// Columns of a plot.
 const PLOT_COLUMNS: usize = 68;
@@ -36,6 +39,9 @@ pub(super) struct Arguments {
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
+    /// Write a row for each parameter of each result: *.csv, or *.parquet
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -44,7 +50,12 @@ pub(super) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (folder, options) = arguments.state.find()?;
     let read: Vec<&Path> = arguments.along.iter().map(PathBuf::as_path).collect();
-    check_outputs(&arguments.report, &read)?;
+    check_outputs(arguments.report.iter().chain(&arguments.out), &read)?;
+    let of = |path: &PathBuf| match LongFormat::of(path) {
+        Err(error @ LongTableError::Ending) => Err(CliError::Usage(format!("--out: {error}"))),
+        of => of.map_err(|error| CliError::in_file(path, error)),
+    };
+    let format = arguments.out.as_ref().map(of).transpose()?;
     let (lines, passed_over) = read_history(&folder).map_err(CliError::failed)?;
     if passed_over > 0 {
         tracing::warn!(
@@ -79,6 +90,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.report {
         let report = HistoryReport { history: &history, parameters: &chosen };
         write_text(path, &report.to_html())?;
+    }
+    if let (Some(path), Some(format)) = (&arguments.out, format) {
+        let identities = identities(&history);
+        let table = long_table(&history, &identities, &chosen);
+        write_whole(path, |out| format.write(&table, out).map_err(CliError::failed))?;
     }
     if arguments.json {
         let document = HistoryDocument::new(&history, passed_over, &chosen, difference);

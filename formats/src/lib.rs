@@ -10,6 +10,7 @@ mod code;
 mod columns;
 mod export;
 mod holes;
+mod long_table;
 mod measurement;
 mod record;
 mod room;
@@ -25,6 +26,7 @@ pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 pub use holes::{Apart, Holes};
+pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues};
 pub use measurement::{Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use room::Room;

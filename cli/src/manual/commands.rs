@@ -300,6 +300,7 @@ pub(super) const PAGES: &[CommandPage] = &[
         &[
             ["didim baseline set", "the arm is as it should be"],
             ["didim baseline show", "what later results are compared with"],
+            ["didim history --out history.parquet", "every parameter, for a database"],
         ],
         &[STATE],
         &["didim-history(1)", "didim-cell(5)"],

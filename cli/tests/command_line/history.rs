@@ -47,6 +47,8 @@ fn results_are_listed_compared_and_reported() {
     let same = |row: &str| row.split_whitespace().skip(4).collect::<Vec<_>>().join(" ");
     assert!(rows.map(same).all(|row| row == "0 +0.00 % +0.0 0 %"), "{compared}");
 
+    rows_for_databases(&folder, &state);
+
     let report = folder.path("history.html");
     let document =
         json(&didim(&["history", "--state", &state, "--json", "--report", &report]).done());
@@ -68,6 +70,71 @@ fn results_are_listed_compared_and_reported() {
     assert_eq!(cleared, "the baseline is cleared\n");
     let shown = didim(&["baseline", "show", "--state", &state]);
     shown.refused(1, &["no baseline is set", "`didim baseline set`"]);
+}
+
+/// `--out`: a row for each parameter of each result.
+fn rows_for_databases(folder: &Folder, state: &str) {
+    let history = ["history", "--state", state, "--out"];
+    let out = folder.path("history.csv");
+    let with = |more: &[&'static str]| -> Vec<Vec<String>> {
+        didim(&[&history[..], &[&out], more].concat()).done();
+        let text = std::fs::read_to_string(&out).unwrap();
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    };
+    let rows = with(&[]);
+    assert_eq!(rows.len(), 1 + 2 * 28);
+    let column = |name: &str| rows[0].iter().position(|own| own == name).unwrap();
+    let of = |row: usize, name: &str| rows[row][column(name)].as_str();
+    let lines = std::fs::read_to_string(Path::new(state).join("history.jsonl")).unwrap();
+    let line = json(lines.lines().next().unwrap());
+    for (row, parameter) in (1..).zip(line["parameters"].as_array().unwrap()) {
+        assert_eq!(
+            (of(row, "parameter"), of(row, "unit")),
+            (text(&parameter["name"]), text(&parameter["unit"]))
+        );
+        for name in ["value", "standard_deviation", "combined_standard_deviation"] {
+            let (own, stored) = (of(row, name).parse::<f64>().unwrap(), &parameter[name]);
+            assert!((own / stored.as_f64().unwrap() - 1.0).abs() < 1e-12, "{own} {stored}");
+        }
+    }
+    for (name, expected) in [
+        ("cell", "tx40-cia402"),
+        ("robot", "tx40"),
+        ("result", "0"),
+        ("method", "didim"),
+        ("time", text(&line["time"])),
+        ("configuration", text(&line["configuration"])),
+        ("applicable", "true"),
+        ("monitoring", "true"),
+        ("prediction", "true"),
+        // No verdict, and nothing noted.
+        ("contact_detection", ""),
+        ("payload_kg", ""),
+        ("note", ""),
+    ] {
+        assert_eq!(of(1, name), expected, "{name}");
+    }
+    // Each result has one of its own, and it stays.
+    let [first, second] = [of(1, "identity"), of(29, "identity")];
+    assert!(first.len() == 64 && first != second && of(28, "identity") == first);
+    let chosen = with(&["--last", "1", "--parameter", "fc3"]);
+    assert_eq!(chosen.len(), 2);
+    assert_eq!((chosen[1][0].as_str(), chosen[1][column("parameter")].as_str()), (second, "fc3"));
+
+    let path = |name: &str| folder.path(name);
+    didim(&[&history[..], &[&path("history.xlsx")]].concat()).refused(2, &["--out", ".parquet"]);
+    let parquet = path("history.parquet");
+    let written = didim(&[&history[..], &[&parquet]].concat());
+    if cfg!(feature = "parquet") {
+        written.done();
+        assert_eq!(std::fs::read(parquet).unwrap()[..4], *b"PAR1");
+    } else {
+        written.refused(1, &["--features parquet", ".csv"]);
+    }
+}
+
+fn text(value: &serde_json::Value) -> &str {
+    value.as_str().unwrap()
 }
 
 /// An arm whose third joint has worn: the simulated friction has grown, and the cell that identifies

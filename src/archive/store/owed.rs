@@ -1,6 +1,6 @@
 //! Lines of the history that are not in it yet: put aside on disk before their results are written.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use std::{fs, io};
@@ -105,6 +105,8 @@ impl Owed {
 /// Of a result's file, what its line of the history has.
 #[derive(Deserialize)]
 struct ResultFile {
+    #[serde(default)]
+    cell: String,
     configuration: String,
     estimate: Estimate,
 }
@@ -121,12 +123,7 @@ struct Estimate {
 #[derive(Deserialize)]
 struct Verdict {
     applicable: bool,
-    uses: Option<Uses>,
-}
-
-#[derive(Deserialize)]
-struct Uses {
-    monitoring: Use,
+    uses: Option<BTreeMap<String, Use>>,
 }
 
 #[derive(Deserialize)]
@@ -141,21 +138,27 @@ pub(super) fn line_of(
     number: u64,
     others: &VecDeque<HistoryLine>,
 ) -> Option<HistoryLine> {
-    let ResultFile { configuration, estimate } =
+    let ResultFile { cell, configuration, estimate } =
         serde_json::from_slice(&fs::read(path).ok()?).ok()?;
     let stored = fs::metadata(path).and_then(|data| data.modified()).ok()?;
     let alike = others.iter().rev().find(|line| line.configuration == configuration);
     let Estimate { robot, method, relative_error, verdict, parameters } = estimate;
+    let uses = verdict.uses.map(|uses| {
+        let answers = uses.into_iter().filter_map(|(name, of)| Some((name, of.applicable?)));
+        answers.collect::<BTreeMap<_, _>>()
+    });
     Some(HistoryLine {
         schema: HISTORY_SCHEMA,
         time: Timestamp::from_unix_s(stored.duration_since(UNIX_EPOCH).ok()?.as_secs()),
         result: number,
+        cell,
         robot,
         regrouping: alike.map(|line| line.regrouping.clone()).unwrap_or_default(),
         configuration,
         method,
         applicable: verdict.applicable,
-        monitoring: verdict.uses.map(|uses| uses.monitoring.applicable == Some(true)),
+        monitoring: uses.as_ref().map(|uses| uses.get("monitoring") == Some(&true)),
+        uses: uses.unwrap_or_default(),
         relative_error,
         note: None,
         parameters,
@@ -173,12 +176,14 @@ mod tests {
             schema: HISTORY_SCHEMA,
             time: Timestamp::from_unix_s(0),
             result,
+            cell: String::new(),
             robot: String::new(),
             regrouping: String::new(),
             configuration: String::new(),
             method: String::new(),
             applicable: true,
             monitoring: None,
+            uses: BTreeMap::default(),
             relative_error: None,
             note: None,
             parameters: Vec::new(),

@@ -2,10 +2,12 @@
 
 mod difference;
 mod json;
+mod long;
 mod plot;
 
 pub use difference::{Difference, DifferenceError};
 pub use json::HistoryDocument;
+pub use long::{identities, long_table};
 pub use plot::plot;
 
 use crate::archive::drift::{Entry, JudgedHistory};

@@ -1,12 +1,15 @@
 //! One line of the history.
 
-use didim_core::identification::Estimate;
+use std::collections::BTreeMap;
+
+use didim_core::identification::{Estimate, Use};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::archive::store::against::Against;
 use crate::archive::store::load::FoundLoad;
 use crate::archive::store::record::{Beside, ResultRecord};
 use crate::archive::store::timestamp::Timestamp;
+use crate::text::sha256;
 use crate::window::Note;
 
 /// Version of a line's layout: it changes when a key changes its meaning or goes away.
@@ -66,6 +69,9 @@ pub struct HistoryLine {
     pub time: Timestamp,
     /// Number of the result: that of its file.
     pub result: u64,
+    /// Name of the cell; empty in lines of versions that did not say.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub cell: String,
     /// Name of the robot.
     pub robot: String,
     /// Hash of the configuration.
@@ -82,6 +88,10 @@ pub struct HistoryLine {
     /// use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monitoring: Option<bool>,
+    /// Whether it is good for each use, by the use's name. A use of which that cannot be told is not in it, and none
+    /// in lines of versions that did not say.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub uses: BTreeMap<String, bool>,
     /// ‖y − Xθ‖ / ‖y‖; nothing when it is not a number.
     pub relative_error: Option<f64>,
     /// What was noted with its window.
@@ -101,22 +111,50 @@ impl HistoryLine {
     /// That of a result which is stored now under a number.
     pub fn of(result: u64, record: &ResultRecord, beside: &Beside) -> Self {
         let estimate = &record.estimate;
+        let answer =
+            |of: Use| Some((of.name().to_owned(), estimate.verdict.uses.of(of).applicable?));
         Self {
             schema: HISTORY_SCHEMA,
             time: Timestamp::now(),
             result,
+            cell: record.cell.clone(),
             robot: estimate.robot.clone(),
             configuration: record.configuration.clone(),
             regrouping: beside.regrouping.clone(),
             method: estimate.method.clone(),
             applicable: estimate.verdict.applicable,
             monitoring: Some(estimate.verdict.uses.monitoring.applicable == Some(true)),
+            uses: Use::ALL.into_iter().filter_map(answer).collect(),
             relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
             note: beside.note.clone(),
             parameters: ParameterValue::of(estimate),
             against: beside.against.clone(),
             load: beside.load.clone(),
         }
+    }
+
+    /// What tells this result from every other one, of whatever cabinet: a SHA-256 of its number, robot, configuration,
+    /// method and parameters. The date is no part of it, so that a history which was made anew of its results has the
+    /// same ones.
+    pub fn identity(&self) -> String {
+        let mut parts = vec![self.result.to_string()];
+        parts.extend([&self.robot, &self.configuration, &self.method].map(String::clone));
+        for ParameterValue { name, value, standard_deviation, .. } in &self.parameters {
+            // Fewer digits than there are: what reads them may differ in the last one.
+            parts.extend([
+                name.clone(),
+                format!("{value:.9e}"),
+                format!("{standard_deviation:.9e}"),
+            ]);
+        }
+        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+        sha256(&parts)
+    }
+
+    /// Whether it is good for a use; nothing where that is not known.
+    pub fn is_good_for(&self, of: Use) -> Option<bool> {
+        let stated = self.uses.get(of.name()).copied();
+        stated.or_else(|| self.monitoring.filter(|_| of == Use::Monitoring))
     }
 
     /// Whether it may be a baseline, and be compared with one.

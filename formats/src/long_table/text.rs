@@ -1,0 +1,36 @@
+//! A long table as text.
+
+use std::io::{self, Write};
+use std::time::{Duration, UNIX_EPOCH};
+
+use super::{LongColumn, LongValues};
+
+pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(output);
+    writer.write_record(columns.iter().map(|column| column.name))?;
+    let rows = columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+    for row in 0..rows {
+        writer.write_record(columns.iter().map(|column| field(&column.values, row)))?;
+    }
+    writer.flush()
+}
+
+/// Numbers have as many digits as it takes to read the same value back.
+fn field(values: &LongValues<'_>, row: usize) -> String {
+    fn of<T: Copy>(values: &[Option<T>], row: usize, show: impl Fn(T) -> String) -> String {
+        values.get(row).copied().flatten().map_or(String::new(), show)
+    }
+    match values {
+        LongValues::Text(values) => of(values, row, str::to_owned),
+        LongValues::Number(values) => of(values, row, |value| match value.is_finite() {
+            true => value.to_string(),
+            false => String::new(),
+        }),
+        LongValues::Count(values) => of(values, row, |count| count.to_string()),
+        LongValues::Flag(values) => of(values, row, |is| is.to_string()),
+        LongValues::Time(values) => of(values, row, |seconds| {
+            let time = UNIX_EPOCH.checked_add(Duration::from_secs(seconds));
+            time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
+        }),
+    }
+}
