@@ -493,11 +493,66 @@ fn counters_of_the_bus() {
     }
 }
 
-#[test]
-fn metrics() {
+/// The names of all metrics.
+fn families() -> BTreeSet<String> {
     let text = exposition(Some(&everything()));
     let families = text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next());
-    let families: BTreeSet<String> = families.map(str::to_owned).collect();
+    families.map(str::to_owned).collect()
+}
+
+#[test]
+fn metrics() {
+    let families = families();
     are_in_the_manual(&families, 55);
     is_still_said("\n## Watch it\n", &families);
+}
+
+/// Every metric that a text names is served; gives how many it names.
+#[track_caller]
+fn names_what_is_served(text: &str) -> usize {
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    let named: Vec<&str> = words.filter(|word| word.starts_with("didim_")).collect();
+    let families = families();
+    let unknown: Vec<_> = named.iter().filter(|name| !families.contains(**name)).collect();
+    assert!(unknown.is_empty(), "{unknown:?} in {text}");
+    named.len()
+}
+
+#[test]
+fn alerts_are_of_metrics_that_there_are_and_tested_and_in_the_manual() {
+    let rules = include_str!("../config/prometheus/didim-alerts.yml");
+    let tests = include_str!("../config/prometheus/didim-alerts.test.yml");
+    assert!(names_what_is_served(rules) >= 9 && names_what_is_served(tests) >= 9);
+    let alerts: Vec<&str> =
+        rules.lines().filter_map(|line| line.trim().strip_prefix("- alert: ")).collect();
+    assert!(alerts.len() >= 9, "{alerts:?}");
+    for alert in &alerts {
+        assert!(tests.contains(&format!("alertname: {alert}\n")), "{alert} is never raised");
+    }
+    let said = alerts.into_iter().map(str::to_owned).collect();
+    are_in_the_manual(&said, 9);
+    is_still_said("\n### Alerts and dashboards\n", &said);
+}
+
+#[test]
+fn dashboards_show_metrics_that_there_are() {
+    let [cabinet, plant] = [
+        include_str!("../config/grafana/cabinet.json"),
+        include_str!("../config/grafana/plant.json"),
+    ]
+    .map(|text| serde_json::from_str::<Value>(text).unwrap());
+    for (dashboard, other) in [(&cabinet, &plant), (&plant, &cabinet)] {
+        // Read by Grafana from 9 to 13.
+        assert_eq!(dashboard["schemaVersion"], 39);
+        assert!(dashboard.to_string().contains(&format!("/d/{}", other["uid"].as_str().unwrap())));
+        let panels = dashboard["panels"].as_array().unwrap();
+        let ids: BTreeSet<_> = panels.iter().map(|panel| panel["id"].as_u64()).collect();
+        assert_eq!(ids.len(), panels.len());
+        for target in panels.iter().flat_map(|panel| panel["targets"].as_array().unwrap()) {
+            assert_eq!(target["datasource"]["uid"], "${datasource}");
+            let expr = target["expr"].as_str().unwrap();
+            assert!(names_what_is_served(expr) > 0 || expr.starts_with("count(up{"), "{expr}");
+        }
+        names_what_is_served(&dashboard["templating"].to_string());
+    }
 }

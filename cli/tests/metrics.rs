@@ -127,6 +127,34 @@ fn promtool_finds_nothing() {
     }
 }
 
+/// What is shipped for Prometheus and Grafana, read by the checker: alerts with their tests, queries of dashboards.
+#[test]
+#[ignore = "needs promtool (Debian: prometheus): tests/run"]
+fn promtool_reads_alerts_and_queries() {
+    let promtool = |arguments: &[&str]| {
+        let output = Command::new("promtool").args(arguments).output().unwrap();
+        let said = [output.stdout, output.stderr].concat();
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&said));
+    };
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+    promtool(&["test", "rules", config.join("prometheus/didim-alerts.test.yml").to_str().unwrap()]);
+    let mut rules = "groups: [{name: didim, rules: [".to_owned();
+    for name in ["cabinet", "plant"] {
+        let text = std::fs::read(config.join(format!("grafana/{name}.json"))).unwrap();
+        let dashboard: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let panels = dashboard["panels"].as_array().unwrap();
+        for target in panels.iter().flat_map(|panel| panel["targets"].as_array().unwrap()) {
+            // What Grafana puts in; the rest is a name to Prometheus.
+            let query = target["expr"].to_string().replace("$__rate_interval", "5m");
+            rules += &format!("{{record: \"didim:{}\", expr: {query}}},\n", rules.len());
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("queries.yml");
+    std::fs::write(&file, rules + "]}]\n").unwrap();
+    promtool(&["check", "rules", file.to_str().unwrap()]);
+}
+
 /// A server in this process, with these limits.
 fn server(limits: Limits) -> SocketAddr {
     let (sender, receiver) = std::sync::mpsc::channel();
