@@ -290,6 +290,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim history --last 20 --parameter fc3", "a parameter over time"],
             ["didim history --compare 8 65", "two results side by side"],
             ["didim history --report history.html", "every parameter, in one HTML file"],
+            ["didim history --out history.parquet", "every parameter, for a database"],
         ],
         &[STATE],
         &["didim-baseline(1)", "didim-parameters(7)"],
@@ -300,7 +301,6 @@ pub(super) const PAGES: &[CommandPage] = &[
         &[
             ["didim baseline set", "the arm is as it should be"],
             ["didim baseline show", "what later results are compared with"],
-            ["didim history --out history.parquet", "every parameter, for a database"],
         ],
         &[STATE],
         &["didim-history(1)", "didim-cell(5)"],
