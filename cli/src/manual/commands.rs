@@ -169,10 +169,20 @@ pub(super) const PAGES: &[CommandPage] = &[
     page(
         "study",
         "Runs simulated experiments over levels of noise and errors of the model, with many seeds. A study that was interrupted goes on where it was.",
-        &[[
-            "didim study --plan /usr/share/didim/config/studies/smoke.toml --out study --jobs 2",
-            "the shortest shipped plan",
-        ]],
+        &[
+            [
+                "didim study --plan /usr/share/didim/config/studies/smoke.toml --out study --jobs 2",
+                "the shortest shipped plan",
+            ],
+            [
+                "didim study --plan plan.toml --shard 3/8 --out parts/3",
+                "the fourth of eight machines",
+            ],
+            [
+                "didim study --plan plan.toml --merge parts/* --out study",
+                "what all of them have run",
+            ],
+        ],
         &[["/usr/share/didim/config/studies", "plans"]],
         &["didim-compare(1)"],
     ),
