@@ -1,7 +1,7 @@
 //! `didim study`: what the methods make of noise and of errors of the model.
 
 use std::io::IsTerminal as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,8 @@ use super::output::{print, write_text};
 use super::tell::tell;
 use didim::signals::stop_flag;
 use didim_lab::{
-    Grid, Header, Progress, Store, Summary, execute as run_study, heat_maps, markdown, table,
+    Grid, Header, Progress, Run, Shard, Store, Summary, execute as run_study, heat_maps, markdown,
+    merge, table,
 };
 
 /// Where nobody watches, so often a line tells how far it is.
@@ -27,6 +28,12 @@ pub(super) struct Arguments {
     /// The folder for the runs and their summary; a study that is there is continued
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
+    /// Run one of N equal parts, for a machine of several: I from 0 to N − 1
+    #[arg(long, value_name = "I/N", conflicts_with = "json")]
+    shard: Option<Shard>,
+    /// Run nothing, and put the folders of all parts together
+    #[arg(long, value_name = "FOLDER", num_args = 1.., conflicts_with_all = ["shard", "jobs"])]
+    merge: Vec<PathBuf>,
     /// Number of threads [default: one per processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -37,7 +44,13 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let grid = Grid::read(&arguments.plan).map_err(CliError::configuration)?;
-    let header = Header::of(&grid);
+    if !arguments.merge.is_empty() {
+        let runs = merge(&grid, &arguments.merge, &arguments.out).map_err(CliError::failed)?;
+        let summary = write_tables(&grid, &runs, &arguments.out)?;
+        return show(arguments, &summary, "");
+    }
+    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
+    let header = Header { shard, ..Header::of(&grid) };
     let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
     let stop = stop_flag().map_err(CliError::failed)?;
     let threads = match arguments.jobs {
@@ -46,34 +59,59 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     };
     let begin = Instant::now();
     let mut watcher = Watcher::new(grid.plan.runs());
-    let ended = run_study(&grid, &done, &mut store, threads, &stop, &mut |progress| {
+    let ended = run_study(&grid, shard, &done, &mut store, threads, &stop, &mut |progress| {
         watcher.show(progress);
     });
     watcher.bar.finish_and_clear();
     let progress = ended.map_err(CliError::failed)?;
     drop(store);
+    let times = times(&grid, &progress, threads, begin.elapsed());
 
+    let (done, planned) = (progress.done(), progress.runs);
+    let interrupted = stop.load(Ordering::Relaxed) && done < planned;
+    let interrupted = interrupted.then(|| {
+        CliError::Interrupted(format!(
+            "interrupted after {done} of {planned} runs; the same command continues from there"
+        ))
+    });
+    if !shard.is_whole() {
+        // Tables of a part would say less than they seem to.
+        return match interrupted {
+            Some(interrupted) => Err(interrupted),
+            None => print(&format!(
+                "{times}part {shard}: {done} of {planned} runs in {}; --merge puts all parts together\n",
+                arguments.out.display()
+            )),
+        };
+    }
     // As they are read, not as they were made: a study that was continued gives the same figures.
     let (_store, runs) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
-    let summary = Summary::new(&grid, &runs);
+    let summary = write_tables(&grid, &runs, &arguments.out)?;
+    match interrupted {
+        Some(interrupted) => Err(interrupted),
+        None => show(arguments, &summary, &times),
+    }
+}
+
+/// Everything that is made of the runs.
+fn write_tables(grid: &Grid, runs: &[Run], out: &Path) -> Result<Summary, CliError> {
+    let summary = Summary::new(grid, runs);
     let json = serde_json::to_string_pretty(&summary).map_err(CliError::failed)? + "\n";
-    write_text(&arguments.out.join("study.json"), &json)?;
-    write_text(&arguments.out.join("study.md"), &markdown(&grid, &summary))?;
-    for (file, svg) in heat_maps(&grid, &summary) {
-        write_text(&arguments.out.join(file), &svg)?;
+    write_text(&out.join("study.json"), &json)?;
+    write_text(&out.join("study.md"), &markdown(grid, &summary))?;
+    for (file, svg) in heat_maps(grid, &summary) {
+        write_text(&out.join(file), &svg)?;
     }
-    if stop.load(Ordering::Relaxed) && (summary.runs as u64) < summary.planned {
-        return Err(CliError::Interrupted(format!(
-            "interrupted after {} of {} runs; the same command continues from there",
-            summary.runs, summary.planned
-        )));
-    }
+    Ok(summary)
+}
+
+fn show(arguments: &Arguments, summary: &Summary, times: &str) -> Result<(), CliError> {
     if arguments.json {
-        let line = serde_json::to_string(&summary).map_err(CliError::failed)?;
+        let line = serde_json::to_string(summary).map_err(CliError::failed)?;
         return print(&format!("{line}\n"));
     }
-    print(&table(&summary))?;
-    print(&format!("\n{}", times(&grid, &progress, threads, begin.elapsed())))?;
+    print(&table(summary))?;
+    print(&format!("\n{times}"))?;
     print(&format!("study.md, study.json and heat maps: {}\n", arguments.out.display()))
 }
 
@@ -131,6 +169,7 @@ impl Watcher {
             }
             return;
         }
+        self.bar.set_length(progress.runs);
         self.bar.set_message(message);
         self.bar.set_position(progress.done());
     }

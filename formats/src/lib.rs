@@ -26,7 +26,7 @@ pub use export::{
     ExportError, ExportModel, Holder, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
 pub use holes::{Apart, Holes};
-pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues};
+pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues, read_long_table};
 pub use measurement::{Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use room::Room;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::shard::Shard;
 use didim::cell::CellError;
 use didim::files::TextError;
 
@@ -61,6 +62,14 @@ pub enum StudyError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A part of the study cannot be read: check its folder.
+    #[error("{}: {source}; name a folder that `didim study --shard` has written", file.display())]
+    Part {
+        /// The file.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// Another process writes to the same folder.
     #[error("{}: another study writes to it; wait for its end, or choose another folder", file.display())]
     Busy {
@@ -98,6 +107,42 @@ pub enum StudyError {
         line: usize,
         /// What is wrong with it.
         problem: String,
+    },
+    /// The parts of a study are of one division.
+    #[error(
+        "{}: is one of {parts} parts, the others of {others}; name folders of one division",
+        folder.display()
+    )]
+    OtherDivision {
+        /// The folder.
+        folder: PathBuf,
+        /// Parts of its division.
+        parts: u32,
+        /// Parts of the first folder's.
+        others: u32,
+    },
+    /// One run came out in two ways: on processors with other vector instructions, or of a folder that was edited.
+    #[error(
+        "{}: {run}: differs from the same run in {}; run both parts on processors with the same vector instructions, or \
+         leave one folder out",
+        folder.display(), other.display()
+    )]
+    Differ {
+        /// The folder.
+        folder: PathBuf,
+        /// The folder that had it before.
+        other: PathBuf,
+        /// The run: method, seed, levels.
+        run: String,
+    },
+    /// Parts that were not run to their end, each with the number of runs that are missing.
+    #[error(
+        "nothing is merged, runs are missing: {}; run these parts, or name their folders too",
+        parts.iter().map(|(part, runs)| format!("{runs} of part {part}")).collect::<Vec<_>>().join(", ")
+    )]
+    Missing {
+        /// The parts.
+        parts: Vec<(Shard, usize)>,
     },
     /// A record of the study could not be written as JSON.
     #[error("a run could not be written as JSON: {0}")]

@@ -8,17 +8,19 @@ use std::time::{Duration, Instant};
 use super::grid::Grid;
 use super::progress::Progress;
 use super::run::{run, simulated};
-use super::{Run, Store, StudyError};
+use super::{Run, Shard, Store, StudyError};
 
 /// How often the progress is told while nothing ends.
 const TICK: Duration = Duration::from_secs(1);
 
 /// The arm of a cell of the grid with one seed, and the methods that have not seen it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Job {
+pub(super) struct Job {
+    /// In the order of the study, whatever has been run.
+    pub(super) number: u64,
     cell: usize,
     seed: u64,
-    methods: Vec<usize>,
+    pub(super) methods: Vec<usize>,
 }
 
 /// What a thread tells of.
@@ -28,24 +30,26 @@ enum Event {
     Identified(usize, Run, Duration),
 }
 
-/// Runs what is not in `done` on `threads` threads and stores each run as it ends. At `stop` no
+/// Runs what is of a part and not in `done` on `threads` threads and stores each run as it ends. At `stop` no
 /// further run is begun. A run depends on its cell and its seed alone.
 ///
 /// # Errors
 /// [`StudyError`], when a run cannot be stored.
 pub fn execute(
     grid: &Grid,
+    shard: Shard,
     done: &[Run],
     store: &mut Store,
     threads: usize,
     stop: &AtomicBool,
     tell: &mut dyn FnMut(&Progress),
 ) -> Result<Progress, StudyError> {
-    let jobs = jobs(grid, done);
+    let planned = jobs(grid, &[], shard).iter().map(|job| job.methods.len() as u64).sum();
+    let jobs = jobs(grid, done, shard);
     let simulations = jobs.len();
     let left = |method| jobs.iter().filter(|job| job.methods.contains(&method)).count();
     let left = (0..grid.plan.method.len()).map(left).collect();
-    let mut progress = Progress::new(grid.plan.runs(), left, simulations, threads);
+    let mut progress = Progress::new(planned, left, simulations, threads);
     tell(&progress);
     let (next, halt) = (AtomicUsize::new(0), AtomicBool::new(false));
     let halted = || stop.load(Ordering::Relaxed) || halt.load(Ordering::Relaxed);
@@ -99,22 +103,23 @@ fn work(grid: &Grid, job: &Job, events: &SyncSender<Event>, halted: &dyn Fn() ->
     listened
 }
 
-/// What is left, the first seed of every cell first: a study that is interrupted has looked
+/// What is left of a part, the first seed of every cell first: a study that is interrupted has looked
 /// everywhere.
-fn jobs(grid: &Grid, done: &[Run]) -> Vec<Job> {
+pub(super) fn jobs(grid: &Grid, done: &[Run], shard: Shard) -> Vec<Job> {
     let key = |run: &Run| (run.levels.clone(), run.method.clone(), run.seed);
     let done: BTreeSet<_> = done.iter().map(key).collect();
     let methods = &grid.plan.method;
     let seeds = methods.iter().map(|method| method.seeds).max().unwrap_or(0);
-    let job = |seed, cell: usize| {
+    let job = |(number, (seed, cell)): (u64, (u64, usize))| {
         let levels = grid.level_names(&grid.cells[cell]);
         let wanted = |method: &usize| {
             let plan = &methods[*method];
             seed <= plan.seeds && !done.contains(&(levels.clone(), plan.name().to_owned(), seed))
         };
         let methods = (0..methods.len()).filter(wanted).collect();
-        Job { cell, seed, methods }
+        Job { number, cell, seed, methods }
     };
     let all = (1..=seeds).flat_map(|seed| (0..grid.cells.len()).map(move |cell| (seed, cell)));
-    all.map(|(seed, cell)| job(seed, cell)).filter(|job| !job.methods.is_empty()).collect()
+    let own = (0..).zip(all).filter(|(number, _)| shard.holding(*number) == shard);
+    own.map(job).filter(|job| !job.methods.is_empty()).collect()
 }

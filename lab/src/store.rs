@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Grid, Run, StudyError};
+use super::{Grid, Run, Shard, StudyError};
 use didim::text::sha256;
 
 /// Version of the file's layout.
@@ -28,6 +28,9 @@ pub struct Header {
     pub cell_sha256: String,
     /// Of the simulated arms and the controllers that are known.
     pub scenario_sha256: String,
+    /// Which part of the runs.
+    #[serde(default = "Header::whole", skip_serializing_if = "Shard::is_whole")]
+    pub shard: Shard,
 }
 
 impl Header {
@@ -40,12 +43,18 @@ impl Header {
             plan_sha256: sha256(&[&grid.plan.identity()]),
             cell_sha256: grid.cell_sha256.clone(),
             scenario_sha256: grid.scenario_sha256.clone(),
+            shard: Shard::WHOLE,
         }
+    }
+
+    fn whole() -> Shard {
+        Shard::WHOLE
     }
 
     /// What differs first, and how.
     fn difference(&self, here: &Self) -> Option<(&'static str, String, String)> {
         let (schema, own_schema) = (self.schema.to_string(), here.schema.to_string());
+        let (shard, own_shard) = (self.shard.to_string(), here.shard.to_string());
         [
             ("the layout", &schema, &own_schema),
             ("the program's version", &self.version, &here.version),
@@ -53,6 +62,7 @@ impl Header {
             ("the plan", &self.plan_sha256, &here.plan_sha256),
             ("the cell", &self.cell_sha256, &here.cell_sha256),
             ("what is simulated", &self.scenario_sha256, &here.scenario_sha256),
+            ("the part", &shard, &own_shard),
         ]
         .into_iter()
         .find(|(_, there, here)| there != here)
@@ -86,8 +96,7 @@ impl Store {
         let mut bytes = Vec::new();
         file.seek(SeekFrom::Start(0)).map_err(failed)?;
         file.read_to_end(&mut bytes).map_err(failed)?;
-        // As bytes: what is torn may end within a character.
-        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let whole = whole_lines(&bytes);
         let (lines, torn) = bytes.split_at(whole);
         let mut store = Self { file, path };
         if lines.is_empty() {
@@ -105,12 +114,39 @@ impl Store {
         Ok((store, runs))
     }
 
+    /// The runs of a folder that nothing is added to, each with its line, and which part of the study it has, whichever that
+    /// is. A last line that was not written to its end is passed over.
+    ///
+    /// # Errors
+    /// [`StudyError`]: the folder cannot be read, belongs to another study, or is damaged.
+    pub(super) fn read(
+        folder: &Path,
+        header: &Header,
+    ) -> Result<(Shard, Vec<(Run, String)>), StudyError> {
+        let path = folder.join("runs.jsonl");
+        let mut bytes = std::fs::read(&path)
+            .map_err(|source| StudyError::Part { file: path.clone(), source })?;
+        bytes.truncate(whole_lines(&bytes));
+        let mut lines = bytes.split(|byte| *byte == b'\n');
+        let first = lines.next().unwrap_or_default();
+        let shard = serde_json::from_slice(first).map_or(Shard::WHOLE, |own: Header| own.shard);
+        let runs = read_lines(&path, &bytes, &Header { shard, ..header.clone() })?;
+        let lines = lines.map(|line| String::from_utf8_lossy(line).into_owned() + "\n");
+        Ok((shard, runs.into_iter().zip(lines).collect()))
+    }
+
     /// Adds a run.
     ///
     /// # Errors
     /// [`StudyError::File`].
     pub fn add(&mut self, run: &Run) -> Result<(), StudyError> {
         self.append(run)
+    }
+
+    /// Adds a run by its line, bit for bit: numbers that are read and written again may differ in the last digit.
+    pub(super) fn add_line(&mut self, line: &str) -> Result<(), StudyError> {
+        let written = self.file.write_all(line.as_bytes());
+        written.map_err(|source| StudyError::File { file: self.path.clone(), source })
     }
 
     /// Takes off what is after so many bytes.
@@ -120,9 +156,13 @@ impl Store {
     }
 
     fn append(&mut self, record: &impl Serialize) -> Result<(), StudyError> {
-        let written = self.file.write_all(line_of(record)?.as_bytes());
-        written.map_err(|source| StudyError::File { file: self.path.clone(), source })
+        self.add_line(&line_of(record)?)
     }
+}
+
+/// Bytes up to the end of the last whole line: what is torn may end within a character.
+fn whole_lines(bytes: &[u8]) -> usize {
+    bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1)
 }
 
 fn line_of(record: &impl Serialize) -> Result<String, StudyError> {

@@ -169,10 +169,20 @@ pub(super) const PAGES: &[CommandPage] = &[
     page(
         "study",
         "Runs simulated experiments over levels of noise and errors of the model, with many seeds. A study that was interrupted goes on where it was.",
-        &[[
-            "didim study --plan /usr/share/didim/config/studies/smoke.toml --out study --jobs 2",
-            "the shortest shipped plan",
-        ]],
+        &[
+            [
+                "didim study --plan /usr/share/didim/config/studies/smoke.toml --out study --jobs 2",
+                "the shortest shipped plan",
+            ],
+            [
+                "didim study --plan plan.toml --shard 3/8 --out parts/3",
+                "the fourth of eight machines",
+            ],
+            [
+                "didim study --plan plan.toml --merge parts/* --out study",
+                "what all of them have run",
+            ],
+        ],
         &[["/usr/share/didim/config/studies", "plans"]],
         &["didim-compare(1)"],
     ),
@@ -290,6 +300,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim history --last 20 --parameter fc3", "a parameter over time"],
             ["didim history --compare 8 65", "two results side by side"],
             ["didim history --report history.html", "every parameter, in one HTML file"],
+            ["didim history --out history.parquet", "every parameter, for a database"],
         ],
         &[STATE],
         &["didim-baseline(1)", "didim-parameters(7)"],
@@ -300,7 +311,6 @@ pub(super) const PAGES: &[CommandPage] = &[
         &[
             ["didim baseline set", "the arm is as it should be"],
             ["didim baseline show", "what later results are compared with"],
-            ["didim history --out history.parquet", "every parameter, for a database"],
         ],
         &[STATE],
         &["didim-history(1)", "didim-cell(5)"],

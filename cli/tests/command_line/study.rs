@@ -213,6 +213,71 @@ fn a_folder_belongs_to_one_study() {
         .refused(1, &["runs.jsonl: line 2", "remove that line"]);
 }
 
+/// Three processes with a part each, put together in whatever order: what one machine makes of the same plan.
+#[test]
+fn parts_of_a_study_put_together_are_the_study() {
+    let plan = Plan::with(&[
+        ("seeds = 2", "seeds = 1"),
+        ("[[method]]\nmethod = \"didim\"\nseeds = 1\nstart = \"idim-ls\"\n", ""),
+    ]);
+    let path = plan.path();
+    let out = |name: &str| plan.0.path(name);
+    let parts = ["0/3", "1/3", "2/3"];
+    let folders = ["zero", "one", "two"].map(out);
+    let begun = parts.iter().zip(&folders).map(|(part, folder)| {
+        Command::new(env!("CARGO_BIN_EXE_didim"))
+            .args(["study", "--plan", &path, "--shard", part, "--out", folder, "--jobs", "1"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap()
+    });
+    let begun: Vec<_> = begun.collect();
+    for (child, of) in begun.into_iter().zip(["2 of 2", "1 of 1", "1 of 1"]) {
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success() && said.contains(&format!("{of} runs in")), "{said}");
+    }
+    study(&path, &out("whole"), "1");
+
+    let merge = |from: &[&str], into: &str| {
+        let into = out(into);
+        let command = [&["study", "--plan", &path, "--out", &into, "--merge"], from].concat();
+        didim(&command)
+    };
+    let [zero, one, two] = folders.each_ref().map(String::as_str);
+    merge(&[two, zero], "all").refused(1, &["1 of part 1/3", "name their folders too"]);
+    assert!(!Path::new(&out("all")).exists(), "nothing is written");
+    // Another time with what is there already.
+    for _ in 0..2 {
+        merge(&[two, zero, one, zero], "all").done();
+        for file in DERIVED {
+            assert_eq!(read(&out("all"), file), read(&out("whole"), file), "{file}");
+        }
+        assert_eq!(runs(&out("all")), runs(&out("whole")));
+    }
+    assert!(study(&path, &out("all"), "1").contains("0 runs added"));
+
+    let edited = |from: &str, to: &str| {
+        let text = read(zero, "runs.jsonl");
+        assert!(text.contains(from), "{text}");
+        let name = out("edited");
+        std::fs::create_dir_all(&name).unwrap();
+        std::fs::write(Path::new(&name).join("runs.jsonl"), text.replacen(from, to, 1)).unwrap();
+        name
+    };
+    let differs = edited("\"simulations\":0", "\"simulations\":1");
+    let says = ["edited", "idim-ls, seed 1, low, none: differs", "zero"];
+    merge(&[zero, one, two, &differs], "all").refused(1, &says);
+    let other = edited("\"0/3\"", "\"0/2\"");
+    merge(&[zero, &other], "all").refused(1, &["edited", "one of 2 parts", "of one division"]);
+    let stranger = edited("\"plan_sha256\":\"", "\"plan_sha256\":\"0");
+    merge(&[zero, &stranger], "all").refused(1, &["another study, the plan differs"]);
+    merge(&[zero, &out("nowhere")], "all").refused(1, &["nowhere", "--shard"]);
+    let study = ["study", "--plan", &path, "--out", zero, "--shard"];
+    didim(&[&study[..], &["1/3"]].concat()).refused(1, &["the part differs", "0/3"]);
+    didim(&[&study[..], &["3/3"]].concat()).refused(2, &["I/N", "from 0 to N"]);
+}
+
 /// Each mistake is named with file and key, before anything is simulated or written.
 #[test]
 fn mistakes_in_a_plan_are_named() {

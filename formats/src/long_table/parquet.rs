@@ -1,16 +1,24 @@
 //! A long table as Parquet.
 
+use std::fs::File;
 use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::Arc;
+use std::time::{Duration, UNIX_EPOCH};
 
 use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::record::Field;
 use parquet::schema::types::Type;
 
-use super::{LongColumn, LongValues};
+use super::column::{LongColumn, LongValues};
+use super::error::LongTableError;
+use super::wanted::Wanted;
 
 pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
     output.write_all(&bytes(columns).map_err(io::Error::other)?)
@@ -71,4 +79,39 @@ fn put<T: DataType, V: Copy>(
     let there: Vec<T::T> = values.iter().flatten().map(|value| of(*value)).collect();
     let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
     column.typed::<T>().write_batch(&there, Some(&levels), None)
+}
+
+/// Reads row by row. The library panics on some damaged files; nothing of it is used afterwards.
+pub(super) fn read<const N: usize>(
+    path: &Path,
+    wanted: &mut Wanted<'_, N>,
+) -> Result<(), LongTableError> {
+    let read = AssertUnwindSafe(|| -> Result<(), LongTableError> {
+        let damaged = |error: ParquetError| LongTableError::Damaged(error.to_string());
+        let reader = SerializedFileReader::new(File::open(path)?).map_err(damaged)?;
+        let schema = reader.metadata().file_metadata().schema();
+        let header: Vec<&str> = schema.get_fields().iter().map(|field| field.name()).collect();
+        wanted.find(&header)?;
+        for row in reader.get_row_iter(None).map_err(damaged)? {
+            let row = row.map_err(damaged)?;
+            wanted.take(row.get_column_iter().map(|(_, field)| text(field)).collect())?;
+        }
+        Ok(())
+    });
+    catch_unwind(read)
+        .unwrap_or_else(|_| Err(LongTableError::Damaged("its reader gave up".to_owned())))
+}
+
+fn text(field: &Field) -> String {
+    match field {
+        Field::Null => String::new(),
+        Field::Str(text) => text.clone(),
+        Field::TimestampMillis(ms) => {
+            let since = Duration::from_millis(u64::try_from(*ms).unwrap_or_default());
+            let time = UNIX_EPOCH.checked_add(since);
+            time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
+        }
+        Field::Double(value) => value.to_string(),
+        other => other.to_string(),
+    }
 }

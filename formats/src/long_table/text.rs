@@ -1,9 +1,12 @@
 //! A long table as text.
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 
-use super::{LongColumn, LongValues};
+use super::column::{LongColumn, LongValues};
+use super::error::LongTableError;
+use super::wanted::Wanted;
 
 pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(output);
@@ -33,4 +36,21 @@ fn field(values: &LongValues<'_>, row: usize) -> String {
             time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
         }),
     }
+}
+
+pub(super) fn read<const N: usize>(
+    path: &Path,
+    wanted: &mut Wanted<'_, N>,
+) -> Result<(), LongTableError> {
+    let damaged = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(source) => LongTableError::Io(source),
+        other => LongTableError::Damaged(format!("{other:?}")),
+    };
+    let mut reader = csv::Reader::from_path(path).map_err(damaged)?;
+    let header = reader.headers().map_err(damaged)?;
+    wanted.find(&header.iter().collect::<Vec<_>>())?;
+    for row in reader.records() {
+        wanted.take(row.map_err(damaged)?.iter().map(str::to_owned).collect())?;
+    }
+    Ok(())
 }

@@ -1,0 +1,42 @@
+//! The columns of a long table.
+
+/// A column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LongColumn<'a> {
+    /// Its name; with the unit, where all its values have one.
+    pub name: &'static str,
+    /// A value for each row, or none.
+    pub values: LongValues<'a>,
+}
+
+/// The values of a column, as many as there are rows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LongValues<'a> {
+    /// Texts.
+    Text(Vec<Option<&'a str>>),
+    /// Numbers; what is no number is written as none.
+    Number(Vec<Option<f64>>),
+    /// Whole numbers.
+    Count(Vec<Option<u64>>),
+    /// Yes or no.
+    Flag(Vec<Option<bool>>),
+    /// Instants, in seconds after 1970-01-01T00:00:00Z.
+    Time(Vec<Option<u64>>),
+}
+
+impl LongValues<'_> {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Text(values) => values.len(),
+            Self::Number(values) => values.len(),
+            Self::Count(values) | Self::Time(values) => values.len(),
+            Self::Flag(values) => values.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
