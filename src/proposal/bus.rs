@@ -48,6 +48,7 @@ pub(super) fn drives(
         let named = "the unit in the DBC file";
         let scale = match unit(draft, "position", axis).as_deref() {
             Some("rad") => Guess::found(quoted("rad"), named),
+            Some("deg" | "°") => Guess::found(quoted("deg"), named),
             _ => Guess::open(
                 "{ counts_per_revolution = … } of the motor, { rad_per_count = … } or \"rad\"",
             ),
@@ -72,6 +73,7 @@ pub(super) fn drives(
         );
         let scale = match unit(draft, "torque", axis).as_deref() {
             Some("nm" | "n·m" | "n.m") => Guess::found(quoted("nm"), named),
+            Some("a") => Guess::open("{ nm_per_a = … }: what an ampere is worth at the joint"),
             _ => Guess::open(
                 "{ per_mille_of_rated_torque = { rated_torque_nm = … } }, { nm_per_count = … } or \"nm\"",
             ),

@@ -1,0 +1,170 @@
+//! Arms without a SYNC, by the shipped cells: simulated drives, their log, what is identified of it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use didim_core::robot::Robot;
+use didim_sim::Scenario;
+use tempfile::TempDir;
+
+use crate::program::{didim, json, repository, succeed};
+
+struct Arm {
+    folder: TempDir,
+    cell: PathBuf,
+    log: PathBuf,
+    truth: BTreeMap<String, f64>,
+}
+
+/// The log of a simulated arm, and its truth.
+fn simulated(name: &str) -> Arm {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = repository(&format!("config/cells/{name}.toml"));
+    let scenario = repository(&format!("sim-fixtures/scenarios/{name}.toml"));
+    succeed(&[&"check", &"--elsewhere", &"--cell", &cell]);
+    let log = folder.path().join("arm.log");
+    let bus = format!("log:{}", log.display());
+    succeed(&[&"sim", &"--cell", &cell, &"--scenario", &scenario, &"--bus", &bus]);
+    let robot = fs::read_to_string(repository(&format!("config/robots/{name}.toml"))).unwrap();
+    let robot = Robot::from_toml(&robot).unwrap();
+    let scenario = Scenario::from_toml(&fs::read_to_string(scenario).unwrap(), robot).unwrap();
+    let truth = scenario.truth().iter().cloned().collect();
+    Arm { folder, cell, log, truth }
+}
+
+fn identify(cell: &Path, log: &Path) -> String {
+    succeed(&[&"identify", &"--cell", &cell, &"--input", &log, &"--json"])
+}
+
+/// Every parameter that is found well is true, and many are found well.
+fn check(arm: &Arm, result: &str, (error, known): (f64, usize)) {
+    let result = json(result);
+    let found = result["relative_error"].as_f64().unwrap();
+    assert!(found < error, "relative error {found}");
+    let mut well = 0;
+    for one in result["parameters"].as_array().unwrap() {
+        let name = one["name"].as_str().unwrap();
+        let number = |key: &str| one[key].as_f64().unwrap();
+        let (value, sigma) = (number("value"), number("standard_deviation"));
+        let truth = arm.truth[name];
+        if sigma < 0.05 * truth.abs() {
+            let off = (value - truth).abs();
+            assert!(
+                off < 5.0 * sigma + 0.05 * truth.abs(),
+                "{name}: {value}, true {truth}, σ {sigma}"
+            );
+            well += 1;
+        }
+    }
+    assert!(well >= known, "{well}");
+}
+
+#[test]
+fn an_openarm_is_identified_from_its_bus() {
+    let arm = simulated("openarm");
+    let result = identify(&arm.cell, &arm.log);
+    check(&arm, &result, (0.1, 20));
+    // The frames are those of the wire: a command, then its answer, and answers say that the motor is enabled.
+    let log = fs::read_to_string(&arm.log).unwrap();
+    let ids: Vec<&str> =
+        log.lines().take(14).map(|line| line.split([' ', '#']).nth(2).unwrap()).collect();
+    let expected = "001 011 002 012 003 013 004 014 005 015 006 016 007 017";
+    assert_eq!(ids.join(" "), expected);
+    assert!(log.lines().all(|line| line.contains("##1")));
+
+    // A register is read, and one answer does not come: both cost no more than a cycle.
+    let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
+    let middle = lines.len() / 28 * 14;
+    assert!(lines[middle + 5].contains(" 013#"), "{}", lines[middle + 5]);
+    lines.remove(middle + 5);
+    let stamp = lines[middle + 1].split(' ').next().unwrap().to_owned();
+    lines.insert(middle + 2, format!("{stamp} can0 7FF##10100331700000000"));
+    lines.insert(middle + 3, format!("{stamp} can0 011##10100331700005842"));
+    let disturbed = arm.folder.path().join("disturbed.log");
+    fs::write(&disturbed, lines.join("\n") + "\n").unwrap();
+    let finished = didim(&[&"identify", &"--cell", &arm.cell, &"--input", &disturbed, &"--json"]);
+    assert_eq!(finished.code, Some(0), "{finished:?}");
+    for cause in ["excepted 1", "unknown id 1", "missing axis 2"] {
+        assert!(finished.stderr.contains(cause), "{cause}: {}", finished.stderr);
+    }
+    check(&arm, &finished.stdout, (0.1, 20));
+}
+
+#[test]
+fn a_piper_is_identified_from_its_bus_and_its_replay_gives_the_same_bytes() {
+    let arm = simulated("piper");
+    check(&arm, &identify(&arm.cell, &arm.log), (0.1, 15));
+    let replay = || {
+        let state = tempfile::tempdir().unwrap();
+        succeed(&[&"replay", &"--cell", &arm.cell, &arm.log, &"--json", &"--state", &state.path()])
+    };
+    let first = replay();
+    assert_eq!(first, replay());
+    check(&arm, &first, (0.1, 15));
+}
+
+/// Joints of a RealMan arm on their own bus, by their DBC file: no such arm is described in `config/robots`,
+/// so that another of seven axes stands for it.
+#[test]
+fn a_cell_of_realman_joints_is_checked_and_decodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = fs::read_to_string(repository("config/cells/openarm.toml")).unwrap();
+    let (head, rest) = shipped.split_once("[bus.layout]").unwrap();
+    let (_, tail) = rest.split_once("# A window begins").unwrap();
+    let config = repository("config").display().to_string();
+    let mut text = head.replace("../robots/openarm", "../robots/iiwa7");
+    text += r#"[bus.layout]
+dbc = "../dbc/realman_joint.dbc"
+axes = 7
+rate_hz = 200.0
+sync = "ServoCommand_1"
+position = { signal = "ServoFeedback_{axis}.Position", valid = "arrival" }
+torque = { signal = "ServoFeedback_{axis}.Current", valid = "arrival" }
+reference = { signal = "ServoCommand_{axis}.TargetPosition", valid = "arrival" }
+enabled = { signal = "ServoFeedback_{axis}.Enabled", is = 1 }
+"#;
+    for _ in 0..7 {
+        text += r#"
+[[bus.drives]]
+position = { scale = "deg", sign = 1, zero = 0.0, wraps = "refuse", provenance = "vendor's page of the joints" }
+torque = { scale = { nm_per_a = 2.5 }, sign = 1, provenance = "assumed" }
+"#;
+    }
+    let text = text.replace("\"../", &format!("\"{config}/")) + "\n# A window begins" + tail;
+    let text = text.replace("factor = 12", "factor = 5");
+    let cell = folder.path().join("cell.toml");
+    fs::write(&cell, text).unwrap();
+    succeed(&[&"check", &"--elsewhere", &"--cell", &cell]);
+    // A table as the frames of these joints, and back.
+    let header: Vec<String> = ["position_rad", "torque_nm", "reference_rad"]
+        .iter()
+        .flat_map(|what| (1..=7).map(move |axis| format!("motor_{what}_{axis}")))
+        .collect();
+    let mut table = format!("time_s,{}\n", header.join(","));
+    for k in 0..400 {
+        let t = f64::from(k) / 200.0;
+        let cells = (0..21).map(|j| format!("{:.6}", (t + f64::from(j)).sin()));
+        table += &format!("{t:.3},{}\n", cells.collect::<Vec<_>>().join(","));
+    }
+    let [input, log, output] =
+        ["in.csv", "arm.log", "out.csv"].map(|name| folder.path().join(name));
+    fs::write(&input, &table).unwrap();
+    succeed(&[&"convert", &"--cell", &cell, &input, &log]);
+    assert!(fs::read_to_string(&log).unwrap().contains(" 507##1"));
+    succeed(&[&"convert", &"--cell", &cell, &log, &output]);
+    let rows = |text: &str| -> Vec<Vec<f64>> {
+        let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        text.lines().skip(1).map(row).collect()
+    };
+    let (sent, read) = (rows(&table), rows(&fs::read_to_string(&output).unwrap()));
+    assert_eq!(sent.len(), read.len());
+    for (sent, read) in sent.iter().zip(&read) {
+        let (sent, read) = (&sent[1..], &read[1..]);
+        for (k, (sent, read)) in sent.iter().zip(read).enumerate() {
+            // Half a step of 0.0001 deg, and of 1 mA.
+            let tolerance = if (7..14).contains(&k) { 1.26e-3 } else { 1e-6 };
+            assert!((sent - read).abs() < tolerance, "{sent} {read}");
+        }
+    }
+}
