@@ -1,4 +1,4 @@
-//! Files that other tools write and read: tables of measured signals, arms, and models of arms.
+//! Files that other tools write and read: tables of measured signals, arms, models of arms, and motions.
 //!
 //! Contract: of the project it uses `didim-core` alone. Whatever the format, of signals a [`Record`] comes out: pieces in
 //! which nothing is missing, each a [`Measurement`] on a uniform grid, with the side of the transmission that it
@@ -12,6 +12,7 @@ mod export;
 mod holes;
 mod long_table;
 mod measurement;
+mod motion;
 mod record;
 mod room;
 mod table;
@@ -28,6 +29,7 @@ pub use export::{
 pub use holes::{Apart, Holes};
 pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues, read_long_table};
 pub use measurement::{Measurement, RATE_TOLERANCE, Side};
+pub use motion::{MotionError, MotionFile, MotionFormat, MotionPoints, read_motion};
 pub use record::{Piece, Record};
 pub use room::Room;
 pub use table::{

@@ -10,6 +10,7 @@ mod bag;
 mod bag_writer;
 mod code;
 mod export;
+mod motion;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod urdf;

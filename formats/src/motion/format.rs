@@ -1,0 +1,62 @@
+//! The formats, by the ending of a file's name.
+
+use std::path::Path;
+
+use super::error::MotionError;
+use super::file::MotionFile;
+use super::{csv, joint_trajectory, krl, rapid, urscript};
+
+/// What a motion is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionFormat {
+    /// Time, positions, velocities and accelerations at 500 points per second.
+    Csv,
+    /// `trajectory_msgs/JointTrajectory` of ROS 2 as YAML.
+    JointTrajectory,
+    /// A program for Universal Robots.
+    UrScript,
+    /// A program for KUKA; the controller makes its time law.
+    Krl,
+    /// A module for ABB; the controller makes its time law.
+    Rapid,
+}
+
+impl MotionFormat {
+    /// All, with the ending of their files' names.
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Csv, "csv"),
+        (Self::JointTrajectory, "yaml"),
+        (Self::UrScript, "script"),
+        (Self::Krl, "src"),
+        (Self::Rapid, "mod"),
+    ];
+
+    /// By the ending of a file's name.
+    ///
+    /// # Errors
+    /// [`MotionError::Ending`].
+    pub fn of(path: &Path) -> Result<Self, MotionError> {
+        let ending = path.extension().and_then(|own| own.to_str()).unwrap_or_default();
+        let found = Self::ALL.into_iter().find(|(_, own)| own.eq_ignore_ascii_case(ending));
+        found.map(|(format, _)| format).ok_or_else(|| MotionError::Ending { ending: ending.into() })
+    }
+
+    /// Whether the arm follows the motion in time; otherwise nothing can be foretold of what it tells.
+    pub fn keeps_time(self) -> bool {
+        !matches!(self, Self::Krl | Self::Rapid)
+    }
+
+    /// The file.
+    ///
+    /// # Errors
+    /// [`MotionError`].
+    pub fn write(self, file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
+        match self {
+            Self::Csv => Ok(csv::write(file)),
+            Self::JointTrajectory => Ok(joint_trajectory::write(file)),
+            Self::UrScript => urscript::write(file, name),
+            Self::Krl => krl::write(file, name),
+            Self::Rapid => rapid::write(file, name),
+        }
+    }
+}

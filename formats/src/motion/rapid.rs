@@ -1,0 +1,26 @@
+//! A motion as a module for ABB.
+
+use core::fmt::Write as _;
+
+use super::error::MotionError;
+use super::file::{MotionFile, PROGRAM_HZ, degrees, identifier, list};
+
+/// Absolute joint moves with zones between them: the controller chooses its speed along them.
+pub(super) fn write(file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
+    file.six_axes("ABB")?;
+    let name = identifier(name);
+    let mut text = format!("MODULE {name}_module\n") + &file.comments("  !");
+    text += "  ! The controller makes the time law. First with a speed of 10 %.\n";
+    let _ = writeln!(text, "  PROC {name}()");
+    let points: Vec<f64> = file.times_s(PROGRAM_HZ).collect();
+    for (k, &time_s) in points.iter().enumerate() {
+        let position = file.series.state(time_s).position;
+        let zone = if k == 0 || k + 1 == points.len() { "fine" } else { "z10" };
+        let axes = list(degrees(&position[..6]), 6);
+        let _ = writeln!(
+            text,
+            "    MoveAbsJ [[{axes}], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]\\NoEOffs, v500, {zone}, tool0;"
+        );
+    }
+    Ok(text + "  ENDPROC\nENDMODULE\n")
+}
