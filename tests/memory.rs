@@ -10,7 +10,7 @@ use didim_formats::{Measurement, read_table};
 
 /// Bytes for each sample of six axes, the measurement itself included. Where the rows double and just do not fit a transform, as
 /// here, it is the most.
-const LIMIT: f64 = 430.0;
+const LIMIT: f64 = 400.0;
 
 /// The recording, over and over, so many samples of it: forwards and backwards from rest to rest.
 fn repeated(of: &Measurement, samples: usize) -> Measurement {

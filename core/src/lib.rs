@@ -8,10 +8,11 @@
 //! be wrong is an error with a remedy.
 //!
 //! Dependencies point one way: `identification → simulation → {dynamics, control, trajectory,
-//! signal, regression} → robot → numeric`, and `feasibility → dynamics`.
+//! signal, regression} → robot → numeric`, `feasibility → dynamics` and `excitation → {dynamics, trajectory}`.
 
 pub mod control;
 pub mod dynamics;
+pub mod excitation;
 pub mod feasibility;
 pub mod identification;
 pub mod numeric;

@@ -14,6 +14,7 @@ mod corrected_deviation;
 mod decimation;
 mod didim;
 mod dynamics;
+mod excitation;
 mod feasibility;
 mod fence;
 mod flexible;

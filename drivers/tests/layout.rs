@@ -101,7 +101,7 @@ fn decode(layout: &CompiledLayout, frames: &[Frame]) -> CycleValues {
                 Quantity::Position => axis.position = value,
                 Quantity::Torque => axis.torque = value,
                 Quantity::Reference => axis.reference = value,
-                Quantity::StatusWord => axis.status_word = value as u16,
+                Quantity::StatusWord | Quantity::Enabled => axis.status_word = value as u16,
                 Quantity::Counter => values.counter = value as u64,
             }
         }

@@ -13,6 +13,7 @@ mod conformance;
 mod assemble;
 mod assemble_period;
 mod assemble_random;
+mod can_arms;
 mod eds;
 mod layout;
 mod mcap;

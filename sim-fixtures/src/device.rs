@@ -7,6 +7,7 @@ use didim_drivers::frame::{Frame, FrameError};
 use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::units::Scales;
 
+use crate::streamed::Streamed;
 use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
 
 /// Room that one cycle's frames need: SYNC, a sample and a target per axis, each sent twice, and
@@ -18,6 +19,10 @@ pub struct VirtualDevice {
     closed_loop: ClosedLoop<Playback>,
     reference: Playback,
     encoder: CycleEncoder,
+    /// Where signals are valid at the arrival of their frames: the messages of a cycle with their arrivals
+    /// after its beginning \[ns\], and what measures them between the loop's samples.
+    arrivals: Vec<(usize, u64)>,
+    streamed: Streamed,
     faults: Vec<Fault>,
     steps_per_cycle: u32,
     period_ns: u64,
@@ -105,10 +110,14 @@ impl VirtualDevice {
             cycle_ns as u64,
             (reference.duration_s() * 1e9 / cycle_ns + 1e-6).floor() as u64,
         );
+        let at_arrival = layout.at_arrival();
+        let encoder = CycleEncoder::new(layout, scales);
         let device = Self {
             closed_loop,
             reference,
-            encoder: CycleEncoder::new(layout, scales),
+            arrivals: if at_arrival { encoder.arrivals()? } else { Vec::new() },
+            streamed: Streamed::default(),
+            encoder,
             faults: scenario.faults().to_vec(),
             steps_per_cycle,
             period_ns,
@@ -147,16 +156,30 @@ impl VirtualDevice {
     /// # Errors
     /// [`DeviceError`]; nothing is appended then, and the device is of no further use.
     pub fn poll_cycle(&mut self, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
-        let sample = self.advance()?;
         let stamp_ns = self.epoch_ns + self.cycle * self.period_ns;
         let before = frames.len();
-        let encoded = self.encode(&sample, stamp_ns, frames).map_err(DeviceError::from);
+        let encoded = if self.arrivals.is_empty() {
+            let sample = self.advance()?;
+            self.encode(&sample, stamp_ns, frames).map_err(DeviceError::from)
+        } else {
+            self.stream(stamp_ns, frames)
+        };
         let encoded = encoded.and_then(|()| self.apply_faults(stamp_ns, before, frames));
         if let Err(error) = encoded {
             frames.truncate(before);
             return Err(error);
         }
         self.cycle += 1;
+        Ok(())
+    }
+
+    /// Appends the frames of a cycle, each with the values of its own arrival.
+    fn stream(&mut self, stamp_ns: u64, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
+        let start_ns = self.cycle * self.period_ns;
+        for (message, after_ns) in self.arrivals.iter().copied() {
+            let values = self.streamed.at(&mut self.closed_loop, start_ns + after_ns)?;
+            frames.push(self.encoder.frame(message, &values, stamp_ns + after_ns)?);
+        }
         Ok(())
     }
 

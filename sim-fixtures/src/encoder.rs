@@ -3,7 +3,7 @@
 use didim_core::MAX_JOINTS;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{
-    AxisValues, CompiledLayout, CycleValues, EncodeError, Role, SampledBy,
+    AxisValues, CompiledLayout, CycleValues, EncodeError, Quantity, Role, SampledBy,
 };
 use didim_drivers::units::Scales;
 
@@ -54,12 +54,15 @@ pub struct BusCycle {
 pub struct CycleEncoder {
     layout: CompiledLayout,
     scales: Scales,
+    /// What a drive says of itself.
+    enabled: u16,
 }
 
 impl CycleEncoder {
     /// An encoder for a layout and the gains that read it.
     pub fn new(layout: CompiledLayout, scales: Scales) -> Self {
-        Self { layout, scales }
+        let own = layout.signal(Quantity::Enabled, 0).map(|_| layout.enabled_value());
+        Self { layout, scales, enabled: own.unwrap_or(OPERATION_ENABLED) }
     }
 
     /// The layout.
@@ -67,8 +70,9 @@ impl CycleEncoder {
         &self.layout
     }
 
-    /// Appends the frames of one cycle, stamped with the times at which a bus would deliver them.
-    /// Every value is rounded to the unit of its signal.
+    /// Appends the frames of one cycle, stamped with the times at which a bus would deliver them; all with
+    /// the instant, where that is when a signal is valid ([`CompiledLayout::at_arrival`]). Every value is
+    /// rounded to a count of its signal.
     ///
     /// # Errors
     /// [`CycleError`] where a value does not fit its signal, or the frames not into the cycle.
@@ -83,31 +87,74 @@ impl CycleEncoder {
         for role in [Role::Sync, Role::Sample, Role::Target] {
             self.layout.encode(role, &values, stamp_ns, frames)?;
         }
-        if self.layout.sampled_by() == SampledBy::Sync {
+        if self.layout.sampled_by() == SampledBy::Sync && !self.layout.at_arrival() {
             // The instant is the SYNC's arrival; what follows arrives one after the other.
             let mut arrival_ns = stamp_ns;
             for frame in frames.iter_mut().skip(before + 1) {
                 arrival_ns += wire_time_ns(frame);
                 frame.stamp_ns = arrival_ns;
             }
-            #[expect(clippy::cast_precision_loss, reason = "a cycle is far shorter than 2^52 ns")]
-            let needed_us = (arrival_ns - stamp_ns) as f64 * 1e-3;
-            let period_us = self.layout.period_ns() * 1e-3;
-            if needed_us >= period_us {
-                return Err(CycleError::Overrun { needed_us, period_us });
-            }
+            self.check_room(arrival_ns - stamp_ns)?;
         }
         Ok(())
+    }
+
+    fn check_room(&self, needed_ns: u64) -> Result<(), CycleError> {
+        #[expect(clippy::cast_precision_loss, reason = "a cycle is far shorter than 2^52 ns")]
+        let needed_us = needed_ns as f64 * 1e-3;
+        let period_us = self.layout.period_ns() * 1e-3;
+        if needed_us >= period_us {
+            return Err(CycleError::Overrun { needed_us, period_us });
+        }
+        Ok(())
+    }
+
+    /// The messages of a cycle, by their index in the layout, in the order in which they come where none
+    /// waits for a SYNC, each with its arrival after the first \[ns\]: what marks the cycle, then axis by axis
+    /// the command and the answer to it.
+    ///
+    /// # Errors
+    /// [`CycleError::Overrun`].
+    pub(crate) fn arrivals(&self) -> Result<Vec<(usize, u64)>, CycleError> {
+        let messages = self.layout.messages();
+        let mut order: Vec<usize> = (0..messages.len()).collect();
+        order.sort_by_key(|index| {
+            let message = &messages[*index];
+            let axis = message.extractions.iter().map(|signal| signal.axis).min();
+            (message.role != Role::Sync, axis, message.role != Role::Target)
+        });
+        let mut arrival_ns = 0;
+        let mut arrivals = Vec::with_capacity(order.len());
+        for (place, index) in order.into_iter().enumerate() {
+            let frame = messages[index].encode(&CycleValues::default(), 0)?;
+            arrival_ns += if place == 0 { 0 } else { wire_time_ns(&frame) };
+            arrivals.push((index, arrival_ns));
+        }
+        self.check_room(arrival_ns)?;
+        Ok(arrivals)
+    }
+
+    /// The frame of one message of the layout, by its index.
+    ///
+    /// # Errors
+    /// [`CycleError::Value`].
+    pub(crate) fn frame(
+        &self,
+        message: usize,
+        cycle: &BusCycle,
+        stamp_ns: u64,
+    ) -> Result<Frame, CycleError> {
+        Ok(self.layout.messages()[message].encode(&self.values(cycle), stamp_ns)?)
     }
 
     fn values(&self, cycle: &BusCycle) -> CycleValues {
         let mut values = CycleValues { counter: cycle.counter, ..Default::default() };
         for (j, axis) in values.axes.iter_mut().enumerate().take(self.layout.axes()) {
             *axis = AxisValues {
-                position: self.scales.position_value(j, cycle.motor_position_rad[j]).round(),
-                torque: self.scales.torque_value(j, cycle.motor_torque_nm[j]).round(),
-                reference: self.scales.reference_value(j, cycle.motor_reference_rad[j]).round(),
-                status_word: OPERATION_ENABLED,
+                position: self.scales.position_value(j, cycle.motor_position_rad[j]),
+                torque: self.scales.torque_value(j, cycle.motor_torque_nm[j]),
+                reference: self.scales.reference_value(j, cycle.motor_reference_rad[j]),
+                status_word: self.enabled,
             };
         }
         values

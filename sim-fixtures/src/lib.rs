@@ -13,6 +13,7 @@ mod playback;
 mod scenario;
 mod shipped;
 mod sink;
+mod streamed;
 
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};

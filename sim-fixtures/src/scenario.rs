@@ -1,5 +1,7 @@
 //! What is simulated: an arm, its motion, its controller, its drives.
 
+use std::collections::BTreeMap;
+
 use didim_core::control::ControllerConfig;
 use didim_core::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_core::robot::{ParameterKind, Robot, RobotError};
@@ -14,8 +16,8 @@ use serde::Deserialize;
 
 use crate::{Fault, Payload, Playback, PlaybackConfig};
 
-/// A scenario whose parts fit each other. The true parameters are the nominal ones of its robot; a
-/// payload is no part of them.
+/// A scenario whose parts fit each other. The true parameters are the nominal ones that it states, or
+/// else its robot; a payload is no part of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     name: String,
@@ -43,6 +45,7 @@ struct RawScenario {
     controller: ControllerConfig,
     simulation: SimulationConfig,
     payload: Option<Payload>,
+    nominal: Option<BTreeMap<String, f64>>,
     #[serde(default)]
     faults: Vec<Fault>,
 }
@@ -75,11 +78,20 @@ pub enum ScenarioError {
         /// The robot's name.
         found: String,
     },
-    /// The robot states no nominal parameters, so there is no truth to simulate.
-    #[error("the robot `{robot}` has no [nominal] parameters: there is nothing to simulate")]
+    /// Neither the robot nor the scenario states nominal parameters, so there is no truth to simulate.
+    #[error(
+        "the robot `{robot}` has no [nominal] parameters: there is nothing to simulate; state them in the \
+         scenario or in the robot file"
+    )]
     NoTruth {
         /// The robot's name.
         robot: String,
+    },
+    /// The scenario states a parameter that the robot has not. Correct its name.
+    #[error("nominal.{name}: the robot has no such parameter")]
+    UnknownParameter {
+        /// The name.
+        name: String,
     },
     /// A list has not one value per joint.
     #[error("{key}: {found} values for {expected} joints")]
@@ -134,13 +146,16 @@ impl Scenario {
         }
         let (limits, trajectory) = plan(raw.motion, raw.playback, &robot)?;
         check_values(&raw.playback, raw.samples)?;
-        let Some(nominal) = robot.nominal() else {
-            return Err(ScenarioError::NoTruth { robot: robot.name().to_owned() });
+        let standard = match (&raw.nominal, robot.nominal()) {
+            (Some(own), _) => standard(own, &robot)?,
+            (None, Some(nominal)) => nominal.standard().to_vec(),
+            (None, None) => {
+                return Err(ScenarioError::NoTruth { robot: robot.name().to_owned() });
+            }
         };
         let base = BaseParameters::compute(&Model::new(&robot))?;
-        let values = base.regroup(nominal.standard());
+        let values = base.regroup(&standard);
         let truth = base.names().iter().cloned().zip(values).collect();
-        let standard = nominal.standard().to_vec();
         let scenario = Self {
             name: raw.name,
             truth,
@@ -364,6 +379,22 @@ impl Scenario {
             InitialState::OnReference,
         )
     }
+}
+
+/// Stated parameters in the order of the model's columns; what is not stated is 0.
+fn standard(stated: &BTreeMap<String, f64>, robot: &Robot) -> Result<Vec<f64>, ScenarioError> {
+    let mut standard = vec![0.0; robot.parameters().names().len()];
+    for (name, value) in stated {
+        let column = robot.parameters().find(name);
+        let Some(entry) = column.and_then(|column| standard.get_mut(column)) else {
+            return Err(ScenarioError::UnknownParameter { name: name.clone() });
+        };
+        if !value.is_finite() {
+            return Err(ScenarioError::BadValue { key: "nominal", expected: "finite" });
+        }
+        *entry = *value;
+    }
+    Ok(standard)
 }
 
 fn plan(

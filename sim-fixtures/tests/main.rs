@@ -18,6 +18,7 @@ mod recordings;
 mod reduction;
 mod scenarios;
 mod starts;
+mod streamed;
 mod truth;
 mod vcan_device;
 mod wrong_statements;

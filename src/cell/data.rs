@@ -180,6 +180,11 @@ impl DataSection {
                 format!("is {}; give the samples per second, {least} to {most}", self.rate_hz);
             return Err(("data.rate_hz", problem));
         }
+        if self.torque_valid == TorqueValidity::Arrival {
+            let problem =
+                "\"arrival\" is for frames of a bus; a row has one time: say \"instant\" or held";
+            return Err(("data.torque_valid", problem.to_owned()));
+        }
         let torque_timing = self.torque_valid.timing(self.rate_hz);
         Ok(Data {
             rate_hz: self.rate_hz,

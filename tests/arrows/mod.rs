@@ -16,7 +16,7 @@ const PACKAGES: [&str; 7] =
 const ORDER: [(&str, &str); 9] = [
     (
         "core/src",
-        "identification feasibility simulation control dynamics trajectory regression signal robot numeric sample",
+        "identification excitation feasibility simulation control dynamics trajectory regression signal robot numeric sample",
     ),
     (
         "core/src/identification",

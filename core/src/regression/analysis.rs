@@ -101,10 +101,3 @@ impl<'a> ResidualAnalysis<'a> {
         weighted
     }
 }
-
-/// Divides the rows of each joint by its level.
-pub(super) fn divide_by_levels(system: &Observations, matrix: &mut DMatrix<f64>, levels: &[f64]) {
-    for (joint, level) in levels.iter().enumerate() {
-        matrix.rows_range_mut(system.joint_rows(joint)).unscale_mut(*level);
-    }
-}

@@ -2,9 +2,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::analysis::{ResidualAnalysis, divide_by_levels};
+use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
-use super::products::{subtract_share, transposed_product};
+use super::products::subtract_share;
 use super::spectra::{Basis, Spectra};
 use super::spectrum::ResidualSpectrum;
 
@@ -27,16 +27,22 @@ pub struct Extension {
 const MIN_DEGREES_OF_FREEDOM: f64 = 20.0;
 
 impl ResidualAnalysis<'_> {
-    /// Adds columns C (r × k, unweighted) to the solution; none when no column is independent of X,
-    /// or when too few rows are left over to judge by.
+    /// Adds a column for each joint to the solution, which acts on this joint alone: `further` has their values, one joint's
+    /// after the other's (r, unweighted). None when no column is independent of X, or when too few rows are left over to
+    /// judge by.
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] when the covariance of the coefficients cannot be inverted.
-    pub fn extended(&self, further: DMatrix<f64>) -> Result<Option<Extension>, RegressionError> {
+    pub fn extended(&self, further: &DVector<f64>) -> Result<Option<Extension>, RegressionError> {
         let levels = &self.solution.noise_levels;
-        let mut weighted = further;
-        divide_by_levels(self.system, &mut weighted, levels);
-        let Parts { columns, outside } = independent_parts(self.basis, &weighted);
+        let weighted = self.weighted(further);
+        let of_joint = |joint: usize| weighted.rows_range(self.system.joint_rows(joint));
+        let mut outside = DMatrix::zeros(weighted.len(), levels.len());
+        for joint in 0..levels.len() {
+            let rows = self.system.joint_rows(joint);
+            outside.view_mut((rows.start, joint), (rows.len(), 1)).copy_from(&of_joint(joint));
+        }
+        let Parts { columns, outside } = independent_parts(self.basis, outside);
         let used = (self.system.matrix().ncols() + columns.len()) as f64;
         let left_over = self.spectrum().independent_rows() - used;
         if columns.is_empty() || left_over < MIN_DEGREES_OF_FREEDOM {
@@ -58,10 +64,12 @@ impl ResidualAnalysis<'_> {
             return Err(RegressionError::OutOfRange);
         }
         // C = X(…) + B T with B the orthonormal directions, so that c = T⁻¹ Bᵀε.
-        let chosen = weighted.select_columns(&columns);
-        let back = transposed_product(&outside, &chosen)
-            .try_inverse()
-            .ok_or(RegressionError::OutOfRange)?;
+        let back = DMatrix::from_fn(columns.len(), columns.len(), |direction, chosen| {
+            let joint = columns[chosen];
+            let outside = outside.column(direction);
+            outside.rows_range(self.system.joint_rows(joint)).dot(&of_joint(joint))
+        });
+        let back = back.try_inverse().ok_or(RegressionError::OutOfRange)?;
         let coefficients = &back * projection;
         let covariance = &back * covariance * back.transpose();
         Ok(Some(Extension { columns, covariance, coefficients }))
@@ -78,10 +86,10 @@ struct Parts {
 
 /// Orthogonalises twice, for full accuracy (Kahan): what the first time leaves of a column within an
 /// ill-conditioned basis is rounding, and must not be chosen.
-fn independent_parts(basis: Basis<'_>, columns: &DMatrix<f64>) -> Parts {
+fn independent_parts(basis: Basis<'_>, columns: DMatrix<f64>) -> Parts {
     let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
-    let mut outside = columns.clone();
-    for column in outside.as_mut_slice().chunks_exact_mut(columns.nrows()) {
+    let (rows, mut outside) = (columns.nrows(), columns);
+    for column in outside.as_mut_slice().chunks_exact_mut(rows) {
         basis.take_out_of(column);
         basis.take_out_of(column);
     }

@@ -8,7 +8,7 @@ pub(super) const SIGNALS: usize = WIDTH;
 /// Values of a transform of which a class is transformed at a time, and classes at most: each goes over all values of a
 /// signal.
 const AT_ONCE: usize = 4096;
-const MOST_PARTS: usize = 64;
+const MOST_PARTS: usize = 128;
 
 /// As many complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]

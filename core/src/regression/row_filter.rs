@@ -32,20 +32,23 @@ impl RowFilter {
         Self { passband, fourier, power, inside, band }
     }
 
-    /// The transforms of the rows of each joint, so many together: real and imaginary parts.
+    /// The transforms of the rows of each joint, so many: real and imaginary parts, of some frequencies the conjugate
+    /// (those of [`Fourier::of_class`]).
     pub(super) fn transforms(&self, columns: &[f64], rows: usize) -> Vec<[Vec<f64>; 2]> {
         let signals: Vec<&[f64]> = columns.chunks_exact(rows.max(1)).collect();
-        let of_group = |signals: &[&[f64]]| {
-            let transforms = self.fourier.of(signals);
-            let of_signal = |signal: usize| {
-                [
-                    transforms.iter().map(|value| value.re.0[signal]).collect(),
-                    transforms.iter().map(|value| value.im.0[signal]).collect(),
-                ]
-            };
-            (0..signals.len()).map(of_signal).collect::<Vec<_>>()
-        };
-        signals.chunks(SIGNALS).flat_map(of_group).collect()
+        let none = || vec![0.0; self.fourier.frequencies()];
+        let mut all: Vec<_> = signals.iter().map(|_| [none(), none()]).collect();
+        for class in 0..self.fourier.classes() {
+            for (signals, to) in signals.chunks(SIGNALS).zip(all.chunks_mut(SIGNALS)) {
+                let transforms = self.fourier.of_class(class, signals);
+                for (frequency, value) in self.fourier.frequencies_of(class).zip(&transforms) {
+                    for (signal, [re, im]) in to.iter_mut().enumerate() {
+                        (re[frequency], im[frequency]) = (value.re.0[signal], value.im.0[signal]);
+                    }
+                }
+            }
+        }
+        all
     }
 
     /// No leverage yet.

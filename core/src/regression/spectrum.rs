@@ -6,6 +6,7 @@
 //! spectrum is that of white noise behind the filter, times a smooth shape that the residuals tell.
 
 use core::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -36,10 +37,30 @@ pub struct ResidualSpectrum<'a> {
 
 #[derive(Clone, Debug)]
 struct JointSpectrum {
-    /// Power at each frequency of the transform, from 0 to the Nyquist frequency.
-    power: Vec<f64>,
+    /// Power at each frequency of the transform, from 0 to the Nyquist frequency, but for the factor: what differs by
+    /// a factor only has it in common.
+    shape: Arc<[f64]>,
+    factor: f64,
+    /// The power at the frequencies that tell something, where it is the same at all of them.
+    flat: Option<f64>,
     /// Autocorrelations from lag 1 when the filter's own colour is taken out.
     autocorrelations: Vec<f64>,
+}
+
+impl JointSpectrum {
+    /// The power at a frequency, of which the first `inside` tell something.
+    fn power(&self, frequency: usize, inside: usize) -> f64 {
+        match self.flat {
+            Some(power) if frequency < inside => power,
+            _ => self.factor * self.shape[frequency],
+        }
+    }
+
+    /// The power of all frequencies, mirror images included.
+    fn total(&self, filter: &RowFilter) -> f64 {
+        let power = (0..self.shape.len()).map(|k| (k, self.power(k, filter.inside)));
+        power.map(|(k, power)| filter.multiplicity(k) * power).sum()
+    }
 }
 
 impl<'a> ResidualSpectrum<'a> {
@@ -54,7 +75,8 @@ impl<'a> ResidualSpectrum<'a> {
         let rows = system.rows_per_joint();
         let (mut joints, mut whitened) = (Vec::new(), Vec::new());
         let transforms = filter.transforms(residuals.as_slice(), rows);
-        for ((joint, leverage), [re, im]) in leverage.iter().enumerate().zip(&transforms) {
+        for ((joint, leverage), mut parts) in leverage.iter().enumerate().zip(transforms) {
+            let [re, im] = &parts;
             let squares = re.iter().zip(im).map(|(re, im)| re * re + im * im);
             let periodogram: Vec<f64> = squares
                 .zip(leverage)
@@ -75,14 +97,15 @@ impl<'a> ResidualSpectrum<'a> {
                 shape = least;
             }
             let shape_values = shape.values(&filter.band);
-            let power: Vec<f64> =
+            let power: Arc<[f64]> =
                 filter.power.iter().zip(shape_values).map(|(filtered, g)| filtered * g).collect();
-            let white = |parts: &[f64]| -> Vec<f64> {
-                let inside = parts.iter().zip(&power).take(filter.inside);
-                inside.map(|(value, power)| value / power.sqrt()).collect()
-            };
-            whitened.push([white(re), white(im)].concat());
-            joints.push(JointSpectrum { power, autocorrelations: shape.autocorrelations });
+            for part in &mut parts {
+                part.truncate(filter.inside);
+                part.iter_mut().zip(&*power).for_each(|(value, power)| *value /= power.sqrt());
+            }
+            whitened.push(parts);
+            let autocorrelations = shape.autocorrelations;
+            joints.push(JointSpectrum { shape: power, factor: 1.0, flat: None, autocorrelations });
         }
         let correlation = DMatrix::from_fn(joints.len(), joints.len(), |i, j| {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
@@ -130,7 +153,8 @@ impl<'a> ResidualSpectrum<'a> {
         let columns = of_joints.first().map_or(0, DMatrix::ncols);
         let weighted = |((joint, level), values): ((&JointSpectrum, &f64), &DMatrix<f64>)| {
             let root = |k: &usize| {
-                (self.filter.multiplicity(*k) * joint.power[*k] / length).sqrt() / level
+                let power = joint.power(*k, self.filter.inside);
+                (self.filter.multiplicity(*k) * power / length).sqrt() / level
             };
             let roots: Vec<f64> = frequencies[some.clone()].iter().map(root).collect();
             let parts = values.as_slice().chunks_exact(frequencies.len());
@@ -161,11 +185,10 @@ impl<'a> ResidualSpectrum<'a> {
     pub(super) fn raise_to(&mut self, deviations: &[f64]) {
         let length = self.filter.fourier.length() as f64;
         for (joint, deviation) in self.joints.iter_mut().zip(deviations) {
-            let power = joint.power.iter().enumerate();
-            let sum: f64 = power.map(|(k, power)| self.filter.multiplicity(k) * power).sum();
-            let raised = deviation * deviation * length / sum;
+            let raised = deviation * deviation * length / joint.total(self.filter);
             if raised > 1.0 {
-                joint.power.iter_mut().for_each(|power| *power *= raised);
+                joint.factor *= raised;
+                joint.flat = joint.flat.map(|power| power * raised);
             }
         }
     }
@@ -173,17 +196,17 @@ impl<'a> ResidualSpectrum<'a> {
     /// The same power of each joint, as much at each frequency that tells something.
     pub(super) fn whitened(&self) -> Self {
         let mut white = self.clone();
-        for joint in 0..white.joints.len() {
-            let mean = self.mean_power(joint);
-            white.joints[joint].power[..self.filter.inside].fill(mean);
+        for (joint, of_joint) in white.joints.iter_mut().enumerate() {
+            of_joint.flat = Some(self.mean_power(joint));
         }
         white
     }
 
     /// The mean power of a joint's errors over the frequencies that tell something.
     pub(super) fn mean_power(&self, joint: usize) -> f64 {
-        let inside = &self.joints[joint].power[..self.filter.inside];
-        inside.iter().sum::<f64>() / inside.len() as f64
+        let inside = self.filter.inside;
+        let power = (0..inside).map(|k| self.joints[joint].power(k, inside));
+        power.sum::<f64>() / inside as f64
     }
 
     /// Independent rows of all joints, by the filter alone: rows times the passband.
@@ -196,9 +219,8 @@ impl<'a> ResidualSpectrum<'a> {
     pub fn effective_rows_per_joint(&self) -> Vec<f64> {
         let length = self.filter.fourier.length() as f64;
         let effective = |joint: &JointSpectrum| {
-            let power = joint.power.iter().enumerate();
-            let variance = power.map(|(k, p)| self.filter.multiplicity(k) * p).sum::<f64>();
-            self.rows as f64 * variance / length / joint.power[0]
+            let at_zero = joint.power(0, self.filter.inside);
+            self.rows as f64 * joint.total(self.filter) / length / at_zero
         };
         self.joints.iter().map(effective).collect()
     }
@@ -212,8 +234,10 @@ impl<'a> ResidualSpectrum<'a> {
 }
 
 /// The real part of the coherence of two transforms, from their real and imaginary parts.
-fn coherence(a: &[f64], b: &[f64]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+fn coherence(a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]) -> f64 {
+    let dot = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| {
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum::<f64>()
+    };
     let size = (dot(a, a) * dot(b, b)).sqrt();
     if size > 0.0 { dot(a, b) / size } else { 0.0 }
 }

@@ -85,6 +85,11 @@ impl SampledReference {
     pub fn samples(&self) -> usize {
         self.position.ncols()
     }
+
+    /// From time 0 to the last sample \[s\].
+    pub fn duration_s(&self) -> f64 {
+        (self.samples() - 1) as f64 / self.sample_rate_hz + self.delay_s
+    }
 }
 
 impl Reference for SampledReference {

@@ -2,34 +2,11 @@
 
 use didim_core::{JointSample, MAX_JOINTS};
 
+use super::arrived::{Arrived, Span};
 use super::losses::CycleCause;
-use crate::layout::{CompiledLayout, MessagePlan, Quantity, Role};
+use super::values::{References, Values, bit, is_enabled};
+use crate::layout::{CompiledLayout, Role};
 use crate::units::Scales;
-
-/// The bits of a CiA 402 status word (6041h) that tell the state, and "operation enabled".
-const STATE_MASK: u16 = 0x6F;
-const OPERATION_ENABLED: u16 = 0x27;
-
-/// What the frames of one cycle said, in the units of the DBC file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Values {
-    position: [f64; MAX_JOINTS],
-    torque: [f64; MAX_JOINTS],
-    status_word: [u16; MAX_JOINTS],
-    pub(super) counter: u64,
-}
-
-/// References, per axis, and the frames that brought nothing else.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct References {
-    value: [f64; MAX_JOINTS],
-    stamp_ns: [u64; MAX_JOINTS],
-    /// One bit per axis.
-    axes: u64,
-    /// Messages that came, one bit per index.
-    messages: u64,
-    pub(super) frames: u64,
-}
 
 /// One cycle, from its SYNC until it is decided.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +23,10 @@ pub(super) struct Cycle {
     pub(super) missing_before: u64,
     /// A frame came so late in the cycle that it may be of the next.
     pub(super) doubtful: bool,
+    /// With signals that are valid at the arrival of their frames: the first of this cycle, and the latest
+    /// from before its SYNC.
+    pub(super) arrived: Arrived,
+    pub(super) before: Arrived,
     /// The first cause, in the order of [`CycleCause`], that costs the sample.
     pub(super) fault: Option<CycleCause>,
 }
@@ -75,100 +56,14 @@ impl Whole {
     }
 }
 
-/// A layout has at most 33 messages, so an index is a bit of a `u64`.
-pub(super) fn bit(index: usize) -> u64 {
-    1 << (index & 63)
-}
-
-/// Reads the signals of a frame, references aside. What is out of range is a fault of the cycle.
-pub(super) fn read_values(
-    message: &MessagePlan,
-    payload: &[u8],
-    values: &mut Values,
-) -> Option<CycleCause> {
-    let mut fault = None;
-    for extraction in &message.extractions {
-        let axis = extraction.axis.min(MAX_JOINTS - 1);
-        let place = match extraction.quantity {
-            Quantity::Position => &mut values.position[axis],
-            Quantity::Torque => &mut values.torque[axis],
-            Quantity::Reference => continue,
-            Quantity::Counter => {
-                values.counter = extraction.signal.field.bits(payload);
-                continue;
-            }
-            Quantity::StatusWord => {
-                let word = extraction.signal.field.bits(payload);
-                // The compiler has made sure that it is 16 bits wide.
-                let word = u16::try_from(word).unwrap_or(0);
-                values.status_word[axis] = word;
-                if word & STATE_MASK != OPERATION_ENABLED {
-                    fault = first(fault, CycleCause::NotEnabled);
-                }
-                continue;
-            }
-        };
-        match extraction.value(payload) {
-            Some(value) => *place = value,
-            None => {
-                *place = 0.0;
-                fault = first(fault, CycleCause::OutOfRange);
-            }
-        }
-    }
-    fault
-}
-
-/// The cause that is counted when two cost the same cycle.
-pub(super) fn first(fault: Option<CycleCause>, other: CycleCause) -> Option<CycleCause> {
-    Some(fault.map_or(other, |fault| fault.min(other)))
-}
-
-impl References {
-    /// Reads the references of a frame; the latest of an axis counts, as in the drive. Returns
-    /// whether this message had come before. A reference out of range is none.
-    pub(super) fn read(
-        &mut self,
-        index: usize,
-        message: &MessagePlan,
-        payload: &[u8],
-        stamp_ns: u64,
-    ) -> bool {
-        for extraction in &message.extractions {
-            if extraction.quantity != Quantity::Reference {
-                continue;
-            }
-            let axis = extraction.axis.min(MAX_JOINTS - 1);
-            self.axes &= !bit(axis);
-            if let Some(value) = extraction.value(payload) {
-                self.value[axis] = value;
-                self.stamp_ns[axis] = stamp_ns;
-                self.axes |= bit(axis);
-            }
-        }
-        let again = self.messages & bit(index) != 0;
-        self.messages |= bit(index);
-        again
-    }
-
-    /// Forgets the references that are from before `oldest_ns`.
-    pub(super) fn drop_older(&mut self, oldest_ns: u64) {
-        for (axis, stamp_ns) in self.stamp_ns.iter().enumerate() {
-            if *stamp_ns < oldest_ns {
-                self.axes &= !bit(axis);
-            }
-        }
-    }
-}
-
 impl Cycle {
     /// Whether no drive is in the state "operation enabled".
     pub(super) fn is_idle(&self, axes: usize) -> bool {
-        let words = self.values.status_word.iter().take(axes);
-        words.into_iter().all(|word| word & STATE_MASK != OPERATION_ENABLED)
+        self.values.status_word.iter().take(axes).all(|word| !is_enabled(*word))
     }
 
-    /// The sample of this cycle in SI units, whatever came before it.
+    /// The sample of this cycle in SI units, whatever came before it; where signals are valid at the
+    /// arrival of their frames, interpolated over `reach_ns` at most.
     ///
     /// # Errors
     /// The cause that costs it.
@@ -177,12 +72,16 @@ impl Cycle {
         whole: Whole,
         axes: usize,
         scales: &Scales,
+        reach_ns: Option<u64>,
     ) -> Result<JointSample, CycleCause> {
         if whole.missing(self) != 0 {
             return Err(CycleCause::MissingAxis);
         }
         if let Some(fault) = self.fault {
             return Err(fault);
+        }
+        if let Some(reach_ns) = reach_ns {
+            return self.sample_of_arrivals(whole, axes, scales, reach_ns);
         }
         let mut sample = JointSample::zero(self.sequence, self.stamp_ns);
         sample.has_reference = whole.axes != 0 && self.references.axes == whole.axes;
@@ -194,6 +93,57 @@ impl Cycle {
                 let reference = scales.reference_rad(axis, self.references.value[axis]);
                 sample.motor_reference_rad[axis] = reference;
                 sample.has_reference = scales.is_continuous(axis, position, reference);
+            }
+        }
+        if !sample.has_reference {
+            sample.motor_reference_rad = [0.0; MAX_JOINTS];
+        }
+        Ok(sample)
+    }
+
+    fn sample_of_arrivals(
+        &self,
+        whole: Whole,
+        axes: usize,
+        scales: &Scales,
+        reach_ns: u64,
+    ) -> Result<JointSample, CycleCause> {
+        let (before, after) = (&self.before, &self.arrived);
+        // What two values of a signal, each with its arrival, are at the instant.
+        let between = |(from, before_ns): (f64, Option<u64>),
+                       (to, after_ns): (f64, Option<u64>)| {
+            let span = Span { instant_ns: self.stamp_ns, before_ns, after_ns, reach_ns };
+            span.share_before().map(|share| to + (from - to) * share)
+        };
+        let mut sample = JointSample::zero(self.sequence, self.stamp_ns);
+        sample.has_reference = whole.axes != 0 && after.references.axes == whole.axes;
+        for axis in 0..axes.min(MAX_JOINTS) {
+            let of = |arrived: &Arrived| {
+                let position_rad = scales.position_rad(axis, arrived.values.position[axis]);
+                (position_rad, arrived.position_ns[axis])
+            };
+            let position = between(of(before), of(after)).ok_or(CycleCause::MissingAxis)?;
+            if before.position_ns[axis].is_some()
+                && !scales.is_continuous(axis, of(before).0, of(after).0)
+            {
+                return Err(CycleCause::OutOfRange);
+            }
+            let of = |arrived: &Arrived| {
+                (scales.torque_nm(axis, arrived.values.torque[axis]), arrived.torque_ns[axis])
+            };
+            let torque = between(of(before), of(after)).ok_or(CycleCause::MissingAxis)?;
+            sample.motor_position_rad[axis] = position;
+            sample.motor_torque_nm[axis] = torque;
+            let of = |Arrived { references, .. }: &Arrived| {
+                let is_there = references.axes & bit(axis) != 0;
+                let stamp_ns = is_there.then_some(references.stamp_ns[axis]);
+                (scales.reference_rad(axis, references.value[axis]), stamp_ns)
+            };
+            match between(of(before), of(after)).filter(|_| sample.has_reference) {
+                Some(reference) if scales.is_continuous(axis, position, reference) => {
+                    sample.motor_reference_rad[axis] = reference;
+                }
+                _ => sample.has_reference = false,
             }
         }
         if !sample.has_reference {

@@ -75,6 +75,8 @@ causes! {
         WrongFormat => wrong_format,
         /// Not the length of the message.
         WrongLength => wrong_length,
+        /// Something else than its message by the layout's `except`, as an answer about a register.
+        Excepted => excepted,
         /// A second frame of the same message, or SYNC, in one cycle.
         Duplicate => duplicate,
         /// A packed frame whose counter is that of the one before.
@@ -100,11 +102,12 @@ causes! {
         MissingSync => missing_sync,
         /// A gap in the counter of the packed frames.
         CounterGap => counter_gap,
-        /// A frame of an axis did not come.
+        /// A frame of an axis did not come; or did not before, where its signals are interpolated.
         MissingAxis => missing_axis,
         /// Two frames of one message said different things in one cycle.
         Contradiction => contradiction,
-        /// A drive was not in the state "operation enabled" (CiA 402).
+        /// A drive was not in the state "operation enabled" (CiA 402), or not in that of the layout's
+        /// `enabled`.
         NotEnabled => not_enabled,
         /// A value was not finite, outside of the range in the DBC file, or half the integer's range
         /// from the one before.
@@ -164,6 +167,7 @@ impl From<Unreadable> for FrameCause {
             Unreadable::UnknownId => Self::UnknownId,
             Unreadable::WrongFormat => Self::WrongFormat,
             Unreadable::WrongLength => Self::WrongLength,
+            Unreadable::Excepted => Self::Excepted,
         }
     }
 }

@@ -17,6 +17,10 @@
 //! frame in the last quarter of a period may be of a next cycle whose SYNC was missed: without that
 //! SYNC its cycle is lost.
 //!
+//! # Without a SYNC
+//! Any message that comes once a cycle takes its place, and every signal is valid at the arrival of its
+//! own frame: cycles are as with a SYNC, and signals are interpolated to its arrival (`arrived`).
+//!
 //! # With a packed frame
 //! Each frame is a cycle, decided at once. Its counter, where there is one, gives the sequence.
 //!
@@ -24,6 +28,8 @@
 //! A bus whose period is 1 % or more off the nominal one gives no samples: see
 //! [`CycleCause::WrongPeriod`].
 
+mod arrival;
+mod arrived;
 mod continuity;
 mod counter;
 mod cycle;
@@ -32,15 +38,18 @@ mod losses;
 mod packed;
 mod period;
 mod sync;
+mod values;
 
 use didim_core::JointSample;
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
+use self::arrived::{Arrived, REACH};
 use self::continuity::Continuity;
-use self::cycle::{Cycle, References, Whole, first};
+use self::cycle::{Cycle, Whole};
 use self::grid::Grid;
 use self::period::PeriodWatch;
+use self::values::{References, first};
 use crate::frame::Frame;
 use crate::layout::{CompiledLayout, CyclesBy, Role, SampledBy};
 use crate::units::Scales;
@@ -60,6 +69,10 @@ struct State {
     period_ns: f64,
     next_sync: bool,
     whole: Whole,
+    /// The longest that is interpolated over, where signals are valid at the arrival of their frames \[ns\].
+    reach_ns: Option<u64>,
+    /// The state of a drive that is enabled, where that is no status word.
+    enabled: u16,
     /// Whether the frames count the cycles, whatever their stamps.
     by_frames: bool,
     grid: Option<Grid>,
@@ -68,6 +81,8 @@ struct State {
     open: Option<Cycle>,
     /// References that take effect at the next SYNC.
     pending: References,
+    /// The latest value of each signal that is valid at the arrival of its frame.
+    latest: Arrived,
     /// Messages that the cycle before did not get.
     missing_before: u64,
     /// Sequence of the latest cycle.
@@ -95,11 +110,14 @@ impl Assembler {
             period_ns: layout.period_ns(),
             next_sync: layout.reference_at_next_sync(),
             whole: Whole::of(&layout),
+            reach_ns: layout.at_arrival().then(|| reach_ns(&layout)),
+            enabled: layout.enabled_value(),
             by_frames: layout.cycles_by() == CyclesBy::Frames,
             grid: None,
             period: PeriodWatch::new(layout.period_ns()),
             open: None,
             pending: References::default(),
+            latest: Arrived::default(),
             missing_before: 0,
             sequence: 0,
             counter: 0,
@@ -127,6 +145,12 @@ impl Assembler {
             Ok(found) => found,
             Err(why) => return state.losses.frames.count(why.into(), 1),
         };
+        if state.reach_ns.is_some() {
+            if message.role == Role::Sync {
+                state.sync_frame(frame.stamp_ns);
+            }
+            return state.arrival_frame(index, message, frame);
+        }
         match (self.layout.sampled_by(), message.role) {
             (SampledBy::Packed, _) => state.packed_frame(index, message, frame),
             (SampledBy::Sync, Role::Sync) => state.sync_frame(frame.stamp_ns),
@@ -202,6 +226,7 @@ impl State {
     fn start_grid(&mut self, stamp_ns: u64) {
         self.grid = Some(Grid::start(self.period_ns, stamp_ns));
         self.continuity = Continuity::default();
+        self.latest = Arrived::default();
         self.missing_before = 0;
     }
 
@@ -243,7 +268,12 @@ impl State {
             cycle.fault = first(cycle.fault, CycleCause::WrongPeriod);
         }
         self.missing_before = self.whole.missing(&cycle);
-        let sample = cycle.sample(self.whole, self.axes, &self.scales).and_then(|sample| {
+        if cycle.fault.is_some() {
+            // Nothing is interpolated from what a drive said that was not enabled, or cannot have meant.
+            self.latest = Arrived::default();
+        }
+        let sample = cycle.sample(self.whole, self.axes, &self.scales, self.reach_ns);
+        let sample = sample.and_then(|sample| {
             self.continuity.admit(&sample.motor_position_rad, self.axes, &self.scales)?;
             Ok(sample)
         });
@@ -270,4 +300,9 @@ impl State {
             }
         }
     }
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a period: 1e4 to 1e9")]
+fn reach_ns(layout: &CompiledLayout) -> u64 {
+    (REACH * layout.period_ns()) as u64
 }

@@ -2,8 +2,9 @@
 
 use super::State;
 use super::counter::{Step, WIDE, step};
-use super::cycle::{Cycle, References, Values, bit, read_values};
+use super::cycle::Cycle;
 use super::losses::{CycleCause, FrameCause};
+use super::values::{References, Values, bit, read_values};
 use crate::frame::Frame;
 use crate::layout::{Extraction, MessagePlan, Quantity};
 
@@ -27,7 +28,7 @@ impl State {
     /// A packed frame: a cycle of its own.
     pub(super) fn packed_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
         let mut values = Values::default();
-        let fault = read_values(message, frame.data(), &mut values);
+        let fault = read_values(message, frame.data(), &mut values, self.enabled);
         let mut follows = false;
         let counted = counter_of(message).is_some();
         if !counted {

@@ -1,9 +1,10 @@
 //! Cycles between SYNCs.
 
 use super::State;
-use super::cycle::{Cycle, References, bit, first, read_values};
+use super::cycle::Cycle;
 use super::grid::Grid;
 use super::losses::{CycleCause, FrameCause};
+use super::values::{References, bit, first, read_values};
 use crate::frame::Frame;
 use crate::layout::MessagePlan;
 
@@ -88,6 +89,7 @@ impl State {
             references,
             frames: 1,
             missing_before: self.missing_before,
+            before: self.latest,
             ..Cycle::default()
         });
     }
@@ -99,7 +101,7 @@ impl State {
             return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1);
         };
         let mut values = cycle.values;
-        let fault = read_values(message, frame.data(), &mut values);
+        let fault = read_values(message, frame.data(), &mut values, self.enabled);
         if cycle.messages & bit(index) == 0 {
             cycle.messages |= bit(index);
             cycle.frames += 1;
@@ -144,14 +146,16 @@ impl State {
 
     /// Why the open cycle does not take a frame of this stamp, after ending it by time; `None` where
     /// it does.
-    fn refusal_at(&mut self, stamp_ns: u64) -> Option<FrameCause> {
+    pub(super) fn refusal_at(&mut self, stamp_ns: u64) -> Option<FrameCause> {
         let Some(grid) = self.grid else { return Some(FrameCause::BeforeFirstSync) };
         self.end_by_time(stamp_ns);
         let periods = grid.periods_to(stamp_ns);
+        let by_sync = self.reach_ns.is_none();
         match &mut self.open {
             Some(_) if self.by_frames => None,
             Some(cycle) if periods < 1.0 && stamp_ns >= cycle.stamp_ns => {
-                cycle.doubtful |= periods >= DOUBTFUL;
+                // What is valid at its own arrival is so whichever cycle it is of.
+                cycle.doubtful |= by_sync && periods >= DOUBTFUL;
                 None
             }
             _ => Some(FrameCause::Late),

@@ -5,8 +5,10 @@ use didim_core::MAX_JOINTS;
 use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
 use super::field::Encoding;
-use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy};
-use super::spec::{LayoutSpec, ReferenceValidity};
+use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Validity};
+use super::spec::{
+    CyclesBy, LayoutSpec, PositionValidity, ReferenceValidity, SignalNames, TorqueValidity,
+};
 
 /// The shortest and the longest nominal period that are taken \[µs\].
 const PERIOD_US: (f64, f64) = (10.0, 1e6);
@@ -28,12 +30,21 @@ impl CompiledLayout {
         let mut messages = Vec::new();
         if let Some(name) = &spec.sync {
             let format = database.message("sync", name)?;
-            messages.push(MessagePlan { format, role: Role::Sync, extractions: Vec::new() });
+            messages.push(MessagePlan {
+                format,
+                role: Role::Sync,
+                extractions: Vec::new(),
+                except: Vec::new(),
+            });
         }
-        for (key, quantity, pattern) in patterns {
-            for axis in 0..spec.axes {
-                let name = pattern.replace("{axis}", &(axis + 1).to_string());
-                add(&database, &mut messages, key, &name, quantity, axis)?;
+        for (key, quantity, names) in patterns {
+            for (axis, name) in names_of(key, &names, spec.axes)?.iter().enumerate() {
+                add(&database, &mut messages, key, name, quantity, axis)?;
+            }
+        }
+        for except in &spec.except {
+            for name in names_of("except", &except.signal, spec.axes)? {
+                except_in(&database, &mut messages, &name, &except.is)?;
             }
         }
         if let Some(pattern) = &spec.counter {
@@ -71,6 +82,7 @@ pub(super) fn finish(
             message.role = Role::Target;
         }
     }
+    check_sync(&messages, spec)?;
     let sampled_by = if messages.iter().any(|message| message.role == Role::Sync) {
         SampledBy::Sync
     } else if messages.len() == 1 {
@@ -85,9 +97,59 @@ pub(super) fn finish(
         return refuse("sync", reason);
     };
     let timing = spec.torque.valid.timing(1e9 / period_ns);
-    let timing = timing.or_else(|problem| refuse("torque.valid", problem))?;
+    let validity = Validity {
+        at_arrival: at_arrival(spec),
+        torque: timing.or_else(|problem| refuse("torque.valid", problem))?,
+        reference_at_next_sync: next_sync,
+        enabled: spec.enabled.as_ref().map_or(0, |enabled| enabled.is),
+    };
     let by = spec.cycles_by;
-    Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, timing, next_sync, by))
+    Ok(CompiledLayout::new(messages, sampled_by, spec.axes, period_ns, validity, by))
+}
+
+/// Whether signals are valid at the arrival of their own frames.
+pub(super) fn at_arrival(spec: &LayoutSpec) -> bool {
+    spec.position.valid == PositionValidity::Arrival
+}
+
+/// What a SYNC and signals that are valid at their own arrival ask of each other.
+fn check_sync(messages: &[MessagePlan], spec: &LayoutSpec) -> Result<(), LayoutError> {
+    let arrival = at_arrival(spec);
+    let agrees = |key, other: Option<bool>| match other {
+        Some(other) if other != arrival => refuse(
+            key,
+            "either every signal is valid at the \"arrival\" of its own frame, or none is".into(),
+        ),
+        _ => Ok(()),
+    };
+    agrees("torque.valid", Some(spec.torque.valid == TorqueValidity::Arrival))?;
+    let reference = spec.reference.as_ref();
+    agrees("reference.valid", reference.map(|r| r.valid == ReferenceValidity::Arrival))?;
+    let sync = messages.iter().find(|message| message.role == Role::Sync);
+    if !arrival {
+        return match sync.and_then(|sync| sync.extractions.first()) {
+            Some(signal) => refuse(
+                "sync",
+                format!(
+                    "carries `{}`, and a SYNC carries no signals; where every signal is valid at the \
+                     arrival of its own frame, say `valid = \"arrival\"`",
+                    signal.signal.name
+                ),
+            ),
+            None => Ok(()),
+        };
+    }
+    if sync.is_none() {
+        let reason = "missing: signals are valid at the arrival of their own frames, so that a message \
+                      that comes once a cycle has to mark the instant of the sample";
+        return refuse("sync", reason.into());
+    }
+    if spec.cycles_by == CyclesBy::Frames {
+        let reason = "\"frames\" does not trust the stamps, and signals that are valid at the \
+                      \"arrival\" of their frames need them";
+        return refuse("cycles_by", reason.into());
+    }
+    Ok(())
 }
 
 /// Keys that only a layout from device files has.
@@ -109,9 +171,9 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
     }
 }
 
-type Patterns<'a> = Vec<(&'static str, Quantity, &'a str)>;
+type Patterns = Vec<(&'static str, Quantity, SignalNames)>;
 
-fn patterns(spec: &LayoutSpec) -> Result<Patterns<'_>, LayoutError> {
+fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
     let mut patterns = Vec::new();
     let signals = [
         Some(("position.signal", Quantity::Position, &spec.position.signal)),
@@ -122,12 +184,69 @@ fn patterns(spec: &LayoutSpec) -> Result<Patterns<'_>, LayoutError> {
         let Some(signal) = signal else {
             return refuse(key, "missing: name the signal, as \"Message.Signal\"".into());
         };
-        patterns.push((key, quantity, signal.as_str()));
+        patterns.push((key, quantity, signal.clone()));
     }
-    if let Some(signal) = &spec.status_word {
-        patterns.push(("status_word", Quantity::StatusWord, signal.as_str()));
+    match (&spec.status_word, &spec.enabled) {
+        (Some(_), Some(_)) => {
+            return refuse("enabled", "says what `status_word` says; give one of them".into());
+        }
+        (Some(signal), None) => {
+            let pattern = SignalNames::Pattern(signal.clone());
+            patterns.push(("status_word", Quantity::StatusWord, pattern));
+        }
+        (None, Some(enabled)) => {
+            patterns.push(("enabled", Quantity::Enabled, enabled.signal.clone()));
+        }
+        (None, None) => {}
     }
     Ok(patterns)
+}
+
+/// The signal of each axis.
+fn names_of(
+    key: &'static str,
+    names: &SignalNames,
+    axes: usize,
+) -> Result<Vec<String>, LayoutError> {
+    match names {
+        SignalNames::Pattern(pattern) => {
+            let name = |axis: usize| pattern.replace("{axis}", &axis.to_string());
+            Ok((1..=axes).map(name).collect())
+        }
+        SignalNames::Listed(names) if names.len() == axes => Ok(names.clone()),
+        SignalNames::Listed(names) => {
+            refuse(key, format!("{} signals for {axes} axes; give one per axis", names.len()))
+        }
+    }
+}
+
+/// Adds to a message of the plan which of its frames are something else.
+fn except_in(
+    database: &Database<'_>,
+    messages: &mut [MessagePlan],
+    name: &str,
+    values: &[u16],
+) -> Result<(), LayoutError> {
+    let key = "except";
+    let (message, signal) = split(key, name)?;
+    let signal = database.signal(key, message, signal)?;
+    check_integer(Quantity::Enabled, &signal)?;
+    match messages.iter_mut().find(|plan| plan.format.name == message) {
+        Some(plan) => {
+            plan.except.push((signal.field, values.to_vec()));
+            Ok(())
+        }
+        None => refuse(key, format!("`{name}` is in no message that carries a signal of the arm")),
+    }
+}
+
+fn split<'n>(key: &'static str, name: &'n str) -> Result<(&'n str, &'n str), LayoutError> {
+    match name.split_once('.') {
+        Some((message, signal)) if !message.is_empty() && !signal.is_empty() => {
+            Ok((message, signal))
+        }
+        _ => Err(LayoutError::Pattern { key, pattern: name.to_owned() }),
+    }
 }
 
 /// Adds one signal to the plan of its message.
@@ -139,25 +258,24 @@ fn add(
     quantity: Quantity,
     axis: usize,
 ) -> Result<(), LayoutError> {
-    let (message, signal) = match name.split_once('.') {
-        Some((message, signal)) if !message.is_empty() && !signal.is_empty() => (message, signal),
-        _ => return Err(LayoutError::Pattern { key, pattern: name.to_owned() }),
-    };
+    let (message, signal) = split(key, name)?;
     let format = database.message(key, message)?;
     let signal = database.signal(key, message, signal)?;
     check_integer(quantity, &signal)?;
     let extraction = Extraction { quantity, axis, signal };
     match messages.iter_mut().find(|plan| plan.format.id == format.id) {
-        Some(plan) if plan.role == Role::Sync => {
-            refuse(key, format!("`{name}` lies in the SYNC, which carries no signals"))
-        }
         Some(plan) => {
             plan.extractions.push(extraction);
             Ok(())
         }
         None => {
             let extractions = vec![extraction];
-            messages.push(MessagePlan { format, role: Role::Sample, extractions });
+            messages.push(MessagePlan {
+                format,
+                role: Role::Sample,
+                extractions,
+                except: Vec::new(),
+            });
             Ok(())
         }
     }
@@ -167,7 +285,7 @@ fn add(
 pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
     let fault = match quantity {
         Quantity::Position | Quantity::Torque | Quantity::Reference => None,
-        Quantity::StatusWord | Quantity::Counter
+        Quantity::StatusWord | Quantity::Enabled | Quantity::Counter
             if signal.field.encoding() != Encoding::Unsigned
                 || signal.field.scale() != (1.0, 0.0) =>
         {
@@ -176,10 +294,11 @@ pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result
         Quantity::StatusWord if signal.field.width() != 16 => {
             Some("a status word (6041h) has 16 bits")
         }
+        Quantity::Enabled if signal.field.width() > 16 => Some("has more than 16 bits"),
         Quantity::Counter if !(4..=32).contains(&signal.field.width()) => {
             Some("a counter has 4 to 32 bits")
         }
-        Quantity::StatusWord | Quantity::Counter => None,
+        Quantity::StatusWord | Quantity::Enabled | Quantity::Counter => None,
     };
     match fault {
         None => Ok(()),

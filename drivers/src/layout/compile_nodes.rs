@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::compile::{check_integer, finish, refuse};
+use super::compile::{at_arrival, check_integer, finish, refuse};
 use super::dbc::{MessageFormat, SignalFormat};
 use super::eds::{Dictionary, Direction, EdsError, Mapped, Object, Pdo, Sent, identifier};
 use super::error::LayoutError;
@@ -62,13 +62,18 @@ fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         return refuse("counter", "is for packed frames; PDOs go by the SYNC".into());
     }
     let signals = [
-        ("position.signal", &spec.position.signal),
-        ("torque.signal", &spec.torque.signal),
-        ("reference.signal", spec.reference.as_ref().map_or(&None, |r| &r.signal)),
+        ("position.signal", spec.position.signal.is_some()),
+        ("torque.signal", spec.torque.signal.is_some()),
+        ("reference.signal", spec.reference.as_ref().is_some_and(|r| r.signal.is_some())),
+        ("enabled", spec.enabled.is_some()),
+        ("except", !spec.except.is_empty()),
     ];
-    match signals.into_iter().find(|(_, signal)| signal.is_some()) {
+    match signals.into_iter().find(|(_, given)| *given) {
         Some((key, _)) => {
             refuse(key, "names a signal of a DBC file; with `nodes` use `object`".into())
+        }
+        None if at_arrival(spec) => {
+            refuse("position.valid", "\"arrival\" is for a bus without SYNC; PDOs go by it".into())
         }
         None => Ok(()),
     }
@@ -113,7 +118,7 @@ fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
         // What the drive reports is the drive's at the SYNC, what it is told takes effect at the next.
         let direction = match reference.valid {
             ReferenceValidity::Instant => Direction::Transmit,
-            ReferenceValidity::NextSync => Direction::Receive,
+            ReferenceValidity::NextSync | ReferenceValidity::Arrival => Direction::Receive,
         };
         wanted.push(one(
             "reference.object",
@@ -190,7 +195,7 @@ fn sync(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
     };
     let format =
         MessageFormat { name: "SYNC".to_owned(), id, fd: false, length: u8::from(counter) };
-    Ok(MessagePlan { format, role: Role::Sync, extractions: Vec::new() })
+    Ok(MessagePlan { format, role: Role::Sync, extractions: Vec::new(), except: Vec::new() })
 }
 
 /// Adds an object of a node to the plan of the PDO that carries it.
@@ -228,6 +233,7 @@ fn add(
                 format,
                 role: Role::Sample,
                 extractions: vec![extraction],
+                except: Vec::new(),
             });
         }
     }

@@ -16,7 +16,7 @@ pub struct AxisValues {
     pub torque: f64,
     /// Commanded motor position.
     pub reference: f64,
-    /// CiA 402 status word.
+    /// CiA 402 status word, or the state of another kind of drive.
     pub status_word: u16,
 }
 
@@ -80,7 +80,7 @@ impl MessagePlan {
                 Quantity::Position => axis.position,
                 Quantity::Torque => axis.torque,
                 Quantity::Reference => axis.reference,
-                Quantity::StatusWord => f64::from(axis.status_word),
+                Quantity::StatusWord | Quantity::Enabled => f64::from(axis.status_word),
                 Quantity::Counter => {
                     // `insert` keeps the low bits: a counter starts again at 2^width.
                     extraction.signal.field.insert(&mut payload, values.counter);

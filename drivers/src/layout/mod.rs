@@ -27,6 +27,6 @@ pub use error::LayoutError;
 pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};
 pub use plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Unreadable};
 pub use spec::{
-    CyclesBy, LayoutSpec, NodeSpec, PositionSpec, PositionValidity, ReferenceSpec,
-    ReferenceValidity, TorqueSpec, TorqueValidity,
+    CyclesBy, EnabledSpec, ExceptSpec, LayoutSpec, NodeSpec, PositionSpec, PositionValidity,
+    ReferenceSpec, ReferenceValidity, SignalNames, TorqueSpec, TorqueValidity,
 };

@@ -5,6 +5,7 @@ use std::fmt;
 use didim_core::identification::SignalTiming;
 
 use super::dbc::{MessageFormat, SignalFormat};
+use super::field::Field;
 use super::spec::CyclesBy;
 use crate::frame::{Frame, FrameId, FrameKind};
 
@@ -25,6 +26,8 @@ pub enum Quantity {
     Reference,
     /// CiA 402 status word.
     StatusWord,
+    /// A state of another kind of drive, which has one value where it is enabled.
+    Enabled,
     /// Counter of the packed frame; of no axis, `axis` is 0.
     Counter,
 }
@@ -36,6 +39,7 @@ impl fmt::Display for Quantity {
             Self::Torque => "torque",
             Self::Reference => "reference",
             Self::StatusWord => "status word",
+            Self::Enabled => "state",
             Self::Counter => "counter",
         })
     }
@@ -44,7 +48,8 @@ impl fmt::Display for Quantity {
 /// What a message is to a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Its arrival is the instant of a sample; it carries no signal.
+    /// Its arrival is the instant of a sample. It carries no signal, unless signals are valid at the
+    /// arrival of their frames.
     Sync,
     /// It carries what a sample cannot be without.
     Sample,
@@ -74,6 +79,8 @@ pub enum Unreadable {
     WrongFormat,
     /// Not the length of the message.
     WrongLength,
+    /// By its content something else than the message.
+    Excepted,
 }
 
 /// One signal of the plan.
@@ -107,8 +114,20 @@ pub struct MessagePlan {
     pub format: MessageFormat,
     /// What it is to a sample.
     pub role: Role,
-    /// Its signals, in the order position, torque, reference, status word, counter.
+    /// Its signals, in the order position, torque, reference, status word, state, counter.
     pub extractions: Vec<Extraction>,
+    /// Frames in which such an integer has one of these values carry something else.
+    pub except: Vec<(Field, Vec<u16>)>,
+}
+
+/// When the signals of a plan are valid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Validity {
+    pub(super) at_arrival: bool,
+    pub(super) torque: SignalTiming,
+    pub(super) reference_at_next_sync: bool,
+    /// The value that the states have of drives that are enabled.
+    pub(super) enabled: u16,
 }
 
 /// A layout ready to read frames. Immutable after it is made.
@@ -120,8 +139,7 @@ pub struct CompiledLayout {
     sampled_by: SampledBy,
     axes: usize,
     period_ns: f64,
-    torque_timing: SignalTiming,
-    reference_at_next_sync: bool,
+    validity: Validity,
     cycles_by: CyclesBy,
 }
 
@@ -131,8 +149,7 @@ impl CompiledLayout {
         sampled_by: SampledBy,
         axes: usize,
         period_ns: f64,
-        torque_timing: SignalTiming,
-        reference_at_next_sync: bool,
+        validity: Validity,
         cycles_by: CyclesBy,
     ) -> Self {
         messages.sort_by_key(|message| order(message.format.id));
@@ -148,17 +165,7 @@ impl CompiledLayout {
                 FrameId::Extended(id) => extended.push((id, k)),
             }
         }
-        Self {
-            messages,
-            standard,
-            extended,
-            sampled_by,
-            axes,
-            period_ns,
-            torque_timing,
-            reference_at_next_sync,
-            cycles_by,
-        }
+        Self { messages, standard, extended, sampled_by, axes, period_ns, validity, cycles_by }
     }
 
     /// How bus cycles are counted.
@@ -189,6 +196,11 @@ impl CompiledLayout {
         }
         if frame.length != message.format.length && frame.length != message.format.wire_length() {
             return Err(Unreadable::WrongLength);
+        }
+        let says = |field: &Field, value: &u16| field.bits(frame.data()) == u64::from(*value);
+        let mut except = message.except.iter();
+        if except.any(|(field, values)| values.iter().any(|value| says(field, value))) {
+            return Err(Unreadable::Excepted);
         }
         Ok((index, message))
     }
@@ -221,12 +233,23 @@ impl CompiledLayout {
 
     /// When the torque acts, relative to the instant of its sample.
     pub fn torque_timing(&self) -> SignalTiming {
-        self.torque_timing
+        self.validity.torque
+    }
+
+    /// Whether every signal is valid at the arrival of its own frame; else all are valid at the instant
+    /// of the sample, or as [`Self::torque_timing`] and [`Self::reference_at_next_sync`] say.
+    pub fn at_arrival(&self) -> bool {
+        self.validity.at_arrival
+    }
+
+    /// The value that a [`Quantity::Enabled`] has where the drive is enabled.
+    pub fn enabled_value(&self) -> u16 {
+        self.validity.enabled
     }
 
     /// Whether a reference takes effect in the sample after the one whose cycle carries it.
     pub fn reference_at_next_sync(&self) -> bool {
-        self.reference_at_next_sync
+        self.validity.reference_at_next_sync
     }
 
     /// The signal that carries a quantity of an axis (from 0), if the layout has it.

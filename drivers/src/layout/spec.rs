@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 /// The table `[bus.layout]` of a cell file: which signals of which DBC file are the arm's.
 ///
-/// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1. With
-/// `nodes` it is an object of every node's dictionary, as `6064:00`, and its unit. Every signal says
-/// when it is valid, relative to the instant of its sample: the SYNC, or the arrival of the packed
-/// frame.
+/// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1, or a list
+/// names each axis' own ([`SignalNames`]). With `nodes` it is an object of every node's dictionary, as
+/// `6064:00`, and its unit. Every signal says when it is valid, relative to the instant of its sample:
+/// the SYNC, or the arrival of the packed frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayoutSpec {
@@ -30,7 +30,9 @@ pub struct LayoutSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
     /// The message whose arrival is the instant of the sample. Without it every signal lies in one
-    /// packed message, and that frame's arrival is the instant.
+    /// packed message, and that frame's arrival is the instant. On a bus without SYNC any message that
+    /// comes once a cycle, where every signal is valid at the arrival of its own frame; it may carry
+    /// some of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sync: Option<String>,
     /// How bus cycles are counted.
@@ -47,6 +49,13 @@ pub struct LayoutSpec {
     /// enabled".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_word: Option<String>,
+    /// A state that the drives send, where it is no CiA 402 status word: a cycle counts only when every
+    /// axis has the one value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enabled: Option<EnabledSpec>,
+    /// Which frames of the layout's messages carry something else.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub except: Vec<ExceptSpec>,
     /// A counter in the packed message, one more per sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counter: Option<String>,
@@ -92,13 +101,44 @@ pub enum CyclesBy {
     Frames,
 }
 
+/// Signals of a DBC file, one per axis.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(untagged, expecting = "`Message.Signal` with {axis}, or a list of one for each axis")]
+pub enum SignalNames {
+    /// `Message.Signal` with `{axis}`.
+    Pattern(String),
+    /// `Message.Signal` of each axis, in their order.
+    Listed(Vec<String>),
+}
+
+/// The signal that tells whether a drive is enabled.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct EnabledSpec {
+    /// `Message.Signal` of the DBC file, an unsigned integer of at most 16 bits.
+    pub signal: SignalNames,
+    /// Its value where the drive is enabled.
+    pub is: u16,
+}
+
+/// Frames that have the identifier of a message and are something else, as answers about registers.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExceptSpec {
+    /// `Message.Signal` of the DBC file, an unsigned integer of at most 16 bits, which may be
+    /// those of other signals.
+    pub signal: SignalNames,
+    /// Its values in such frames.
+    pub is: Vec<u16>,
+}
+
 /// The signal of the measured position.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}`.
+    /// `Message.Signal` of the DBC file, with `{axis}` or of each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub signal: Option<String>,
+    pub signal: Option<SignalNames>,
     /// With `nodes`: index and sub-index of the object, as `6064:00`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
@@ -115,15 +155,17 @@ pub struct PositionSpec {
 pub enum PositionValidity {
     /// At the instant of the sample: drives latch it there.
     Instant,
+    /// At the arrival of its own frame: it is interpolated to the instant of the sample.
+    Arrival,
 }
 
 /// The signal of the torque.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}`.
+    /// `Message.Signal` of the DBC file, with `{axis}` or of each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub signal: Option<String>,
+    pub signal: Option<SignalNames>,
     /// With `nodes`: index and sub-index of the object, as `6064:00`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
@@ -140,6 +182,8 @@ pub struct TorqueSpec {
 pub enum TorqueValidity {
     /// At the instant of the sample: a measured torque.
     Instant,
+    /// At the arrival of its own frame: it is interpolated to the instant of the sample.
+    Arrival,
     /// From the instant of the sample, later by a delay, for a while: a command that the current
     /// loop holds until the next one.
     Held {
@@ -174,9 +218,9 @@ impl TorqueValidity {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceSpec {
-    /// `Message.Signal` of the DBC file, with `{axis}`.
+    /// `Message.Signal` of the DBC file, with `{axis}` or of each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub signal: Option<String>,
+    pub signal: Option<SignalNames>,
     /// With `nodes`: index and sub-index of the object, as `6064:00`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
@@ -196,4 +240,6 @@ pub enum ReferenceValidity {
     /// In the next sample: a synchronous RPDO received after SYNC k takes effect at SYNC k + 1
     /// (CiA 301).
     NextSync,
+    /// At the arrival of its own frame: it is interpolated to the instant of the sample.
+    Arrival,
 }

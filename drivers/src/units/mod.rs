@@ -23,6 +23,8 @@ use crate::layout::{CompiledLayout, Quantity, SignalFormat};
 /// The spellings of a unit in DBC files, the first of them ours.
 const COUNT: &[&str] = &["count", "counts", "inc", "increments"];
 const RAD: &[&str] = &["rad"];
+const DEG: &[&str] = &["deg", "°", "degree", "degrees"];
+const AMPERE: &[&str] = &["A"];
 const PER_MILLE: &[&str] = &["per mille", "permille", "‰", "0.1 %", "0.1%"];
 const NM: &[&str] = &["Nm", "N·m", "N.m", "N*m"];
 
@@ -198,6 +200,7 @@ fn rad_per_unit(axis: usize, scale: PositionScale) -> Result<(f64, Units), Units
             Ok((positive(axis, "position.scale.rad_per_count", angle)?, COUNT))
         }
         PositionScale::Rad => Ok((1.0, RAD)),
+        PositionScale::Deg => Ok((1_f64.to_radians(), DEG)),
     }
 }
 
@@ -227,6 +230,9 @@ fn nm_per_unit(axis: usize, scale: TorqueScale) -> Result<(f64, Units), UnitsErr
         }
         TorqueScale::NmPerCount(torque) => {
             Ok((positive(axis, "torque.scale.nm_per_count", torque)?, COUNT))
+        }
+        TorqueScale::NmPerA(torque) => {
+            Ok((positive(axis, "torque.scale.nm_per_a", torque)?, AMPERE))
         }
         TorqueScale::Nm => Ok((1.0, NM)),
     }

@@ -38,6 +38,8 @@ pub enum PositionScale {
     RadPerCount(f64),
     /// The DBC file's factor already gives rad.
     Rad,
+    /// The DBC file's factor gives degrees.
+    Deg,
 }
 
 /// What to do where the integer of a position starts again.
@@ -89,6 +91,9 @@ pub enum TorqueScale {
     },
     /// The torque of one count \[N·m\].
     NmPerCount(f64),
+    /// The DBC file's factor gives a current in A, which is worth so much torque \[N·m/A\]: torque
+    /// constant, gear and whatever the drive's firmware makes of a current, in one number.
+    NmPerA(f64),
     /// The DBC file's factor already gives N·m.
     Nm,
 }

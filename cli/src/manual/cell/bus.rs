@@ -1,15 +1,19 @@
 //! The bus: what its frames mean, and the gains of the drives.
 
-use super::super::reference::Kind::{File, Number, Other, Table, Tables, Text, Whole, Word};
+use super::super::reference::Kind::{
+    File, Number, Numbers, Other, Table, Tables, Text, Whole, Word,
+};
 use super::super::reference::Presence::{Choice, Default, Optional, Required};
 use super::super::reference::{Section, key};
 use super::data::HELD;
 
-const SIGNAL: &str =
-    "With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1.";
+const SIGNAL: &str = "With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1; or a list of one for each axis.";
+const NAMES: &str = "text, or a list of texts";
 const OBJECT: &str =
     "With `nodes`: index and sub-index of the object in hexadecimal, as `6064:00`.";
 const UNIT: &str = "With `nodes`: the unit of the object, which a device file does not tell; the gains are checked against it.";
+const INTEGER: &str = "Its signal of the DBC file, as of `position`: an unsigned integer of at most 16 bits, with factor 1 and offset 0. Its bits may be \
+                       those of other signals.";
 const PROVENANCE: &str = "Where the numbers come from: a data sheet with its page, an object read from the drive, a measurement. Never empty.";
 
 pub(super) const SECTIONS: &[Section] = &[
@@ -100,7 +104,8 @@ pub(super) const SECTIONS: &[Section] = &[
                 "",
                 Optional("one packed message"),
                 "The message whose arrival is the instant of the sample. Without it every signal lies in one packed message, and the arrival of \
-                 that is the instant.",
+                 that is the instant. On a bus without SYNC it is any message that comes once a cycle, and may carry signals; every signal is \
+                 then valid at its own `\"arrival\"`.",
             ),
             key(
                 "cycles_by",
@@ -126,6 +131,20 @@ pub(super) const SECTIONS: &[Section] = &[
                 "",
                 Optional("every cycle counts"),
                 "Signal or object of the status word of CiA 402 (6041h): a cycle counts when every drive is in the state \"operation enabled\".",
+            ),
+            key(
+                "enabled",
+                Table,
+                "",
+                Optional("every cycle counts"),
+                "With a DBC file, in place of `status_word`: a state that drives of another kind send.",
+            ),
+            key(
+                "except",
+                Tables,
+                "",
+                Default("[]"),
+                "With a DBC file: frames that have the identifier of a message and carry something else. They are counted as `excepted`.",
             ),
             key(
                 "counter",
@@ -177,19 +196,40 @@ pub(super) const SECTIONS: &[Section] = &[
         example: "[bus.layout]\nnodes = [\n  { node_id = 1, eds = \"drive.eds\" },\n  { node_id = 2, dcf = \"drive-2.dcf\", object_offset = 0x800 },\n]",
     },
     Section {
+        heading: "bus.layout.enabled",
+        path: "bus.layout.enabled",
+        about: "A state that drives send which have no status word of CiA 402: a cycle counts when all of them are enabled.",
+        keys: &[
+            key("signal", Other(NAMES), "", Required, INTEGER),
+            key("is", Whole, "", Required, "Its value where the drive is enabled."),
+        ],
+        example: "[bus.layout]\nenabled = { signal = \"Feedback_{axis}.Status\", is = 1 }",
+    },
+    Section {
+        heading: "bus.layout.except",
+        path: "bus.layout.except.0",
+        about: "Frames that have the identifier of a message and carry something else, as answers about registers.",
+        keys: &[
+            key("signal", Other(NAMES), "", Required, INTEGER),
+            key("is", Numbers, "", Required, "Its values in such frames."),
+        ],
+        example: "[bus.layout]\nexcept = [{ signal = \"Feedback_{axis}.Register\", is = [0x33, 0x55, 0xAA] }]",
+    },
+    Section {
         heading: "bus.layout.position",
         path: "bus.layout.position",
         about: "The measured position of the motor.",
         keys: &[
-            key("signal", Text, "", Optional("`object` names it"), SIGNAL),
+            key("signal", Other(NAMES), "", Optional("`object` names it"), SIGNAL),
             key("object", Text, "", Optional("`signal` names it"), OBJECT),
             key("unit", Text, "", Optional("that of the DBC file"), UNIT),
             key(
                 "valid",
-                Word(&["instant"]),
+                Word(&["instant", "arrival"]),
                 "",
                 Required,
-                "When it is valid: at the instant of the sample, where drives latch it.",
+                "When it is valid: `\"instant\"`, at the instant of the sample, where drives latch it; `\"arrival\"`, at the arrival of its own frame, on \
+                 a bus without SYNC: it is interpolated to the instant of the sample.",
             ),
         ],
         example: "[bus.layout]\nposition = { object = \"6064:00\", unit = \"count\", valid = \"instant\" }",
@@ -199,15 +239,15 @@ pub(super) const SECTIONS: &[Section] = &[
         path: "bus.layout.torque",
         about: "The torque of the motor, demanded or measured.",
         keys: &[
-            key("signal", Text, "", Optional("`object` names it"), SIGNAL),
+            key("signal", Other(NAMES), "", Optional("`object` names it"), SIGNAL),
             key("object", Text, "", Optional("`signal` names it"), OBJECT),
             key("unit", Text, "", Optional("that of the DBC file"), UNIT),
             key(
                 "valid",
-                Other("`\"instant\"`, or a table"),
+                Other("`\"instant\"`, `\"arrival\"`, or a table"),
                 "",
                 Required,
-                "When it is valid: `\"instant\"`, at the instant of the sample, as a measured torque; `{ held = { … } }`, a command that the current loop \
+                "When it is valid: `\"instant\"`, at the instant of the sample, as a measured torque; `\"arrival\"`, as of the position; `{ held = { … } }`, a command that the current loop \
                  holds until the next one.",
             ),
         ],
@@ -225,16 +265,16 @@ pub(super) const SECTIONS: &[Section] = &[
         path: "bus.layout.reference",
         about: "The position that the drive was told to reach.",
         keys: &[
-            key("signal", Text, "", Optional("`object` names it"), SIGNAL),
+            key("signal", Other(NAMES), "", Optional("`object` names it"), SIGNAL),
             key("object", Text, "", Optional("`signal` names it"), OBJECT),
             key("unit", Text, "", Optional("that of the DBC file"), UNIT),
             key(
                 "valid",
-                Word(&["instant", "next-sync"]),
+                Word(&["instant", "next-sync", "arrival"]),
                 "",
                 Required,
                 "When it takes effect: `\"instant\"`, in the sample whose cycle carries it, as one that the drive reports; `\"next-sync\"`, in the next \
-                 sample, as a synchronous RPDO (CiA 301).",
+                 sample, as a synchronous RPDO (CiA 301); `\"arrival\"`, as of the position.",
             ),
         ],
         example: "[bus.layout]\nreference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }",
@@ -258,7 +298,7 @@ pub(super) const SECTIONS: &[Section] = &[
         keys: &[
             key(
                 "scale",
-                Other("`\"rad\"`, or a table"),
+                Other("`\"rad\"`, `\"deg\"`, or a table"),
                 "",
                 Required,
                 "What one unit of the value is: one of the forms below.",
@@ -294,7 +334,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "bus.drives: position.scale",
         path: "bus.drives.0.position.scale",
-        about: "One of these; the last as a text, `scale = \"rad\"`.",
+        about: "One of these; the last two as a text, `scale = \"rad\"`.",
         keys: &[
             key(
                 "counts_per_revolution",
@@ -305,6 +345,7 @@ pub(super) const SECTIONS: &[Section] = &[
             ),
             key("rad_per_count", Number, "rad", Choice, "The angle of one count."),
             key("rad", Other("none"), "", Choice, "The factor of the DBC file already gives rad."),
+            key("deg", Other("none"), "", Choice, "The factor of the DBC file gives degrees."),
         ],
         example: "[[bus.drives]]\nposition = { scale = { rad_per_count = 9.587e-5 }, sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"data sheet\" \
                   }\ntorque = { scale = \"nm\", sign = 1, provenance = \"data sheet\" }",
@@ -353,6 +394,14 @@ pub(super) const SECTIONS: &[Section] = &[
                 "The value is in per mille of the rated current (6078h of 6075h), and the torque constant makes a torque of it.",
             ),
             key("nm_per_count", Number, "N·m", Choice, "The torque of one count."),
+            key(
+                "nm_per_a",
+                Number,
+                "N·m/A",
+                Choice,
+                "The factor of the DBC file gives a current in A, of which an ampere is worth so much: torque constant, gear and what the firmware of the \
+                 drive makes of a current, in one number.",
+            ),
             key("nm", Other("none"), "", Choice, "The factor of the DBC file already gives N·m."),
         ],
         example: "[[bus.drives]]\nposition = { scale = \"rad\", sign = 1, zero = 0.0, wraps = \"refuse\", provenance = \"data sheet\" }\ntorque = { scale = { \

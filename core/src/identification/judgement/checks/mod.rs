@@ -95,7 +95,7 @@ impl FittedModel<'_> {
         if bias.is_none() {
             notes.push(self.position_unchecked());
         }
-        let delays = self.analysis.extended(self.delays()?);
+        let delays = self.analysis.extended(&self.delays()?);
         let delays = delays.map_err(IdentificationError::Regression)?;
         if delays.is_none() {
             notes.push(Note::DelayUnchecked);
@@ -155,11 +155,8 @@ impl FittedModel<'_> {
     /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`. Filtered torques
     /// are differentiated, which is as good as the reverse but for what filters make of the ends of a
     /// record, where nothing is known of either.
-    fn delays(&self) -> Result<DMatrix<f64>, IdentificationError> {
-        let rates = torque_rates(self.context, self.motion, self.parameters)?;
-        Ok(DMatrix::from_fn(rates.len(), self.observations.joints(), |row, joint| {
-            if self.observations.joint_rows(joint).contains(&row) { rates[row] } else { 0.0 }
-        }))
+    fn delays(&self) -> Result<DVector<f64>, IdentificationError> {
+        torque_rates(self.context, self.motion, self.parameters)
     }
 
     /// What the noise of the positions does.

@@ -1,0 +1,67 @@
+//! Why no motion can be designed.
+
+use super::limit_kind::LimitKind;
+
+/// Why no motion can be designed. Joints are numbered from 1.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExcitationError {
+    /// Nothing holds the accelerations. State what the joint may do.
+    #[error(
+        "joint {joint}: neither an acceleration limit nor parameters are known, so nothing says how \
+         hard it may accelerate; state acceleration_max_rad_s2 in the robot file, or give --acceleration"
+    )]
+    NoAcceleration {
+        /// The joint.
+        joint: usize,
+    },
+    /// A value makes no sense.
+    #[error("{what} = {value} must be {expected}")]
+    BadValue {
+        /// What it is.
+        what: &'static str,
+        /// What it holds.
+        value: f64,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// A list has not one value per joint.
+    #[error("{what}: {found} values for {expected} joints")]
+    Length {
+        /// What it is.
+        what: &'static str,
+        /// Joints of the arm.
+        expected: usize,
+        /// Values given.
+        found: usize,
+    },
+    /// The arm cannot even rest in the middle of its ranges. Correct the limits or the parameters.
+    #[error(
+        "at rest in the middle of its ranges the {kind} of joint {joint} is {share:.2} times its limit; \
+         check the limits of the robot file and its parameters"
+    )]
+    Middle {
+        /// The joint.
+        joint: usize,
+        /// Which limit.
+        kind: LimitKind,
+        /// Part of the limit.
+        share: f64,
+    },
+    /// A wanted parameter is none of those that are identified.
+    #[error("no parameter `{name}` is identified; there are {}", known.join(" "))]
+    UnknownParameter {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// The motion tells too little, whatever it is. Allow more time.
+    #[error(
+        "{duration_s} s within these limits tell nothing of some parameters at all; make the motion longer, \
+         or identify fewer parameters"
+    )]
+    NotTold {
+        /// Length of the motion \[s\].
+        duration_s: f64,
+    },
+}

@@ -1,0 +1,106 @@
+//! What a motion tells of the parameters.
+
+use nalgebra::DMatrix;
+
+use super::basis::{Motion, column};
+use crate::MAX_JOINTS;
+use crate::dynamics::{Model, RegressorColumns, Workspace};
+
+/// The information matrix M = M₀ + Σ Yᵀ W Y over the samples of a motion, b × b, and the gradient of what is a function
+/// of it.
+pub(super) struct Information {
+    model: Model,
+    columns: Vec<usize>,
+    selected: RegressorColumns,
+    before: DMatrix<f64>,
+    /// √W: what a row of each joint counts.
+    weights: Vec<f64>,
+    workspace: Workspace<f64>,
+    /// The rows of all samples, weighted, b × nN, and what one row of the regressor is written to.
+    rows: DMatrix<f64>,
+    row: Vec<f64>,
+}
+
+impl Information {
+    /// Of the parameters in these columns of the regressor. `before` is what is known already (b × b), `weights` the
+    /// roots of what a row of each joint counts.
+    pub(super) fn new(
+        model: Model,
+        columns: Vec<usize>,
+        before: DMatrix<f64>,
+        weights: Vec<f64>,
+    ) -> Self {
+        let selected = model.regressor_columns(&columns);
+        let row = vec![0.0; model.joints() * columns.len()];
+        let rows = DMatrix::zeros(0, 0);
+        let workspace = Workspace::new();
+        Self { model, columns, selected, before, weights, workspace, rows, row }
+    }
+
+    /// The matrix of a motion; its rows are kept for the [gradient](Self::add_gradient).
+    pub(super) fn along(&mut self, [q, dq, ddq, _]: &Motion) -> DMatrix<f64> {
+        let (n, width, samples) = (q.nrows(), self.columns.len(), q.ncols());
+        if self.rows.ncols() != n * samples {
+            self.rows = DMatrix::zeros(width, n * samples);
+        }
+        for i in 0..samples {
+            self.model.selected_regressor(
+                &mut self.workspace,
+                &self.selected,
+                column(q, i),
+                column(dq, i),
+                column(ddq, i),
+                &mut self.row,
+            );
+            for (j, (row, weight)) in self.row.chunks_exact(width).zip(&self.weights).enumerate() {
+                let mut to = self.rows.column_mut(i * n + j);
+                to.iter_mut().zip(row).for_each(|(to, entry)| *to = weight * entry);
+            }
+        }
+        &self.before + &self.rows * self.rows.transpose()
+    }
+
+    /// Adds the gradient of a function f of M along the motion that M was last of; `slope` is symmetric with
+    /// df = tr(slope dM).
+    ///
+    /// df = Σ tr(2 slope Yᵀ W dY): for each row j of a sample the change of τ_j, with the parameters of
+    /// row j of 2 W Y slope.
+    pub(super) fn add_gradient(
+        &mut self,
+        slope: &DMatrix<f64>,
+        [q, dq, ddq, _]: &Motion,
+        by_motion: &mut Motion,
+    ) {
+        let n = q.nrows();
+        let along = 2.0 * slope * &self.rows;
+        let mut parameters = vec![0.0; self.model.parameter_names().len()];
+        let nothing = parameters.clone();
+        let zeros = [0.0; MAX_JOINTS * MAX_JOINTS];
+        let (mut known, mut partials) = ([zeros; 2], [zeros; 3]);
+        let [of_known, unused] = &mut known;
+        let [by_q, by_dq, by_ddq] = &mut partials;
+        for i in 0..q.ncols() {
+            let [q, dq, ddq] = [q, dq, ddq].map(|of| column(of, i));
+            let (ws, model) = (&mut self.workspace, &self.model);
+            // Torques that are known have no parameters.
+            let (of_known, unused) = (&mut of_known[..n * n], &mut unused[..n * n]);
+            model.inverse_dynamics_partials(ws, &nothing, q, dq, ddq, of_known, unused);
+            for j in 0..n {
+                let row = column(&along, i * n + j);
+                for (column, value) in self.columns.iter().zip(row) {
+                    parameters[*column] = self.weights[j] * value;
+                }
+                let (by_q, by_dq) = (&mut by_q[..n * n], &mut by_dq[..n * n]);
+                let by_ddq = &mut by_ddq[..n * n];
+                model.inverse_dynamics_partials(ws, &parameters, q, dq, ddq, by_q, by_dq);
+                model.mass_matrix(ws, &parameters, q, by_ddq);
+                for k in 0..n {
+                    let entry = j * n + k;
+                    by_motion[0][(k, i)] += by_q[entry] - of_known[entry];
+                    by_motion[1][(k, i)] += by_dq[entry];
+                    by_motion[2][(k, i)] += by_ddq[entry];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The value of a motion by its coordinates, and where a search begins.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardUniform};
+
+use super::barrier::Barrier;
+use super::basis::{Basis, Motion, Unit};
+use super::bounds::{Bound, Bounds};
+use super::error::ExcitationError;
+use super::information::Information;
+use super::limit_kind::LimitKind;
+use super::objective::Objective;
+use super::task::Task;
+use crate::robot::SignModel;
+
+/// What of the smallest speed limit the sign of friction takes to change: between two samples a narrow law jumps, and
+/// has no gradient.
+const SIGN_WIDTH: f64 = 0.1;
+/// Largest share of a limit of the first motion.
+const FIRST_SHARE: f64 = 0.7;
+
+/// The value of the motions of a task.
+pub(super) struct Search<'a> {
+    pub(super) basis: Basis,
+    bounds: &'a Bounds,
+    barrier: Barrier<'a>,
+    information: Information,
+    objective: Objective,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(task: &'a Task) -> Self {
+        let Task { model, bounds, duration_s, .. } = task;
+        let units = units(bounds, model.joints());
+        let slowest = units.iter().map(|unit| unit.speed).fold(f64::INFINITY, f64::min);
+        let basis = Basis::new(*duration_s, units);
+        let width_rad_s = SIGN_WIDTH * slowest;
+        let smooth = model.clone().with_sign_model(SignModel::Tanh { width_rad_s });
+        let rate_hz = basis.samples() as f64 / duration_s;
+        let (information, objective) = task.information(smooth, rate_hz);
+        Self { basis, bounds, barrier: Barrier::new(model, bounds), information, objective }
+    }
+
+    /// The value of the motion with these coordinates and of its distance from the limits, which counts so much; fills the
+    /// gradient. Nothing outside a limit, or where the motion tells nothing of a parameter.
+    pub(super) fn evaluate(&mut self, weight: f64, x: &[f64], gradient: &mut [f64]) -> Option<f64> {
+        let motion = self.basis.motion(x);
+        let mut by_motion: Motion = motion.each_ref().map(|of| of * 0.0);
+        let walls = self.barrier.add(weight, &motion, &mut by_motion)?;
+        let (value, slope) = self.objective.of(&self.information.along(&motion))?;
+        self.information.add_gradient(&slope, &motion, &mut by_motion);
+        self.basis.gradient(&by_motion, gradient);
+        Some(value + walls)
+    }
+
+    /// The largest share of a limit along a motion, and which limit it is.
+    pub(super) fn largest(&mut self, x: &[f64]) -> (usize, f64) {
+        let motion = self.basis.motion(x);
+        let torques = self.barrier.torques(&motion);
+        self.barrier.largest(&motion, torques.as_ref()).unwrap_or((0, 0.0))
+    }
+
+    /// Coordinates of a random motion well inside the limits.
+    pub(super) fn start(&mut self, seed: u64) -> Result<Vec<f64>, ExcitationError> {
+        let mut x = vec![0.0; self.basis.coordinates()];
+        let (place, share) = self.largest(&x);
+        if share.is_nan() || share >= 1.0 {
+            let Bound { joint, kind, .. } = self.bounds.all[place];
+            return Err(ExcitationError::Middle { joint: joint + 1, kind, share });
+        }
+        let enough = FIRST_SHARE.max(0.5 * (1.0 + share));
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        for x in &mut x {
+            *x = uniform(&mut random);
+        }
+        while self.largest(&x).1 > enough {
+            x.iter_mut().for_each(|x| *x *= 0.9);
+        }
+        Ok(x)
+    }
+}
+
+/// −1 to 1.
+fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    let unit: f64 = StandardUniform.sample(random);
+    2.0 * unit - 1.0
+}
+
+/// Positions about the middle of the range, in halves of it, and speeds in the largest.
+fn units(bounds: &Bounds, joints: usize) -> Vec<Unit> {
+    let of_joint = |joint: usize| {
+        let own = |kind| bounds.all.iter().find(|of| of.kind == kind && of.joint == joint);
+        let (position, speed) = (own(LimitKind::Position), own(LimitKind::Speed));
+        Unit {
+            middle: position.map_or(0.0, |of| of.middle),
+            half: position.map_or(1.0, |of| of.half),
+            speed: speed.map_or(1.0, |of| of.half),
+        }
+    };
+    (0..joints).map(of_joint).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::dynamics::{BaseParameters, Model};
+    use crate::excitation::bounds::Margins;
+    use crate::excitation::descent::descend;
+    use crate::excitation::task::{Aim, Noise};
+    use crate::robot::Robot;
+
+    /// An arm with a coupled wrist, nominal parameters and a spring.
+    fn task(aim: Aim) -> Task {
+        let file = include_str!("../../../config/robots/tx40.toml").replacen(
+            "torque_max_nm = 131.84",
+            "torque_max_nm = 131.84\nknown_torque = { position_deg = [-200, 10, 200], torque_nm = [-20, 3, 28] }",
+            1,
+        );
+        let robot = Robot::from_toml(&file).unwrap();
+        let nominal = robot.nominal().unwrap().standard().to_vec();
+        let model = Model::new(&robot).with_load(nominal.clone());
+        let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
+        let bounds = Bounds::new(&robot, Margins::default(), None, Some(nominal)).unwrap();
+        let before = DMatrix::identity(columns.len(), columns.len());
+        let levels = robot.limits().map(|limits| 0.01 * limits.torque_max).collect();
+        let noise = Noise { levels, rows_per_s: 40.0 };
+        Task { model, bounds, duration_s: 3.0, columns, before, noise, aim }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        let deviations = Aim::Deviations((0..60).map(|k| (k, 0.01)).collect());
+        for aim in [deviations, Aim::ConditionNumber] {
+            let task = task(aim);
+            let mut search = Search::new(&task);
+            let x = search.start(3).unwrap();
+            let (mut gradient, mut unused) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            search.evaluate(0.1, &x, &mut gradient).unwrap();
+            for turn in 0..6 {
+                let of = |k: usize| ((k * (turn + 1)) as f64 * 0.77 + turn as f64).sin();
+                let h = 1e-6;
+                let mut at = |h: f64| {
+                    let near: Vec<f64> = x.iter().enumerate().map(|(k, x)| x + h * of(k)).collect();
+                    search.evaluate(0.1, &near, &mut unused).unwrap()
+                };
+                let expected = (at(h) - at(-h)) / (2.0 * h);
+                let found: f64 = gradient.iter().enumerate().map(|(k, g)| g * of(k)).sum();
+                assert!(
+                    (found - expected).abs() < 1e-5 * (1.0 + expected.abs()),
+                    "{found} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_iterate_is_within_the_limits_and_better() {
+        let task = task(Aim::Deviations((0..60).map(|k| (k, 0.0)).collect()));
+        let (mut search, mut look) = (Search::new(&task), Search::new(&task));
+        let mut x = search.start(1).unwrap();
+        let mut unused = vec![0.0; x.len()];
+        let mut value = |x: &[f64]| {
+            assert!(look.largest(x).1 < 1.0);
+            look.evaluate(0.01, x, &mut unused).unwrap()
+        };
+        let first = value(&x);
+        let mut values = vec![first];
+        let evaluate = |x: &[f64], gradient: &mut [f64]| search.evaluate(0.01, x, gradient);
+        assert!(descend(&mut x, 20, evaluate, |x| values.push(value(x))));
+        assert!(values.len() > 15 && values.is_sorted_by(|a, b| a >= b), "{values:?}");
+        assert!(values[values.len() - 1] < first - 0.5, "{values:?}");
+    }
+}

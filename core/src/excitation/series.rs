@@ -1,0 +1,107 @@
+//! A motion as a finite Fourier series.
+
+use core::f64::consts::TAU;
+
+use crate::MAX_JOINTS;
+use crate::trajectory::Reference;
+
+/// The series of one joint: mean + Σ sine_k sin(k ω t) + cosine_k cos(k ω t), k from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointSeries {
+    /// Mean position \[rad or m\].
+    pub mean: f64,
+    /// Coefficients of the sines \[rad or m\].
+    pub sine: Vec<f64>,
+    /// Coefficients of the cosines \[rad or m\].
+    pub cosine: Vec<f64>,
+}
+
+/// A motion of a given length, one series per joint with ω = 2π / length. A designed one begins and ends in
+/// the same place, at rest and without acceleration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FourierSeries {
+    /// Its length \[s\].
+    pub duration_s: f64,
+    /// One series per joint.
+    pub joints: Vec<JointSeries>,
+}
+
+/// Position and its first three derivatives of every joint, 0 for joints that the arm does not have.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// \[rad or m\].
+    pub position: [f64; MAX_JOINTS],
+    /// \[rad/s or m/s\].
+    pub velocity: [f64; MAX_JOINTS],
+    /// \[rad/s² or m/s²\].
+    pub acceleration: [f64; MAX_JOINTS],
+    /// \[rad/s³ or m/s³\].
+    pub jerk: [f64; MAX_JOINTS],
+}
+
+impl FourierSeries {
+    /// The state at a time within the motion; that of its ends, at rest, before and after it.
+    pub fn state(&self, time_s: f64) -> State {
+        let mut state = State::default();
+        let inside = time_s > 0.0 && time_s < self.duration_s;
+        let omega = TAU / self.duration_s;
+        let phase = if inside { omega * time_s } else { 0.0 };
+        for (j, joint) in self.joints.iter().enumerate() {
+            state.position[j] = joint.mean;
+        }
+        let harmonics = self.joints.iter().map(|joint| joint.sine.len()).max().unwrap_or(0);
+        for k in 0..harmonics {
+            let number = 1.0 + k as f64;
+            let (sin, cos) = (number * phase).sin_cos();
+            let w = number * omega;
+            for (j, joint) in self.joints.iter().enumerate() {
+                let (a, b) = (joint.sine[k], joint.cosine[k]);
+                let (own, turned) = (a * sin + b * cos, a * cos - b * sin);
+                state.position[j] += own;
+                state.velocity[j] += w * turned;
+                state.acceleration[j] -= w * w * own;
+                state.jerk[j] -= w * w * w * turned;
+            }
+        }
+        if !inside {
+            state.velocity = [0.0; MAX_JOINTS];
+            state.acceleration = [0.0; MAX_JOINTS];
+            state.jerk = [0.0; MAX_JOINTS];
+        }
+        state
+    }
+
+    /// The same motion with all amplitudes multiplied about the place where it begins.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let scaled = |joint: &JointSeries| {
+            let start = joint.mean + joint.cosine.iter().sum::<f64>();
+            JointSeries {
+                mean: start + factor * (joint.mean - start),
+                sine: joint.sine.iter().map(|a| factor * a).collect(),
+                cosine: joint.cosine.iter().map(|b| factor * b).collect(),
+            }
+        };
+        Self { duration_s: self.duration_s, joints: self.joints.iter().map(scaled).collect() }
+    }
+}
+
+impl Reference for FourierSeries {
+    fn joints(&self) -> usize {
+        self.joints.len()
+    }
+
+    fn at(
+        &self,
+        time_s: f64,
+        position: &mut [f64],
+        velocity: &mut [f64],
+        acceleration: &mut [f64],
+    ) {
+        let state = self.state(time_s);
+        let n = self.joints.len();
+        position[..n].copy_from_slice(&state.position[..n]);
+        velocity[..n].copy_from_slice(&state.velocity[..n]);
+        acceleration[..n].copy_from_slice(&state.acceleration[..n]);
+    }
+}

@@ -1,0 +1,172 @@
+//! The tables of docs/excitation.md, by hand:
+//! `cargo test --release -p didim-core --test tests -- --ignored --nocapture excitation::study`.
+
+use didim_core::dynamics::{Model, Workspace};
+use didim_core::excitation::{Aim, Bounds, Margins, Task, design, predicted};
+use didim_core::robot::Robot;
+use didim_core::trajectory::Reference;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardUniform};
+
+use super::task_within;
+
+const STEPS: u32 = 600;
+const SEQUENCES: u64 = 20;
+/// Where a robot's file states none \[rad/s²\].
+const ACCELERATION: f64 = 10.0;
+
+const ROBOTS: [(&str, &str); 6] = [
+    ("tx40", include_str!("../../../config/robots/tx40.toml")),
+    ("iiwa7 (Med7)", include_str!("../../../config/robots/iiwa7.toml")),
+    ("panda", include_str!("../../../config/robots/panda.toml")),
+    ("ur5e", include_str!("../../../config/robots/ur5e.toml")),
+    ("piper", include_str!("../../../config/robots/piper.toml")),
+    ("openarm", include_str!("../../../config/robots/openarm.toml")),
+];
+
+fn task_of(file: &str, duration_s: f64) -> (Robot, Task) {
+    let robot = Robot::from_toml(file).unwrap();
+    let stated = robot.nominal().is_some() || robot.limits().all(|l| l.acceleration_max.is_some());
+    let accelerations = (!stated).then(|| vec![ACCELERATION; robot.joints()]);
+    let nominal = robot.nominal().map(|nominal| nominal.standard().to_vec());
+    let bounds = Bounds::new(&robot, Margins::default(), accelerations.as_deref(), nominal);
+    let task = task_within(&robot, duration_s, bounds.unwrap());
+    (robot, task)
+}
+
+/// Moves from one random posture to the next, each as fast as the limits allow.
+struct Quintics(Vec<Move>);
+
+struct Move {
+    begin_s: f64,
+    length_s: f64,
+    from: Vec<f64>,
+    to: Vec<f64>,
+}
+
+impl Quintics {
+    fn draw(robot: &Robot, model: &Model, duration_s: f64, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let unit = |random: &mut ChaCha8Rng| -> f64 { StandardUniform.sample(random) };
+        let Margins { position, speed, .. } = Margins::default();
+        let (mut moves, mut begin_s) = (Vec::new(), 0.0);
+        let mut from: Vec<f64> =
+            robot.limits().map(|l| 0.5 * (l.position_min + l.position_max)).collect();
+        let fits = |of: &Move| {
+            let Some(nominal) = robot.nominal() else { return true };
+            let (n, mut workspace) = (robot.joints(), Workspace::new());
+            let alone = Quintics(vec![Move {
+                begin_s: 0.0,
+                from: of.from.clone(),
+                to: of.to.clone(),
+                ..*of
+            }]);
+            (0..=50).all(|i| {
+                let [mut q, mut dq, mut ddq, mut tau] = [(); 4].map(|()| vec![0.0; n]);
+                alone.at(of.length_s * f64::from(i) / 50.0, &mut q, &mut dq, &mut ddq);
+                model.inverse_dynamics(&mut workspace, nominal.standard(), &q, &dq, &ddq, &mut tau);
+                robot
+                    .limits()
+                    .zip(tau)
+                    .all(|(l, tau)| tau.abs() <= Margins::default().torque * l.torque_max)
+            })
+        };
+        loop {
+            let to: Vec<f64> = (robot.limits())
+                .map(|l| {
+                    let range = l.position_max - l.position_min;
+                    l.position_min + range * (position + (1.0 - 2.0 * position) * unit(&mut random))
+                })
+                .collect();
+            let mut length_s: f64 = 0.0;
+            for ((from, to), limits) in from.iter().zip(&to).zip(robot.limits()) {
+                let way = (to - from).abs();
+                length_s = length_s.max(1.875 * way / (speed * limits.velocity_max));
+                let stated = limits.acceleration_max.map(|a| speed * a);
+                let assumed = robot.nominal().is_none().then_some(ACCELERATION);
+                if let Some(acceleration) = stated.or(assumed) {
+                    length_s = length_s.max((5.7735 * way / acceleration).sqrt());
+                }
+            }
+            let mut next = Move { begin_s, length_s, from: from.clone(), to: to.clone() };
+            while !fits(&next) && next.length_s < duration_s {
+                next.length_s *= 1.05;
+            }
+            if begin_s + next.length_s > duration_s {
+                return Self(moves);
+            }
+            begin_s += next.length_s;
+            from = to;
+            moves.push(next);
+        }
+    }
+}
+
+impl Reference for Quintics {
+    fn joints(&self) -> usize {
+        self.0[0].from.len()
+    }
+
+    fn at(&self, time_s: f64, q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
+        let index = self.0.iter().rposition(|of| of.begin_s <= time_s).unwrap_or(0);
+        let Move { begin_s, length_s, from, to } = &self.0[index];
+        let s = ((time_s - begin_s) / length_s).clamp(0.0, 1.0);
+        let shape = [
+            s * s * s * (10.0 + s * (-15.0 + 6.0 * s)),
+            30.0 * s * s * (1.0 - s) * (1.0 - s) / length_s,
+            60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (length_s * length_s),
+        ];
+        for (j, (from, to)) in from.iter().zip(to).enumerate() {
+            let way = to - from;
+            (q[j], dq[j], ddq[j]) = (from + shape[0] * way, shape[1] * way, shape[2] * way);
+        }
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+#[ignore = "a study of minutes, run by hand"]
+fn against_random_moves() {
+    println!(
+        "| arm | length [s] | median of σ | least favourable parameter | condition number | of the moves | time [s] |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for (name, file) in ROBOTS {
+        for duration_s in [10.0, 20.0] {
+            let (robot, task) = task_of(file, duration_s);
+            let begin = std::time::Instant::now();
+            let designed = (1..=2)
+                .map(|seed| design(&task, seed, STEPS, |_| ()).unwrap())
+                .min_by(|a, b| a.value.total_cmp(&b.value))
+                .unwrap();
+            let time_s = begin.elapsed().as_secs_f64() / 2.0;
+            let own = predicted(&task, &designed.series).unwrap();
+            let conditioned = Task { aim: Aim::ConditionNumber, ..task.clone() };
+            let best = design(&conditioned, 1, STEPS, |_| ()).unwrap();
+            let best = predicted(&task, &best.series).unwrap().condition_number;
+            let of_moves: Vec<_> = (0..SEQUENCES)
+                .filter_map(|seed| {
+                    let moves = Quintics::draw(&robot, &task.model, duration_s, seed);
+                    predicted(&task, &moves).ok()
+                })
+                .collect();
+            let ratios: Vec<f64> = (own.deviations.iter().enumerate())
+                .map(|(k, own)| median(of_moves.iter().map(|of| of.deviations[k] / own).collect()))
+                .collect();
+            let worst = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+            let conditions = median(of_moves.iter().map(|of| of.condition_number).collect());
+            println!(
+                "| {name} | {duration_s} | {:.1} times smaller | {:.2} times | {best:.1} | {conditions:.0} | {time_s:.0} |",
+                median(ratios.clone()),
+                worst
+            );
+            assert!(median(ratios) >= if duration_s < 15.0 { 2.5 } else { 2.0 }, "{name}");
+            assert!(worst >= 1.0 / 1.2 && best <= 35.0, "{name}");
+        }
+    }
+}

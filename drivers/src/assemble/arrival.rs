@@ -1,0 +1,41 @@
+//! Cycles whose signals are valid at the arrival of their own frames.
+
+use super::State;
+use super::losses::FrameCause;
+use super::values::{bit, first};
+use crate::frame::Frame;
+use crate::layout::{MessagePlan, Role};
+
+impl State {
+    /// A frame whose signals are valid at its arrival; of the SYNC, after it has begun its cycle. The first
+    /// of a message in a cycle counts: a second says something of another instant, and contradicts nothing.
+    pub(super) fn arrival_frame(&mut self, index: usize, message: &MessagePlan, frame: &Frame) {
+        let is_sync = message.role == Role::Sync;
+        let refusal = if is_sync { None } else { self.refusal_at(frame.stamp_ns) };
+        let (None, Some(cycle)) = (refusal, &mut self.open) else {
+            return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1);
+        };
+        if is_sync && (cycle.stamp_ns != frame.stamp_ns || cycle.messages & bit(index) != 0) {
+            return; // The same SYNC twice, and counted.
+        }
+        let mut latest = self.latest;
+        let fault = latest.read(index, message, frame, self.enabled);
+        if fault.is_none() {
+            self.latest = latest;
+        }
+        if cycle.messages & bit(index) != 0 {
+            return self.losses.frames.count(FrameCause::Duplicate, 1);
+        }
+        cycle.messages |= bit(index);
+        match message.role {
+            Role::Sync => {}
+            Role::Sample => cycle.frames += 1,
+            Role::Target => cycle.references.frames += 1,
+        }
+        cycle.arrived.read(index, message, frame, self.enabled);
+        cycle.values = cycle.arrived.values;
+        if let Some(fault) = fault {
+            cycle.fault = first(cycle.fault, fault);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! What frames say, in the units of the DBC file.
+
+use didim_core::MAX_JOINTS;
+
+use super::losses::CycleCause;
+use crate::layout::{MessagePlan, Quantity};
+
+/// The bits of a CiA 402 status word (6041h) that tell the state, and "operation enabled".
+const STATE_MASK: u16 = 0x6F;
+const OPERATION_ENABLED: u16 = 0x27;
+
+/// What the frames of one cycle said, in the units of the DBC file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Values {
+    pub(super) position: [f64; MAX_JOINTS],
+    pub(super) torque: [f64; MAX_JOINTS],
+    pub(super) status_word: [u16; MAX_JOINTS],
+    pub(super) counter: u64,
+}
+
+/// References, per axis, and the frames that brought nothing else.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct References {
+    pub(super) value: [f64; MAX_JOINTS],
+    pub(super) stamp_ns: [u64; MAX_JOINTS],
+    /// One bit per axis.
+    pub(super) axes: u64,
+    /// Messages that came, one bit per index.
+    messages: u64,
+    pub(super) frames: u64,
+}
+
+/// A layout has at most 33 messages, so an index is a bit of a `u64`.
+pub(super) fn bit(index: usize) -> u64 {
+    1 << (index & 63)
+}
+
+/// Reads the signals of a frame, references aside. What is out of range is a fault of the cycle.
+/// `enabled` is the value of the state of a drive that is enabled, where that is no status word.
+pub(super) fn read_values(
+    message: &MessagePlan,
+    payload: &[u8],
+    values: &mut Values,
+    enabled: u16,
+) -> Option<CycleCause> {
+    let mut fault = None;
+    for extraction in &message.extractions {
+        let axis = extraction.axis.min(MAX_JOINTS - 1);
+        let place = match extraction.quantity {
+            Quantity::Position => &mut values.position[axis],
+            Quantity::Torque => &mut values.torque[axis],
+            Quantity::Reference => continue,
+            Quantity::Counter => {
+                values.counter = extraction.signal.field.bits(payload);
+                continue;
+            }
+            Quantity::Enabled => {
+                // Put down as the status word that says the same.
+                let is = extraction.signal.field.bits(payload) == u64::from(enabled);
+                values.status_word[axis] = if is { OPERATION_ENABLED } else { 0 };
+                if !is {
+                    fault = first(fault, CycleCause::NotEnabled);
+                }
+                continue;
+            }
+            Quantity::StatusWord => {
+                let word = extraction.signal.field.bits(payload);
+                // The compiler has made sure that it is 16 bits wide.
+                let word = u16::try_from(word).unwrap_or(0);
+                values.status_word[axis] = word;
+                if !is_enabled(word) {
+                    fault = first(fault, CycleCause::NotEnabled);
+                }
+                continue;
+            }
+        };
+        match extraction.value(payload) {
+            Some(value) => *place = value,
+            None => {
+                *place = 0.0;
+                fault = first(fault, CycleCause::OutOfRange);
+            }
+        }
+    }
+    fault
+}
+
+/// The cause that is counted when two cost the same cycle.
+pub(super) fn first(fault: Option<CycleCause>, other: CycleCause) -> Option<CycleCause> {
+    Some(fault.map_or(other, |fault| fault.min(other)))
+}
+
+impl References {
+    /// Reads the references of a frame; the latest of an axis counts, as in the drive. Returns
+    /// whether this message had come before. A reference out of range is none.
+    pub(super) fn read(
+        &mut self,
+        index: usize,
+        message: &MessagePlan,
+        payload: &[u8],
+        stamp_ns: u64,
+    ) -> bool {
+        for extraction in &message.extractions {
+            if extraction.quantity != Quantity::Reference {
+                continue;
+            }
+            let axis = extraction.axis.min(MAX_JOINTS - 1);
+            self.axes &= !bit(axis);
+            if let Some(value) = extraction.value(payload) {
+                self.value[axis] = value;
+                self.stamp_ns[axis] = stamp_ns;
+                self.axes |= bit(axis);
+            }
+        }
+        let again = self.messages & bit(index) != 0;
+        self.messages |= bit(index);
+        again
+    }
+
+    /// Forgets the references that are from before `oldest_ns`.
+    pub(super) fn drop_older(&mut self, oldest_ns: u64) {
+        for (axis, stamp_ns) in self.stamp_ns.iter().enumerate() {
+            if *stamp_ns < oldest_ns {
+                self.axes &= !bit(axis);
+            }
+        }
+    }
+}
+
+/// Whether a status word says "operation enabled".
+pub(super) fn is_enabled(word: u16) -> bool {
+    word & STATE_MASK == OPERATION_ENABLED
+}

@@ -1,0 +1,53 @@
+//! Drives without a SYNC: each says what it measures when its own frame comes.
+
+use didim_core::MAX_JOINTS;
+use didim_core::simulation::{ClosedLoop, SimulationError, StepOutput};
+
+use crate::{BusCycle, Playback};
+
+/// The loop around the instant of the latest frame: its samples before it and from it on.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Streamed(Option<(StepOutput, StepOutput)>);
+
+impl Streamed {
+    /// What is measured so long after the loop's first sample: positions between two samples are linear,
+    /// and a torque is held from one to the next. Times may not go back.
+    ///
+    /// # Errors
+    /// [`SimulationError`].
+    pub(crate) fn at(
+        &mut self,
+        closed_loop: &mut ClosedLoop<Playback>,
+        time_ns: u64,
+    ) -> Result<BusCycle, SimulationError> {
+        #[expect(clippy::cast_precision_loss, reason = "days of nanoseconds")]
+        let time_s = time_ns as f64 * 1e-9;
+        // A time that is a sample's, rounded otherwise, is that sample's.
+        let time_s = time_s - 1e-6 * closed_loop.period_s();
+        let (mut before, mut after) = match self.0 {
+            Some(around) => around,
+            None => {
+                let first = *closed_loop.step()?;
+                (first, first)
+            }
+        };
+        while after.time_s < time_s {
+            before = after;
+            after = *closed_loop.step()?;
+        }
+        self.0 = Some((before, after));
+        let span_s = after.time_s - before.time_s;
+        let share = if span_s > 0.0 { ((after.time_s - time_s) / span_s).max(0.0) } else { 0.0 };
+        let share = if share < 1e-5 { 0.0 } else { share };
+        let between = |from: &[f64; MAX_JOINTS], to: &[f64; MAX_JOINTS]| {
+            core::array::from_fn(|j| to[j] + (from[j] - to[j]) * share)
+        };
+        let held = if share > 0.0 { &before } else { &after };
+        Ok(BusCycle {
+            counter: 0,
+            motor_position_rad: between(&before.motor_position_rad, &after.motor_position_rad),
+            motor_torque_nm: held.motor_torque_nm,
+            motor_reference_rad: between(&before.motor_reference_rad, &after.motor_reference_rad),
+        })
+    }
+}
