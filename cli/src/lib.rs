@@ -13,6 +13,7 @@ mod convert_frames;
 mod demo;
 mod error;
 mod export;
+mod fleet;
 mod history;
 mod identify;
 mod input;
@@ -98,6 +99,8 @@ enum Command {
     Note(note::Arguments),
     /// Show the results over time, compared with the baseline
     History(history::Arguments),
+    /// Show which parameter of which arm differs from all other arms of its type
+    Fleet(fleet::Arguments),
     /// Set, clear or show the baseline, with which later results are compared
     Baseline(baseline::Arguments),
     /// Check a cell file and this machine before the service is started
@@ -163,6 +166,7 @@ pub fn main() -> ExitCode {
         Command::Reload(arguments) => reload::execute(&arguments),
         Command::Note(arguments) => note::execute(&arguments),
         Command::History(arguments) => history::execute(&arguments),
+        Command::Fleet(arguments) => fleet::execute(&arguments),
         Command::Baseline(arguments) => baseline::execute(&arguments),
         Command::Check(arguments) => check::execute(&arguments),
         Command::Manual(arguments) => manual::execute(&arguments, command()),

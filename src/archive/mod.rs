@@ -1,4 +1,5 @@
-//! Results on disk, and how they drift from the baseline.
+//! Results on disk, how they drift from the baseline, and how arms of one type stand to each other.
 
 pub mod drift;
+pub mod fleet;
 pub mod store;

@@ -26,14 +26,14 @@ const ORDER: [(&str, &str); 9] = [
     ("src", "proposal check service report offline cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),
-    ("src/archive", "drift store"),
+    ("src/archive", "fleet drift store"),
     (
         "src/offline",
         "compare consistent difference payload predict stored log identify limits still rate",
     ),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo export history manual metrics new note payload predict reload replay robot run study \
+        "lib baseline capture check compare convert demo export fleet history manual metrics new note payload predict reload replay robot run study \
          top window convert_frames identify choices input sim outcome state status names output error tell",
     ),
 ];

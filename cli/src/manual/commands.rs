@@ -306,6 +306,20 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-baseline(1)", "didim-parameters(7)"],
     ),
     page(
+        "fleet",
+        "Reads what `history --out` wrote for each arm, takes of each its newest result that is good for monitoring and has no payload noted, and holds every parameter \
+         against the median and the scatter of all arms.",
+        &[
+            [
+                "didim fleet cabinet-1.csv cabinet-2.csv cabinet-3.csv",
+                "histories of arms of one type, six at least",
+            ],
+            ["didim fleet all.parquet", "of all arms in one file"],
+        ],
+        &[],
+        &["didim-history(1)", "didim-parameters(7)"],
+    ),
+    page(
         "baseline",
         "Later results are compared with the baseline, and a parameter that leaves its band raises an alarm.",
         &[

@@ -10,6 +10,7 @@ mod check;
 mod comparison;
 mod configuration;
 mod conversion;
+mod fleet;
 mod golden;
 mod history;
 mod identification;

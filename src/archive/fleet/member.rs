@@ -1,0 +1,207 @@
+//! One result of each arm, from the rows of their histories.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use didim_formats::{LongTableError, read_long_table};
+use serde::Serialize;
+
+/// Fewest arms: of five, the scatter is known so badly that nothing is improbable.
+pub const FEWEST_ARMS: usize = 6;
+
+/// Why arms are not compared.
+#[derive(Debug, thiserror::Error)]
+pub enum FleetError {
+    /// A file is none of `didim history --out`.
+    #[error("{}: {source}; it is to be one that `didim history --out` wrote", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: LongTableError,
+    },
+    /// A field that is no number.
+    #[error("{}: `{text}` is no number, and `{column}` is one; write the file with `didim history --out` again", file.display())]
+    NotANumber {
+        /// The file.
+        file: PathBuf,
+        /// The column.
+        column: &'static str,
+        /// What stands there.
+        text: String,
+    },
+    /// Too few arms: name the files of more.
+    #[error(
+        "{arms} arms have a result that is good for monitoring and has no payload noted, and {FEWEST_ARMS} are the \
+         fewest whose scatter tells anything; name the histories of more"
+    )]
+    TooFew {
+        /// How many there are.
+        arms: usize,
+    },
+    /// Arms that are not of one type: compare those that are.
+    #[error("{arm} is {kind}, and {other} is {other_kind}; name the histories of arms of one type")]
+    OtherKind {
+        /// The first arm.
+        arm: String,
+        /// Its robot, method and regrouping.
+        kind: String,
+        /// Another.
+        other: String,
+        /// Its robot, method and regrouping.
+        other_kind: String,
+    },
+}
+
+/// An arm with its result.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Member {
+    /// Its cell; its file, where several have one name or none.
+    pub name: String,
+    /// Its robot.
+    #[serde(skip)]
+    pub robot: String,
+    /// The result's method.
+    #[serde(skip)]
+    pub method: String,
+    /// Hash of how the base parameters are made up.
+    #[serde(skip)]
+    pub regrouping: String,
+    /// The result's number.
+    pub result: u64,
+    /// When it was stored; empty where the clock was not set.
+    pub time: String,
+    /// Its parameters.
+    #[serde(skip)]
+    pub parameters: Vec<MemberParameter>,
+}
+
+/// A parameter of an arm, in its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemberParameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its value.
+    pub value: f64,
+    /// Its statistical standard deviation.
+    pub standard_deviation: f64,
+    /// Its combined one.
+    pub combined_standard_deviation: Option<f64>,
+}
+
+impl Member {
+    /// A parameter by its name.
+    pub fn parameter(&self, name: &str) -> Option<&MemberParameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// What has to be the same for parameters of one name to be the same sums, found in the same way.
+    pub(super) fn kind(&self) -> [&str; 3] {
+        [&self.robot, &self.method, &self.regrouping]
+    }
+
+    pub(super) fn kind_text(&self) -> String {
+        let regrouping: String = self.regrouping.chars().take(12).collect();
+        format!("a {} by {}, regrouped as {regrouping}…", self.robot, self.method)
+    }
+}
+
+const COLUMNS: [&str; 14] = [
+    "identity",
+    "cell",
+    "robot",
+    "result",
+    "time",
+    "method",
+    "regrouping",
+    "parameter",
+    "unit",
+    "value",
+    "standard_deviation",
+    "combined_standard_deviation",
+    "monitoring",
+    "payload_kg",
+];
+
+/// The arms of these files: of each its newest result that is good for monitoring and was stored without a payload noted.
+///
+/// # Errors
+/// [`FleetError::File`], [`FleetError::NotANumber`].
+pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
+    // By file and cell.
+    let mut newest: BTreeMap<(PathBuf, String), (String, Member)> = BTreeMap::new();
+    for file in files {
+        let rows = read_long_table(file, COLUMNS)
+            .map_err(|source| FleetError::File { file: file.clone(), source })?;
+        for row in rows {
+            let [
+                identity,
+                cell,
+                robot,
+                result,
+                time,
+                method,
+                regrouping,
+                name,
+                unit,
+                value,
+                deviation,
+                combined,
+                monitoring,
+                payload,
+            ] = row;
+            let loaded = !payload.is_empty() && number(file, "payload_kg", &payload)? != 0.0;
+            if monitoring != "true" || loaded {
+                continue;
+            }
+            let result = result.parse().unwrap_or_default();
+            let is_newer =
+                |member: &Member| (time.as_str(), result) > (&*member.time, member.result);
+            let key = (file.clone(), cell);
+            match newest.get(&key) {
+                Some((own, member)) if *own != identity && !is_newer(member) => continue,
+                Some((own, _)) if *own == identity => {}
+                _ => {
+                    let (cell, parameters) = (key.1.clone(), Vec::new());
+                    let member =
+                        Member { name: cell, robot, method, regrouping, result, time, parameters };
+                    newest.insert(key.clone(), (identity, member));
+                }
+            }
+            let Some((_, member)) = newest.get_mut(&key) else { continue };
+            let combined = Some(combined).filter(|text| !text.is_empty());
+            let combined = combined
+                .map(|text| number(file, "combined_standard_deviation", &text))
+                .transpose()?;
+            // What is no number is an empty field, and none here either.
+            if value.is_empty() || deviation.is_empty() {
+                continue;
+            }
+            member.parameters.push(MemberParameter {
+                name,
+                unit,
+                value: number(file, "value", &value)?,
+                standard_deviation: number(file, "standard_deviation", &deviation)?,
+                combined_standard_deviation: combined,
+            });
+        }
+    }
+    let names: Vec<String> = newest.keys().map(|(_, cell)| cell.clone()).collect();
+    let named = |((file, cell), (_, member)): ((PathBuf, String), (String, Member))| {
+        let alone = !cell.is_empty() && names.iter().filter(|name| **name == cell).count() == 1;
+        let name = if alone { cell } else { file.display().to_string() };
+        Member { name, ..member }
+    };
+    Ok(newest.into_iter().map(named).collect())
+}
+
+fn number(file: &Path, column: &'static str, text: &str) -> Result<f64, FleetError> {
+    let wrong = || FleetError::NotANumber {
+        file: file.to_owned(),
+        column,
+        text: text.chars().take(40).collect(),
+    };
+    text.parse().map_err(|_| wrong())
+}
