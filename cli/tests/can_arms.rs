@@ -132,7 +132,7 @@ torque = { scale = { nm_per_a = 2.5 }, sign = 1, provenance = "assumed" }
 "#;
     }
     let text = text.replace("\"../", &format!("\"{config}/")) + "\n# A window begins" + tail;
-    let text = text.replace("factor = 12", "factor = 5");
+    let text = text.replace("factor = 30", "factor = 12");
     let cell = folder.path().join("cell.toml");
     fs::write(&cell, text).unwrap();
     succeed(&[&"check", &"--elsewhere", &"--cell", &cell]);
