@@ -85,7 +85,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(to_markdown.iter().chain(figure).chain(report), &read)?;
     let (experiment, scenario) = experiment(arguments, &cell)?;
-    let Counted { piece, counted } = &experiment;
+    let Counted { piece, counted, .. } = &experiment;
     let measurement = &piece.measurement;
 
     let of = arguments.input.as_deref().unwrap_or(&arguments.cell);
@@ -179,7 +179,7 @@ fn experiment(arguments: &Arguments, cell: &Cell) -> Result<(Counted, Option<Sce
         let (measurement, counted) = simulate(&scenario, cell)
             .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
         let piece = Piece { begins_s: 0.0, measurement };
-        return Ok((Counted { piece, counted }, Some(scenario)));
+        return Ok((Counted { piece, counted, recorded: None }, Some(scenario)));
     }
     let Some(input) = &arguments.input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));

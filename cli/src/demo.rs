@@ -22,6 +22,7 @@ use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
+use didim::live::worker::TimeOfDay;
 use didim::offline::identify::{LastIdentification, LastWindow};
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
@@ -87,9 +88,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let last = LastIdentification::default();
     // As fast as possible, nobody may be overrun; in real time, the pipeline has to keep up.
     let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
+    let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    // The device counts from its own start.
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns: 0 };
     let parts = Parts::Both(
         acquisition(&cell, paths, Box::new(source), pace).map_err(CliError::failed)?,
-        estimation(&cell, paths, &last).map_err(CliError::failed)?,
+        work,
     );
     let stop = Arc::new(AtomicBool::new(false));
     let arm = start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::failed)?;

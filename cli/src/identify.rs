@@ -23,7 +23,7 @@ use didim::offline::identify::{
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim::text::aligned;
-use didim_formats::Measurement;
+use didim_formats::{Measurement, RecordingStart};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -63,6 +63,9 @@ struct Output<'a> {
     estimate: &'a Estimate,
     #[serde(skip_serializing_if = "Option::is_none")]
     reduction: Option<&'a Reduction>,
+    /// When the first recording began, where its stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     recordings: &'a [RecordingLine],
     elapsed_ms: f64,
@@ -73,6 +76,9 @@ struct Output<'a> {
 #[derive(Serialize)]
 struct RecordingLine {
     input: String,
+    /// When the file that it is of began, where its stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     relative_error: f64,
     /// Root mean square of the differences to the parameters of each other recording, in standard deviations;
     /// nothing where one of the two cannot be identified alone.
@@ -86,7 +92,7 @@ const COMPARED: usize = 12;
 fn recordings(
     cell: &Cell,
     method: Method,
-    named: &[String],
+    told: &[Told],
     measurements: &[(&Measurement, Range<usize>)],
     together: &Estimate,
 ) -> Vec<RecordingLine> {
@@ -99,19 +105,20 @@ fn recordings(
             found.ok().map(|found| found.estimate)
         })
         .collect();
-    let named = named.iter().zip(&together.relative_error_per_recording).enumerate();
-    let line = |(index, (input, relative_error)): (usize, (&String, &f64))| {
+    let told = told.iter().zip(&together.relative_error_per_recording).enumerate();
+    let line = |(index, (piece, relative_error)): (usize, (&Told, &f64))| {
         let from = |(other, found): (usize, &Option<Estimate>)| {
             let [one, other] = [alone[index].as_ref(), found.as_ref().filter(|_| other != index)];
             one.zip(other).map(|(one, other)| rms_deviation(one, other))
         };
         RecordingLine {
-            input: input.clone(),
+            input: piece.name.clone(),
+            recorded: piece.recorded,
             relative_error: *relative_error,
             rms_deviation_from: alone.iter().enumerate().map(from).collect(),
         }
     };
-    named.map(line).collect()
+    told.map(line).collect()
 }
 
 /// A table of the recordings.
@@ -140,13 +147,15 @@ struct Told {
     input: usize,
     name: String,
     what_counted: String,
+    recorded: Option<RecordingStart>,
     range: SampleRange,
 }
 
 impl Told {
     fn of(input: usize, path: &Path, piece: &Counted) -> Self {
         let name = path.display().to_string() + &piece.begin();
-        Self { input, name, what_counted: piece.what_counted(), range: piece.range() }
+        let (what_counted, range) = (piece.what_counted(), piece.range());
+        Self { input, name, what_counted, recorded: piece.recorded, range }
     }
 }
 
@@ -199,12 +208,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let elapsed = start.elapsed();
     choices.note_in(&mut identification.estimate);
     let measurements = pairs(&pieces);
-    let named: Vec<String> = told.iter().map(|piece| piece.name.clone()).collect();
-    let recordings = recordings(&cell, method, &named, &measurements, &identification.estimate);
+    let recordings = recordings(&cell, method, &told, &measurements, &identification.estimate);
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
         let elapsed_ms = elapsed.as_secs_f64() * 1e3;
-        let output = Output { estimate, reduction, recordings: &recordings, elapsed_ms };
+        let recorded = told.first().and_then(|first| first.recorded);
+        let output = Output { estimate, reduction, recorded, recordings: &recordings, elapsed_ms };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
@@ -212,7 +221,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
         print(&text(&cell, &identification, arguments.regrouping))?;
+        let mut last = None;
         for piece in told.iter().take(COMPARED) {
+            if last.replace(piece.input) != Some(piece.input) {
+                print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
+            }
             print(&piece.what_counted)?;
         }
         if told.len() > COMPARED {

@@ -9,7 +9,9 @@ use super::CliError;
 use didim::cell::Cell;
 use didim::offline::{check_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
-use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, is_parquet, read_bag, read_table};
+use didim_formats::{
+    Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet, read_bag, read_table,
+};
 
 /// Which samples of a file count.
 #[derive(Debug, Default, Args)]
@@ -29,6 +31,8 @@ pub(super) struct Samples {
 pub(super) struct Counted {
     pub(super) piece: Piece,
     pub(super) counted: Range<usize>,
+    /// When the first sample of the file was recorded, where that is known.
+    pub(super) recorded: Option<RecordingStart>,
 }
 
 impl Samples {
@@ -42,7 +46,7 @@ impl Samples {
             check_rate(&piece.measurement, cell, path)?;
         }
         let pieces = counted([self.from, self.to], cell, record, path)?;
-        for Counted { piece, counted } in &pieces {
+        for Counted { piece, counted, .. } in &pieces {
             let beyond = check_limits(&piece.measurement, counted, &cell.robot);
             for one in beyond.map_err(|error| CliError::in_file(path, error))? {
                 tracing::warn!("{}: {one}", path.display());
@@ -74,7 +78,7 @@ impl Samples {
 impl Counted {
     /// Of the first and the last sample that count \[s after the first of the file\].
     fn times_s(&self) -> [f64; 2] {
-        let Self { piece, counted } = self;
+        let Self { piece, counted, .. } = self;
         [counted.start, counted.end - 1].map(|sample| piece.time_s(sample))
     }
 
@@ -98,6 +102,7 @@ impl Counted {
             counted: self.counted.clone(),
             rate_hz: measurement.signals.sample_rate_hz,
             begins_s: *begins_s,
+            recorded: self.recorded,
         }
     }
 }
@@ -238,11 +243,12 @@ fn counted(
     let all: Vec<Range<usize>> = record.pieces.iter().map(of_piece).collect();
     let samples: usize = record.pieces.iter().map(|piece| piece.measurement.samples()).sum();
     let row = cell.options.decimation_filter.factor;
+    let recorded = record.start;
     let (pieces, first) = (record.pieces.len(), all.first().cloned().unwrap_or_default());
     let counted: Vec<Counted> = (record.pieces.into_iter().zip(all))
         // Where there are several, those that make no row are left out.
         .filter(|(_, counted)| counted.len() >= if pieces > 1 { row } else { 1 })
-        .map(|(piece, counted)| Counted { piece, counted })
+        .map(|(piece, counted)| Counted { piece, counted, recorded })
         .collect();
     if counted.is_empty() {
         if let (Some(from), Some(to)) = (first_s, last_s) {

@@ -12,6 +12,7 @@ use super::output::print;
 use didim::cell::Cell;
 use didim::offline::{LoadError, OTHER_CONFIGURATION, StoredModel};
 use didim::report::payload_text;
+use didim_formats::RecordingStart;
 
 /// Version of the layout of `--json`.
 const SCHEMA: u32 = 1;
@@ -45,6 +46,9 @@ pub(super) struct Arguments {
 struct Output<'a> {
     schema: u32,
     robot: &'a str,
+    /// When it was recorded, where the stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     #[serde(flatten)]
     payload: &'a Payload,
     /// Whether the result was identified with this configuration; nothing where it does not say.
@@ -79,7 +83,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let same_configuration = model.is_of(&cell);
     if arguments.json {
         let robot = cell.robot.name();
-        let output = Output { schema: SCHEMA, robot, payload: &payload, same_configuration };
+        let recorded = pieces.first().and_then(|first| first.recorded);
+        let output =
+            Output { schema: SCHEMA, robot, recorded, payload: &payload, same_configuration };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         return print(&format!("{json}\n"));
     }

@@ -14,6 +14,7 @@ use didim::cell::Cell;
 use didim::offline::{OTHER_CONFIGURATION, StoredModel};
 use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{aligned, significant};
+use didim_formats::RecordingStart;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -41,6 +42,9 @@ pub(super) struct Arguments {
 struct Output<'a> {
     #[serde(flatten)]
     prediction: &'a Prediction,
+    /// When the recording began, where its stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     /// Whether the result was identified with this configuration; nothing where it does not say.
     same_configuration: Option<bool>,
     /// What must be known with it.
@@ -54,6 +58,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs(&arguments.report, &read)?;
     let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
     let pieces = arguments.samples.read(&arguments.input, &cell)?;
+    let recorded = pieces.first().and_then(|first| first.recorded);
     let prediction = model
         .predict(&cell, &pairs(&pieces))
         .map_err(|error| CliError::in_file(&arguments.input, error))?;
@@ -64,7 +69,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let same_configuration = model.is_of(&cell);
     let notes = notes(&model, &cell, &prediction, same_configuration);
     if arguments.json {
-        let output = Output { prediction: &prediction, same_configuration, notes: &notes };
+        let output =
+            Output { prediction: &prediction, recorded, same_configuration, notes: &notes };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
@@ -77,6 +83,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         cell: &cell,
         result: &result,
         input: &input,
+        recorded,
         prediction: &prediction,
         notes: &notes,
     };

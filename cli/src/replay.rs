@@ -11,6 +11,7 @@ use super::output::{check_outputs, number, print, write_figure, write_report};
 use didim::cell::Cell;
 use didim::live::recording::{RecordedWindow, open_log};
 use didim::live::stream::Pace;
+use didim::live::worker::TimeOfDay;
 use didim::offline::identify::{LastIdentification, LastWindow};
 use didim::report;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
@@ -44,11 +45,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
     let source = open_log(&arguments.log).map_err(CliError::failed)?;
+    let since_1970_ns = source.since_1970_ns();
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let paths = &one_run.paths;
     let last = LastIdentification::default();
     let mut bus = acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::failed)?;
     let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
     // A recording of a result says which cycle and window it begins with.
     if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
         let assembler = cell.bus().map_err(CliError::configuration)?.assembler();

@@ -13,6 +13,7 @@ mod holes;
 mod measurement;
 mod record;
 mod room;
+mod start;
 mod table;
 mod uniform;
 mod urdf;
@@ -28,6 +29,7 @@ pub use holes::{Apart, Holes};
 pub use measurement::{Measurement, RATE_TOLERANCE, Side};
 pub use record::{Piece, Record};
 pub use room::Room;
+pub use start::RecordingStart;
 pub use table::{
     Place, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows, read_table,
     write_csv,

@@ -59,6 +59,7 @@ impl OpenWindow {
             samples,
             counted: plan.margin_before..plan.margin_before + length,
             end: WindowEnd::Length,
+            start: None,
             note: None,
         })
     }
@@ -75,6 +76,7 @@ impl OpenWindow {
             samples: self.samples,
             counted,
             end,
+            start: None,
             note: None,
         })
     }

@@ -126,7 +126,11 @@ impl Windower {
         if open.samples.len() < window.samples {
             return None;
         }
-        Some(self.open.take()?.close(&self.plan, window.end))
+        let mut event = self.open.take()?.close(&self.plan, window.end);
+        if let WindowEvent::Closed(closed) = &mut event {
+            closed.start = window.start;
+        }
+        Some(event)
     }
 
     /// Something was lost before the next sample: an open window is worth nothing, and what was

@@ -8,6 +8,8 @@ pub use difference::{Difference, DifferenceError};
 pub use json::HistoryDocument;
 pub use plot::plot;
 
+use didim_formats::RecordingStart;
+
 use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::aligned;
 use crate::window::Note;
@@ -45,6 +47,7 @@ pub fn table(history: &JudgedHistory) -> String {
             let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
             vec![
                 line.result.to_string(),
+                RecordingStart::minute(line.recorded),
                 line.time.minute(),
                 line.method.clone(),
                 if line.applicable { "yes" } else { "NO" }.to_owned(),
@@ -53,7 +56,15 @@ pub fn table(history: &JudgedHistory) -> String {
             ]
         })
         .collect();
-    let header = ["result", "time (UTC)", "method", "applicable", "relative error", "drift"];
+    let header = [
+        "result",
+        "recorded (UTC)",
+        "stored (UTC)",
+        "method",
+        "applicable",
+        "relative error",
+        "drift",
+    ];
     let table = aligned(&header, &rows);
     // Notes are words, and stand to the left in the last column; with them what was found of the load.
     let notes = history.entries.iter().map(|entry| {

@@ -1,3 +1,5 @@
+use didim_formats::RecordingStart;
+
 use super::*;
 use crate::archive::drift::{Baseline, DriftOptions};
 use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
@@ -17,6 +19,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
     HistoryLine {
         schema: HISTORY_SCHEMA,
         time: Timestamp::from_unix_s(1_795_331_849 + 86_400 * result),
+        recorded: None,
         result,
         robot: "tx40".into(),
         configuration: "c0ffee".into(),
@@ -38,6 +41,7 @@ fn lines() -> Vec<HistoryLine> {
         (0..).zip([6.0, 6.0, 6.3, 6.7, 9.0, 6.2, 6.8, 6.9]).map(|(k, fc3)| line(k, fc3)).collect();
     lines[4].applicable = false;
     lines[4].relative_error = None;
+    lines[7].recorded = RecordingStart::of_unix_ns(1_795_291_200_000_000_000);
     lines[5].note =
         Some(Note { payload_kg: Some(2.0), text: Some("new".into()), ..Note::default() });
     lines
@@ -50,15 +54,15 @@ fn history() -> JudgedHistory {
 #[test]
 fn the_table_says_what_became_of_each_result() {
     let expected = "\
-result        time (UTC)   method  applicable  relative error               drift  noted
-0       2026-11-22 07:17  idim-ls         yes          5.64 %                   –
-1       2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
-2       2026-11-24 07:17  idim-ls         yes          5.64 %             in band
-3       2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
-4       2026-11-26 07:17  idim-ls          NO               –        not compared
-5       2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new
-6       2026-11-28 07:17  idim-ls         yes          5.64 %           ALARM fc3
-7       2026-11-29 07:17  idim-ls         yes          5.64 %           ALARM fc3
+result    recorded (UTC)      stored (UTC)   method  applicable  relative error               drift  noted
+0              not known  2026-11-22 07:17  idim-ls         yes          5.64 %                   –
+1              not known  2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
+2              not known  2026-11-24 07:17  idim-ls         yes          5.64 %             in band
+3              not known  2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
+4              not known  2026-11-26 07:17  idim-ls          NO               –        not compared
+5              not known  2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new
+6              not known  2026-11-28 07:17  idim-ls         yes          5.64 %           ALARM fc3
+7       2026-11-21 20:00  2026-11-29 07:17  idim-ls         yes          5.64 %           ALARM fc3
 ";
     let squeezed = |text: &str| -> Vec<String> {
         text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()

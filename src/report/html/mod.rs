@@ -1,7 +1,7 @@
 //! A report: one HTML file that stands by itself, for whoever has to judge a result.
 //!
 //! It needs no network, no script and no font of its own, follows the reader's light or dark
-//! setting, prints, and reads on a phone. It holds no date and no run time: the same input gives the
+//! setting, prints, and reads on a phone. It holds no run time and no date of its making: the same input gives the
 //! same bytes. What comes from files is escaped by the builder, without exception.
 
 mod chart;

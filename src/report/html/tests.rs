@@ -119,7 +119,12 @@ pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
     Origin {
         input: Some(input),
-        samples: SampleRange::Measurement { counted: 100..900, rate_hz: 1000.0, begins_s: 0.0 },
+        samples: SampleRange::Measurement {
+            counted: 100..900,
+            rate_hz: 1000.0,
+            begins_s: 0.0,
+            recorded: None,
+        },
         further: Vec::new(),
         note: None,
     }

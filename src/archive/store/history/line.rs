@@ -1,6 +1,7 @@
 //! One line of the history.
 
 use didim_core::identification::Estimate;
+use didim_formats::RecordingStart;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::archive::store::against::Against;
@@ -64,6 +65,10 @@ pub struct HistoryLine {
     pub schema: u32,
     /// When it was stored.
     pub time: Timestamp,
+    /// When its window was recorded, by the stamps of the bus; nothing where these have no date, and in lines of versions that
+    /// did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<RecordingStart>,
     /// Number of the result: that of its file.
     pub result: u64,
     /// Name of the robot.
@@ -104,6 +109,7 @@ impl HistoryLine {
         Self {
             schema: HISTORY_SCHEMA,
             time: Timestamp::now(),
+            recorded: record.window.recorded,
             result,
             robot: estimate.robot.clone(),
             configuration: record.configuration.clone(),
