@@ -10,7 +10,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples};
-use super::names::methods;
+use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_text};
 use super::sim::read_scenario;
 use didim::cell::Cell;
@@ -26,7 +26,7 @@ use didim_lab::simulate;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The experiment: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE", required_unless_present = "scenario")]

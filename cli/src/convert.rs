@@ -12,6 +12,7 @@ use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 use super::CliError;
 use super::convert_frames::{write_candump, write_mcap};
 use super::input::{check_rate, positive, read_input};
+use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_whole};
 use didim::cell::{Cell, CellBus};
 use didim::live::recording::is_mcap;
@@ -20,7 +21,7 @@ use didim_formats::{Measurement, Side, is_parquet, write_csv};
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell whose layout and gains the frames of the log have
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The input: a table (CSV, Parquet), a candump log or an MCAP recording
     input: PathBuf,

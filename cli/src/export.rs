@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::CliError;
 use super::input::{Samples, pairs};
-use super::names::formats;
+use super::names::{DEFAULT_CELL, formats};
 use super::output::{check_outputs, print, write_text};
 use super::tell::tell;
 use didim::cell::Cell;
@@ -16,7 +16,7 @@ use didim::report::consistent_summary;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The result: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]

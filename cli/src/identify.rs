@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples, pairs};
-use super::names::methods;
+use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_figure, write_report};
 use didim::cell::Cell;
 use didim::offline::identify::{
@@ -28,7 +28,7 @@ use didim_formats::{Measurement, RecordingStart};
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The experiment: a table (CSV, Parquet), or a log (candump, ASC, TRC) or an MCAP recording of the cell's bus; given again,
     /// further ones of the same arm, for one identification

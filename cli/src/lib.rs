@@ -39,7 +39,8 @@ mod window;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use tracing::level_filters::LevelFilter;
 
 pub use error::CliError;
@@ -114,8 +115,10 @@ pub fn command() -> clap::Command {
 
 /// Reads the arguments of the process, runs the command and says how it ended.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
-        Ok(arguments) => arguments,
+    let matches = command().try_get_matches();
+    let read = matches.and_then(|of| Ok((Arguments::from_arg_matches(&of)?, takes_default(&of))));
+    let (arguments, takes_default) = match read {
+        Ok(read) => read,
         Err(error) => {
             // Help and version go to stdout with code 0, mistakes to stderr with code 2.
             let _ = error.print();
@@ -128,6 +131,9 @@ pub fn main() -> ExitCode {
     } else {
         LevelFilter::WARN
     });
+    if takes_default {
+        tell::tell(&format!("didim: the cell is {}, as --cell names none\n", names::DEFAULT_CELL));
+    }
     let sees_to_signals = matches!(
         arguments.command,
         Command::Run(_)
@@ -171,6 +177,13 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => error.report(),
     }
+}
+
+/// Whether the cell is the one that is taken where none is named.
+fn takes_default(matches: &ArgMatches) -> bool {
+    let of_command = matches.subcommand().map(|(_, of)| of);
+    let named = of_command.filter(|of| of.try_contains_id("cell").is_ok());
+    named.is_some_and(|of| of.value_source("cell") == Some(ValueSource::DefaultValue))
 }
 
 /// Logs go to stderr, so that stdout carries results only. `RUST_LOG` chooses what is logged: levels by

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::input::{Samples, pairs, positive};
+use super::names::DEFAULT_CELL;
 use super::output::print;
 use didim::cell::Cell;
 use didim::offline::{LoadError, OTHER_CONFIGURATION, StoredModel};
@@ -20,7 +21,7 @@ const SCHEMA: u32 = 1;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The result of the arm without the load: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::input::{Samples, pairs};
+use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_text};
 use didim::cell::Cell;
 use didim::offline::{OTHER_CONFIGURATION, StoredModel};
@@ -19,7 +20,7 @@ use didim_formats::RecordingStart;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The result: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]

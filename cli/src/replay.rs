@@ -6,6 +6,7 @@ use clap::Args;
 use didim_core::identification::Identification;
 
 use super::CliError;
+use super::names::DEFAULT_CELL;
 use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
 use didim::cell::Cell;
@@ -22,7 +23,7 @@ use didim::service::supervision::{Parts, ServiceOptions, run};
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The candump log, the MCAP recording, or the folder of a ring
     log: PathBuf,

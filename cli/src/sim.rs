@@ -8,6 +8,7 @@ use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_sim::{CandumpSink, Pace, Scenario, SocketCanSink, VirtualDevice, play};
 
 use super::CliError;
+use super::names::DEFAULT_CELL;
 use super::output::{print, write_whole};
 use didim::cell::{BusAddress, Cell};
 use didim::files::read_text;
@@ -17,7 +18,7 @@ use didim_lab::check_robot;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell whose drives are simulated: it defines the layout of the frames and the gains
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// Where the frames go: can:INTERFACE, or log:FILE
     #[arg(long, value_name = "BUS")]
