@@ -13,6 +13,7 @@ use super::input::{Counted, Samples};
 use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_text};
 use super::sim::read_scenario;
+use super::stream::Input;
 use didim::cell::Cell;
 use didim::files::read_text;
 use didim::offline::compare::{
@@ -84,7 +85,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = others.chain([&arguments.cell, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(to_markdown.iter().chain(figure).chain(report), &read)?;
-    let (experiment, scenario) = experiment(arguments, &cell)?;
+    let given = arguments.input.as_deref().map(Input::open).transpose()?;
+    let (experiment, scenario) = experiment(arguments, given.as_ref(), &cell)?;
     let Counted { piece, counted, .. } = &experiment;
     let measurement = &piece.measurement;
 
@@ -128,7 +130,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, experiment.range())?;
+        let origin = origin(arguments, given.as_ref(), experiment.range())?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -170,7 +172,11 @@ fn read_toml<T>(
 }
 
 /// What was recorded or simulated, which of it counts, and the scenario if it was simulated.
-fn experiment(arguments: &Arguments, cell: &Cell) -> Result<(Counted, Option<Scenario>), CliError> {
+fn experiment(
+    arguments: &Arguments,
+    input: Option<&Input>,
+    cell: &Cell,
+) -> Result<(Counted, Option<Scenario>), CliError> {
     if let Some(name) = &arguments.scenario {
         let mut scenario = read_scenario(name, cell)?;
         if let Some(seed) = arguments.seed {
@@ -181,18 +187,25 @@ fn experiment(arguments: &Arguments, cell: &Cell) -> Result<(Counted, Option<Sce
         let piece = Piece { begins_s: 0.0, measurement };
         return Ok((Counted { piece, counted, recorded: None }, Some(scenario)));
     }
-    let Some(input) = &arguments.input else {
+    let Some(input) = input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
     };
     Ok((arguments.samples.read_longest(input, cell)?, None))
 }
 
-fn origin(arguments: &Arguments, samples: SampleRange) -> Result<Origin, CliError> {
+fn origin(
+    arguments: &Arguments,
+    input: Option<&Input>,
+    samples: SampleRange,
+) -> Result<Origin, CliError> {
     let read =
         |path: &PathBuf| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
     // A scenario is a file or the name of a shipped one.
     let scenario = arguments.scenario.as_ref().map(PathBuf::from).filter(|path| path.is_file());
-    let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
+    let input = match input {
+        Some(input) => Some(input.provenance()?),
+        None => scenario.as_ref().map(read).transpose()?,
+    };
     Ok(Origin { input, samples, further: Vec::new(), note: None })
 }
 

@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     method: Method,
     /// How long the arm moves, rests included; its motion is repeated until then [default: once,
     /// 7.9 s]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Seed of the noise
     #[arg(long, value_name = "N")]

@@ -8,6 +8,7 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::output::{check_outputs, print, write_text};
 use super::state::WhichState;
+use super::stream::Input;
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
 use didim::offline::{JointDifference, StoredModel, torque_difference};
@@ -108,11 +109,12 @@ fn torques(
     let (Some(input), Some(cell)) = (&arguments.along, arguments.state.cell()?) else {
         return Ok(Vec::new());
     };
-    let pieces = Samples::default().read(input, &cell)?;
+    let input = Input::open(input)?;
+    let pieces = Samples::default().read(&input, &cell)?;
     let read = |number| {
         StoredModel::read(&result_file(folder, number), cell.clone()).map_err(CliError::failed)
     };
     let [(then, earlier), (now, later)] = [read(numbers[0])?, read(numbers[1])?];
     torque_difference([(&then, &earlier), (&now, &later)], &pairs(&pieces))
-        .map_err(|error| CliError::in_file(input, error))
+        .map_err(|error| CliError::in_file(input.shown(), error))
 }

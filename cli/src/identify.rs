@@ -16,12 +16,13 @@ use super::choices::Choices;
 use super::input::{Counted, Samples, pairs};
 use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_figure, write_report};
+use super::stream::Input;
 use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
 use didim::report;
-use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::report::html::{Origin, Report, SampleRange};
 use didim::text::aligned;
 use didim_formats::{Measurement, RecordingStart};
 
@@ -175,14 +176,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = input.iter().chain([cell_file, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(figure.iter().chain(report), &read)?;
+    let inputs =
+        arguments.input.iter().map(|path| Input::open(path)).collect::<Result<Vec<_>, _>>()?;
     let (mut pieces, mut told) = (Vec::new(), Vec::new());
-    for (input, path) in arguments.input.iter().enumerate() {
-        let of_file = arguments.samples.read(path, &cell)?;
-        told.extend(of_file.iter().map(|piece| Told::of(input, path, piece)));
+    for (index, input) in inputs.iter().enumerate() {
+        let of_file = arguments.samples.read(input, &cell)?;
+        told.extend(of_file.iter().map(|piece| Told::of(index, input.shown(), piece)));
         pieces.extend(of_file);
     }
     let measurements = pairs(&pieces);
-    let first = &arguments.input[0];
+    let first = inputs[0].shown();
     let start = Instant::now();
     let choices = Choices::make(&mut cell, &measurements, first)?;
     // Before the method, which may fail with what was chosen.
@@ -239,8 +242,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let Some(path) = &arguments.report {
         let mut origins = Vec::with_capacity(told.len());
-        for (index, path) in arguments.input.iter().enumerate() {
-            let input = InputFile::read(path).map_err(|error| CliError::in_file(path, error))?;
+        for (index, input) in inputs.iter().enumerate() {
+            let input = input.provenance()?;
             let own = told.iter().filter(|piece| piece.input == index);
             origins.extend(own.map(|piece| (input.clone(), piece.range.clone())));
         }

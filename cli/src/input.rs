@@ -4,9 +4,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use clap::Args;
+use didim_drivers::source::TextLog;
 
 use super::CliError;
+use super::stream::Input;
 use didim::cell::Cell;
+use didim::live::recording::is_mcap;
 use didim::offline::{check_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
 use didim_formats::{
@@ -20,10 +23,10 @@ pub(super) struct Samples {
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
     /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
     /// End of the samples that count [s after the first]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     to: Option<f64>,
 }
 
@@ -37,8 +40,9 @@ pub(super) struct Counted {
 
 impl Samples {
     /// Reads a file of the cell's rate, and says which of its samples count: at least one piece has some.
-    pub(super) fn read(&self, path: &Path, cell: &Cell) -> Result<Vec<Counted>, CliError> {
-        let record = read_input(path, cell, self.sample_rate)?;
+    pub(super) fn read(&self, input: &Input, cell: &Cell) -> Result<Vec<Counted>, CliError> {
+        let path = input.shown();
+        let record = read_input(input, cell, self.sample_rate)?;
         for note in record.notes() {
             tracing::warn!("{}: {note}", path.display());
         }
@@ -59,8 +63,9 @@ impl Samples {
     }
 
     /// The same, where one whole piece is wanted: the longest.
-    pub(super) fn read_longest(&self, path: &Path, cell: &Cell) -> Result<Counted, CliError> {
-        let pieces = self.read(path, cell)?;
+    pub(super) fn read_longest(&self, input: &Input, cell: &Cell) -> Result<Counted, CliError> {
+        let path = input.shown();
+        let pieces = self.read(input, cell)?;
         let others = pieces.len() > 1;
         let longest = pieces.into_iter().max_by_key(|of| of.counted.len());
         let longest = longest.ok_or_else(|| CliError::in_file(path, "no sample counts"))?;
@@ -143,23 +148,33 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
+/// What comes as a stream is told by its first bytes. A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
 /// log (candump, ASC, TRC) or an MCAP recording; without a bus, a table too.
 pub(super) fn read_input(
-    path: &Path,
+    input: &Input,
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Record, CliError> {
+    input.named(read_file(input, cell, sample_rate_hz))
+}
+
+fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<Record, CliError> {
+    let path = input.path();
     let is =
         |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
-    if let Some(spec) = cell.bag.as_ref().filter(|_| path.is_dir() || is("mcap") || is("db3")) {
+    let is_bag = path.is_dir() || is("mcap") || is("db3") || (input.is_stream() && is_mcap(path));
+    if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
         return read_bag(path, spec).map_err(CliError::failed);
     }
     // Without a bus there is nothing else that a file could be, but for the logs of one.
     let has_bus = cell.bus().is_ok();
     let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
     let is_table = is_text || is_parquet(path);
-    if is_table || !(has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is)) {
+    let is_log = match input.is_stream() {
+        true => is_mcap(path) || TextLog::is_one(path),
+        false => has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is),
+    };
+    if is_table || !is_log {
         // Such a cell says how far the rows of its tables are apart.
         let stated = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
         return read_table(path, stated, cell.sample_rate_hz(), cell.columns.as_ref())

@@ -32,6 +32,7 @@ mod run;
 mod sim;
 mod state;
 mod status;
+mod stream;
 mod study;
 mod tell;
 mod top;
@@ -121,8 +122,14 @@ pub fn main() -> ExitCode {
         Ok(read) => read,
         Err(error) => {
             // Help and version go to stdout with code 0, mistakes to stderr with code 2.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            if error.use_stderr() {
+                let _ = error.print();
+                return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            }
+            return match output::print(&error.render().to_string()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => error.report(),
+            };
         }
     };
     // A daemon logs what it does; a command that a person waits for logs what is wrong.

@@ -10,6 +10,7 @@ use super::CliError;
 use super::input::{Samples, pairs, positive};
 use super::names::DEFAULT_CELL;
 use super::output::print;
+use super::stream::Input;
 use didim::cell::Cell;
 use didim::offline::{LoadError, OTHER_CONFIGURATION, StoredModel};
 use didim::report::payload_text;
@@ -32,7 +33,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     samples: Samples,
     /// Mass that is declared of the load \[kg\]
-    #[arg(long, value_name = "KG", value_parser = positive)]
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
     declared_mass_kg: Option<f64>,
     /// Centre of mass that is declared, in the frame of the last link \[m\]
     #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
@@ -70,7 +71,8 @@ fn centre(text: &str) -> Result<[f64; 3], String> {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
-    let pieces = arguments.samples.read(&arguments.input, &cell)?;
+    let input = Input::open(&arguments.input)?;
+    let pieces = arguments.samples.read(&input, &cell)?;
     let declared =
         Declared { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
     let payload = model.payload(&cell, &pairs(&pieces), declared).map_err(|error| match error {
@@ -79,7 +81,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             | PayloadError::Covariance
             | PayloadError::NotIdentified { .. },
         ) => CliError::in_file(&arguments.result, error),
-        error => CliError::in_file(&arguments.input, error),
+        error => CliError::in_file(input.shown(), error),
     })?;
     let same_configuration = model.is_of(&cell);
     if arguments.json {

@@ -11,6 +11,7 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_text};
+use super::stream::Input;
 use didim::cell::Cell;
 use didim::offline::{OTHER_CONFIGURATION, StoredModel};
 use didim::report::html::{InputFile, PredictionReport};
@@ -58,11 +59,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
     check_outputs(&arguments.report, &read)?;
     let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
-    let pieces = arguments.samples.read(&arguments.input, &cell)?;
+    let input = Input::open(&arguments.input)?;
+    let pieces = arguments.samples.read(&input, &cell)?;
     let recorded = pieces.first().and_then(|first| first.recorded);
     let prediction = model
         .predict(&cell, &pairs(&pieces))
-        .map_err(|error| CliError::in_file(&arguments.input, error))?;
+        .map_err(|error| CliError::in_file(input.shown(), error))?;
     if !prediction.error.relative_error.is_finite() {
         let what = "no finite torque comes of its parameters; give the result as it was stored";
         return Err(CliError::in_file(&arguments.result, what));
@@ -79,7 +81,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let Some(path) = &arguments.report else { return Ok(()) };
     let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
-    let (result, input) = (read(&arguments.result)?, read(&arguments.input)?);
+    let (result, input) = (read(&arguments.result)?, input.provenance()?);
     let report = PredictionReport {
         cell: &cell,
         result: &result,

@@ -9,7 +9,7 @@ use clap::Args;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::output::{print, write_text};
+use super::output::{check_outputs, print, write_text};
 use super::tell::tell;
 use didim::signals::stop_flag;
 use didim_lab::{
@@ -39,6 +39,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let grid = Grid::read(&arguments.plan).map_err(CliError::configuration)?;
     let header = Header::of(&grid);
     let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
+    let [json_file, markdown_file] =
+        ["study.json", "study.md"].map(|name| arguments.out.join(name));
+    check_outputs([&json_file, &markdown_file], &[&arguments.plan])?;
     let stop = stop_flag().map_err(CliError::failed)?;
     let threads = match arguments.jobs {
         Some(jobs) => usize::from(jobs),
@@ -57,8 +60,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (_store, runs) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
     let summary = Summary::new(&grid, &runs);
     let json = serde_json::to_string_pretty(&summary).map_err(CliError::failed)? + "\n";
-    write_text(&arguments.out.join("study.json"), &json)?;
-    write_text(&arguments.out.join("study.md"), &markdown(&grid, &summary))?;
+    write_text(&json_file, &json)?;
+    write_text(&markdown_file, &markdown(&grid, &summary))?;
     for (file, svg) in heat_maps(&grid, &summary) {
         write_text(&arguments.out.join(file), &svg)?;
     }
