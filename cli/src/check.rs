@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::CliError;
 use super::names::DEFAULT_CELL;
 use super::output::{number, print};
+use super::terminal::show;
 use didim::cell::{Cell, CellError, Faults, Library, OpenKey, WrongKey};
 use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
 use didim::text::significant;
@@ -66,7 +67,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.json {
         print_json(Some(&cell.name), &found)?;
     } else {
-        print(&text(&cell, &own, &here, arguments.elsewhere))?;
+        show(&text(&cell, &own, &here, arguments.elsewhere))?;
     }
     if errors == 0 {
         return Ok(());

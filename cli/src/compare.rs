@@ -14,6 +14,7 @@ use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_text};
 use super::sim::read_scenario;
 use super::stream::Input;
+use super::terminal::{show, width};
 use didim::cell::Cell;
 use didim::files::read_text;
 use didim::offline::compare::{
@@ -118,7 +119,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print(&format!("{json}\n"))?;
     } else {
         print(&choices.text(&cell))?;
-        print(&terminal(&view))?;
+        show(&terminal(&view, width()))?;
     }
     // After the result, which a file that cannot be written must not cost. Run times are no part of
     // files: the same input gives the same bytes.

@@ -20,6 +20,7 @@ use super::CliError;
 use super::names::methods;
 use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
+use super::terminal::{show, width};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
 use didim::live::worker::TimeOfDay;
@@ -37,9 +38,6 @@ const CELL: &str = "config/cells/tx40-packed-fd.toml";
 const BUS_FRAMES: usize = 5000;
 /// Frames between two steps of the progress bar.
 const PROGRESS_FRAMES: u64 = 250;
-/// Width of the plot in the terminal, in characters.
-const PLOT_COLUMNS: usize = 72;
-
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The method
@@ -73,9 +71,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
         .map_err(CliError::failed)?;
     let cycles = cycles(arguments, &device, &cell)?;
-    print(&format!(
-        "A simulated {} whose parameters are known: its drives send {:.0} CAN FD frames a second over\n\
-         an in-process bus, shared memory carries the samples to the worker, and {} identifies.\n\n",
+    show(&format!(
+        "A simulated {} whose parameters are known: its drives send {:.0} CAN FD\n\
+         frames a second over an in-process bus, shared memory carries the samples to\n\
+         the worker, and {} identifies.\n\n",
         cell.robot.name(),
         cell.sample_rate_hz(),
         cell.method
@@ -107,7 +106,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(error) => return Err(CliError::failed(error)),
     }
     let LastWindow { window, identification } = identified(&report, &last)?;
-    print(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
+    show(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
     // After the result, which a figure that cannot be written must not cost.
     write_figure(&arguments.figure, &cell, &identification)?;
     print(&format!("figure of all joints: {}\n", arguments.figure.display()))?;
@@ -214,7 +213,7 @@ fn text(
     let panels = report::panels(identification, robot);
     let largest = panels.iter().max_by(|a, b| peak(a.measured_nm).total_cmp(&peak(b.measured_nm)));
     if let Some(panel) = largest {
-        text += &torque_plot(panel, PLOT_COLUMNS);
+        text += &torque_plot(panel, width());
         text += "\n";
     }
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {

@@ -9,14 +9,12 @@ use super::input::{Samples, pairs};
 use super::output::{check_outputs, print, write_text};
 use super::state::WhichState;
 use super::stream::Input;
+use super::terminal::{line, show, width};
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
 use didim::offline::{JointDifference, StoredModel, torque_difference};
 use didim::report::history::{Difference, HistoryDocument, plot, summary, table};
 use didim::report::html::HistoryReport;
-
-/// Columns of a plot.
-const PLOT_COLUMNS: usize = 68;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -87,17 +85,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return print(&format!("{json}\n"));
     }
     if let Some(difference) = difference {
-        return print(&difference.table());
+        return show(&difference.table());
     }
-    let mut text = table(&history) + "\n" + &summary(&history);
+    let mut text = table(&history, line()) + "\n" + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
-        text += &plot(&history, name, PLOT_COLUMNS)
+        text += &plot(&history, name, width())
             .unwrap_or_else(|| format!("{name}: no applicable result with a known time has it\n"));
         let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
-    print(&text)
+    show(&text)
 }
 
 /// What two results say differently of the torques along a recording, where one is given.

@@ -16,7 +16,9 @@ use super::choices::Choices;
 use super::input::{Counted, Samples, pairs};
 use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_figure, write_report};
+use super::progress::Working;
 use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
@@ -194,24 +196,28 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let mut reduction = None;
     if arguments.essential {
-        let found = reduce_measurements(&cell, &measurements)
+        let found = Working::on("finding the essential parameters")
+            .during(|| reduce_measurements(&cell, &measurements))
             .map_err(|error| CliError::in_file(first, error))?;
         cell = cell.with_parameters(&found.essential);
         reduction = Some(found);
     }
     let method = arguments.method.unwrap_or(cell.method);
-    let mut identification =
-        identify_measurements(&cell, method, given(&mut pieces)).map_err(|error| match error {
-            IdentifyError::Identification(IdentificationError::NoController { .. })
-            | IdentifyError::NotRobust(_) => {
-                CliError::configuration(format!("{}: {error}", arguments.cell.display()))
-            }
-            error => CliError::in_file(first, error),
-        })?;
+    let working = Working::on(&format!("identifying by {method}"));
+    let identified = working.during(|| identify_measurements(&cell, method, given(&mut pieces)));
+    let mut identification = identified.map_err(|error| match error {
+        IdentifyError::Identification(IdentificationError::NoController { .. })
+        | IdentifyError::NotRobust(_) => {
+            CliError::configuration(format!("{}: {error}", arguments.cell.display()))
+        }
+        error => CliError::in_file(first, error),
+    })?;
     let elapsed = start.elapsed();
     choices.note_in(&mut identification.estimate);
     let measurements = pairs(&pieces);
-    let recordings = recordings(&cell, method, &told, &measurements, &identification.estimate);
+    let together = &identification.estimate;
+    let recordings = Working::on("identifying from each recording alone")
+        .during(|| recordings(&cell, method, &told, &measurements, together));
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
         let elapsed_ms = elapsed.as_secs_f64() * 1e3;
@@ -221,20 +227,20 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print(&format!("{json}\n"))?;
     } else {
         if let Some(reduction) = &reduction {
-            print(&format!("{}\n", report::reduction::sequence(reduction)))?;
+            show(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
-        print(&text(&cell, &identification, arguments.regrouping))?;
+        show(&text(&cell, &identification, arguments.regrouping))?;
         let mut last = None;
         for piece in told.iter().take(COMPARED) {
             if last.replace(piece.input) != Some(piece.input) {
                 print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
             }
-            print(&piece.what_counted)?;
+            show(&piece.what_counted)?;
         }
         if told.len() > COMPARED {
             print(&format!("and {} more pieces\n", told.len() - COMPARED))?;
         }
-        print(&compared(&recordings))?;
+        show(&compared(&recordings))?;
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {

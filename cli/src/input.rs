@@ -7,6 +7,7 @@ use clap::Args;
 use didim_drivers::source::TextLog;
 
 use super::CliError;
+use super::progress::Working;
 use super::stream::Input;
 use didim::cell::Cell;
 use didim::live::recording::is_mcap;
@@ -42,7 +43,8 @@ impl Samples {
     /// Reads a file of the cell's rate, and says which of its samples count: at least one piece has some.
     pub(super) fn read(&self, input: &Input, cell: &Cell) -> Result<Vec<Counted>, CliError> {
         let path = input.shown();
-        let record = read_input(input, cell, self.sample_rate)?;
+        let reading = Working::on(&format!("reading {}", path.display()));
+        let record = reading.during(|| read_input(input, cell, self.sample_rate))?;
         for note in record.notes() {
             tracing::warn!("{}: {note}", path.display());
         }

@@ -25,6 +25,7 @@ mod outcome;
 mod output;
 mod payload;
 mod predict;
+mod progress;
 mod reload;
 mod replay;
 mod robot;
@@ -35,6 +36,7 @@ mod status;
 mod stream;
 mod study;
 mod tell;
+mod terminal;
 mod top;
 mod window;
 
@@ -126,7 +128,10 @@ pub fn main() -> ExitCode {
                 let _ = error.print();
                 return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
             }
-            return match output::print(&error.render().to_string()) {
+            let text = error.render();
+            let coloured = terminal::coloured(&std::io::stdout());
+            let text = if coloured { text.ansi().to_string() } else { text.to_string() };
+            return match output::print(&text) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => error.report(),
             };
@@ -196,8 +201,6 @@ fn takes_default(matches: &ArgMatches) -> bool {
 /// Logs go to stderr, so that stdout carries results only. `RUST_LOG` chooses what is logged: levels by
 /// module, as `warn,didim=debug`.
 fn log_to_stderr(usual: LevelFilter) {
-    use std::io::IsTerminal as _;
-
     use tracing_subscriber::filter::Targets;
     use tracing_subscriber::prelude::*;
 
@@ -211,10 +214,10 @@ fn log_to_stderr(usual: LevelFilter) {
             .with_target("didim", usual)
     });
     let lines = tracing_subscriber::fmt::layer()
-        .with_writer(std::io::stderr)
+        .with_writer(|| progress::Beside)
         // Of a stderr that is closed or full there is nobody to tell.
         .log_internal_errors(false)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_ansi(terminal::coloured(&std::io::stderr()))
         .with_target(false);
     tracing_subscriber::registry().with(lines).with(filter).init();
 }

@@ -10,7 +10,9 @@ use super::CliError;
 use super::input::{Samples, pairs, positive};
 use super::names::DEFAULT_CELL;
 use super::output::print;
+use super::progress::Working;
 use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::{LoadError, OTHER_CONFIGURATION, StoredModel};
 use didim::report::payload_text;
@@ -75,7 +77,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let pieces = arguments.samples.read(&input, &cell)?;
     let declared =
         Declared { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
-    let payload = model.payload(&cell, &pairs(&pieces), declared).map_err(|error| match error {
+    let working = Working::on("finding the load");
+    let found = working.during(|| model.payload(&cell, &pairs(&pieces), declared));
+    let payload = found.map_err(|error| match error {
         LoadError::Payload(
             PayloadError::NoCovariance
             | PayloadError::Covariance
@@ -96,5 +100,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if same_configuration == Some(false) {
         text += &format!("note: {OTHER_CONFIGURATION}\n");
     }
-    print(&text)
+    show(&text)
 }

@@ -11,7 +11,9 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_text};
+use super::progress::Working;
 use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::{OTHER_CONFIGURATION, StoredModel};
 use didim::report::html::{InputFile, PredictionReport};
@@ -62,8 +64,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let input = Input::open(&arguments.input)?;
     let pieces = arguments.samples.read(&input, &cell)?;
     let recorded = pieces.first().and_then(|first| first.recorded);
-    let prediction = model
-        .predict(&cell, &pairs(&pieces))
+    let prediction = Working::on("predicting")
+        .during(|| model.predict(&cell, &pairs(&pieces)))
         .map_err(|error| CliError::in_file(input.shown(), error))?;
     if !prediction.error.relative_error.is_finite() {
         let what = "no finite torque comes of its parameters; give the result as it was stored";
@@ -77,7 +79,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&text(&prediction, &cell, &notes))?;
+        show(&text(&prediction, &cell, &notes))?;
     }
     let Some(path) = &arguments.report else { return Ok(()) };
     let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));

@@ -9,7 +9,9 @@ use super::CliError;
 use super::names::DEFAULT_CELL;
 use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
+use super::progress::Working;
 use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::live::recording::{RecordedWindow, open_log};
 use didim::live::stream::Pace;
@@ -78,13 +80,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     let parts = Parts::Both(bus, work);
-    let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
+    let replaying = Working::on(&format!("replaying {}", input.shown().display()));
+    let report = replaying.during(|| run(&ServiceOptions::default(), parts));
+    let report = report.map_err(CliError::failed)?;
     let LastWindow { window, identification } = identified(&report, &last)?;
     if arguments.json {
         let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&text(&identification, &report.snapshot))?;
+        show(&text(&identification, &report.snapshot))?;
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {

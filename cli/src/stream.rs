@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use didim::report::html::InputFile;
 
 use super::CliError;
+use super::progress::Working;
 
 /// Stands for standard input.
 const STANDARD_INPUT: &str = "-";
@@ -59,7 +60,9 @@ impl Input {
             CliError::in_file(&shown, why)
         };
         let mut copy = tempfile::tempfile_in(&folder).map_err(refused)?;
-        let length = std::io::copy(&mut from.take(most + 1), &mut copy).map_err(refused)?;
+        let copying = Working::on(&format!("copying {}", shown.display()));
+        let copied = copying.during(|| std::io::copy(&mut from.take(most + 1), &mut copy));
+        let length = copied.map_err(refused)?;
         if length > most {
             let why = format!("a stream of more than {} GB; give a file", most >> 30);
             return Err(CliError::in_file(&shown, why));

@@ -11,6 +11,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use super::CliError;
 use super::output::{check_outputs, print, write_text};
 use super::tell::tell;
+use super::terminal::show;
 use didim::signals::stop_flag;
 use didim_lab::{
     Grid, Header, Progress, Store, Summary, execute as run_study, heat_maps, markdown, table,
@@ -75,7 +76,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let line = serde_json::to_string(&summary).map_err(CliError::failed)?;
         return print(&format!("{line}\n"));
     }
-    print(&table(&summary))?;
+    show(&table(&summary))?;
     print(&format!("\n{}", times(&grid, &progress, threads, begin.elapsed())))?;
     print(&format!("study.md, study.json and heat maps: {}\n", arguments.out.display()))
 }

@@ -21,4 +21,5 @@ mod report;
 mod streams;
 mod study;
 mod tables;
+mod terminal;
 mod top;

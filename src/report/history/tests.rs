@@ -67,8 +67,10 @@ result    recorded (UTC)      stored (UTC)   method  applicable  relative error 
     let squeezed = |text: &str| -> Vec<String> {
         text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
     };
-    assert_eq!(squeezed(&table(&history())), squeezed(expected));
-    let widths: Vec<_> = table(&history()).lines().map(|line| line.find("idim-ls")).collect();
+    assert_eq!(squeezed(&table(&history(), 200)), squeezed(expected));
+    let narrow = table(&history(), 80);
+    assert!(narrow.contains("recorded (UTC)") && !narrow.contains("relative error"), "{narrow}");
+    let widths: Vec<_> = table(&history(), 200).lines().map(|line| line.find("idim-ls")).collect();
     assert!(widths[1..].iter().all(|at| *at == widths[1]), "aligned");
     let summary = summary(&history());
     assert!(summary.starts_with("baseline: result 1 of 2026-11-23T07:17:29Z\n"), "{summary}");
@@ -78,7 +80,7 @@ result    recorded (UTC)      stored (UTC)   method  applicable  relative error 
     assert!(summary.contains("left its band on 2026-11-25"), "{summary}");
     let none = JudgedHistory::new(lines(), None, DriftOptions::default());
     assert!(self::summary(&none).contains("no baseline is set"));
-    assert!(!table(&none).contains("ALARM"));
+    assert!(!table(&none, 200).contains("ALARM"));
 }
 
 #[test]
@@ -112,7 +114,7 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
 fn a_plot_has_the_newest_value_at_its_end_and_stands_any_history() {
     let plot = |lines: Vec<HistoryLine>| {
         let baseline = lines.first().cloned().map(Baseline::of);
-        plot(&JudgedHistory::new(lines, baseline, DriftOptions::default()), "fc3", 20)
+        plot(&JudgedHistory::new(lines, baseline, DriftOptions::default()), "fc3", 32)
     };
     let text = plot(vec![line(0, 6.0), line(1, 6.0), line(2, 7.0)]).unwrap();
     let rows: Vec<&str> = text.lines().collect();
@@ -233,7 +235,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     };
     let (ordered, mixed) = (history(&ordered), history(&mixed));
     assert_eq!(mixed.points("fc3"), ordered.points("fc3"));
-    assert_eq!(plot(&mixed, "fc3", 30), plot(&ordered, "fc3", 30));
+    assert_eq!(plot(&mixed, "fc3", 42), plot(&ordered, "fc3", 42));
     let trends = |of: &JudgedHistory| of.tracker.as_ref().unwrap().trend("fc3").unwrap();
     assert!((trends(&mixed).slope / trends(&ordered).slope - 1.0).abs() < 1e-9);
     let chart = |of: &JudgedHistory| {
@@ -251,7 +253,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     // Nothing but such ones.
     let undated = [HistoryLine { time: Timestamp::from_unix_s(60), ..line(0, 6.0) }];
     let undated = JudgedHistory::new(undated.to_vec(), None, DriftOptions::default());
-    assert_eq!(plot(&undated, "fc3", 30), None);
+    assert_eq!(plot(&undated, "fc3", 42), None);
     assert!(
         summary(&undated)
             .contains("1 result was stored while the clock was not set and is left out")
