@@ -11,6 +11,8 @@ mod friction;
 mod history;
 mod information;
 mod joints;
+mod motion;
+mod names;
 mod parameters;
 mod prediction;
 mod provenance;
@@ -49,6 +51,7 @@ impl Report<'_> {
         let sections = html! {
                 (parameters::section(self))
                 (joints::torques(self))
+                (motion::section(self))
                 (joints::residuals(self))
                 (joints::delays(estimate))
                 (information::section(self))
@@ -56,6 +59,7 @@ impl Report<'_> {
                 (freedoms::section(self))
                 (summary::convergence(&estimate.convergence))
                 (summary::singular_values(self))
+                (names::section(self))
                 (provenance::section(self))
         };
         let content = html! {
