@@ -10,7 +10,7 @@ use crate::common::manager::{Manager, terminate};
 use crate::common::{Network, Process};
 use didim::live::acquire::{AcquireOptions, RealTimeOptions};
 use didim::live::stream::Pace;
-use didim::live::worker::{Identified, Identify, Trigger, WindowOptions, WorkerOptions};
+use didim::live::worker::{Identified, Identify, TimeOfDay, Trigger, WindowOptions, WorkerOptions};
 use didim::service::supervision::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceOptions, SocketOptions, run,
 };
@@ -142,6 +142,7 @@ fn child_serves() {
         find_load: None,
         options: WorkerOptions {
             stream: network.options(),
+            time_of_day: TimeOfDay::Log { since_1970_ns: 0 },
             windows: windows.plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.join("results")),

@@ -245,6 +245,7 @@ fn rejections() -> Vec<Rejection> {
         Rejection::Loss(Loss::StreamOverflow { batches: 1 }),
         Rejection::Loss(Loss::Restarted),
         Rejection::TooShort { counted: 1, minimum: 2 },
+        Rejection::Remainder { counted: 1, minimum: 2 },
         Rejection::Busy,
         Rejection::Stopped,
         Rejection::Refused { why: why() },
@@ -261,6 +262,7 @@ fn rejections() -> Vec<Rejection> {
                 | Loss::Restarted,
             )
             | Rejection::TooShort { .. }
+            | Rejection::Remainder { .. }
             | Rejection::Busy
             | Rejection::Stopped
             | Rejection::Refused { .. }

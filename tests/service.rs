@@ -11,7 +11,8 @@ use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
 use didim::live::latency::LatencySummary;
 use didim::live::stream::{Pace, StreamNode, Topic};
 use didim::live::worker::{
-    Command, Identified, Identify, Rejection, ResultOptions, Trigger, WindowOptions, WorkerOptions,
+    Command, Identified, Identify, Rejection, ResultOptions, TimeOfDay, Trigger, WindowOptions,
+    WorkerOptions,
 };
 use didim::service::status::{
     BaselineRequest, ClientError, Request, Snapshot, fetch_status, send_request,
@@ -46,6 +47,7 @@ fn estimation(
         find_load: None,
         options: WorkerOptions {
             stream: network.options(),
+            time_of_day: TimeOfDay::Log { since_1970_ns: 0 },
             windows: windows(trigger).plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.to_owned()),

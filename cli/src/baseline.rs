@@ -8,6 +8,7 @@ use super::CliError;
 use super::output::print;
 use super::state::WhichState;
 use super::status::WhichService;
+use super::terminal::show;
 use didim::archive::drift::{Baseline, ChooseError, set_baseline};
 use didim::archive::store::HistoryLine;
 use didim::service::status::{BaselineRequest, Request};
@@ -74,7 +75,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Action::Show { state } => {
             let folder = state.find()?.0;
             match Baseline::read(&folder).map_err(CliError::failed)? {
-                Some(baseline) => print(&text(&baseline)),
+                Some(baseline) => show(&text(&baseline)),
                 None => Err(CliError::failed(format!(
                     "{}: no baseline is set; set one with `didim baseline set`",
                     folder.display()

@@ -4,6 +4,7 @@ use clap::{Args, Subcommand};
 
 use super::CliError;
 use super::status::WhichService;
+use didim::live::recording::{CaptureError, check_capture_name};
 use didim::service::status::{CaptureRequest, Request};
 
 #[derive(Debug, Args)]
@@ -17,7 +18,7 @@ enum Action {
     /// Begin a capture; the cell needs [service.recordings]
     Start {
         /// Part of the file's name: letters, digits, _ and -
-        #[arg(default_value = "bus")]
+        #[arg(default_value = "bus", value_parser = name)]
         name: String,
         #[command(flatten)]
         service: WhichService,
@@ -27,6 +28,11 @@ enum Action {
         #[command(flatten)]
         service: WhichService,
     },
+}
+
+/// The name of a capture, as an argument.
+fn name(text: &str) -> Result<String, CaptureError> {
+    check_capture_name(text).map(|()| text.to_owned())
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {

@@ -1,14 +1,17 @@
 //! `didim check`: what would not work, said before the service is started.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use didim_core::control::SimulatedController;
+use didim_drivers::units::DriveSpec;
 use serde::Serialize;
 
 use super::CliError;
+use super::names::DEFAULT_CELL;
 use super::output::{number, print};
-use didim::cell::{Cell, CellError, OpenKey, WrongKey};
+use super::terminal::show;
+use didim::cell::{Cell, CellError, Faults, Library, OpenKey, WrongKey};
 use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
 use didim::text::significant;
 
@@ -18,7 +21,7 @@ const SCHEMA: u32 = 1;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The cell is for another machine: do not check this one
     #[arg(long)]
@@ -40,19 +43,23 @@ struct Answer<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    // What runs for years has to be of one model.
-    let decided =
-        |cell: Cell| if cell.bus().is_ok() { cell.decided(&arguments.cell) } else { Ok(cell) };
-    let cell = match Cell::read(&arguments.cell).and_then(decided) {
+    let cell = match Cell::read_all(Library::Files, &arguments.cell) {
         Ok(cell) => cell,
-        Err(error) => {
+        Err(faults) => {
             if arguments.json {
-                print_json(None, &refused(&error))?;
+                let findings: Vec<Finding> = faults.iter().flat_map(refused).collect();
+                print_json(None, &findings)?;
             }
-            return Err(CliError::configuration(error));
+            return Err(all(&arguments.cell, faults));
         }
     };
-    let own = check_cell(&cell);
+    let mut own = check_cell(&cell);
+    // What runs for years has to be of one model.
+    if cell.bus().is_ok()
+        && let Err(left_to_data) = cell.clone().decided(&arguments.cell)
+    {
+        own.splice(0..0, refused(&left_to_data));
+    }
     let here =
         if arguments.elsewhere { Vec::new() } else { check_machine(&cell, &Machine::default()) };
     let found = [own.as_slice(), here.as_slice()].concat();
@@ -60,7 +67,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.json {
         print_json(Some(&cell.name), &found)?;
     } else {
-        print(&text(&cell, &own, &here, arguments.elsewhere))?;
+        show(&text(&cell, &own, &here, arguments.elsewhere))?;
     }
     if errors == 0 {
         return Ok(());
@@ -72,12 +79,31 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     )))
 }
 
+/// Every fault of a file that is no cell.
+fn all(file: &Path, faults: Faults) -> CliError {
+    if faults.others.is_empty() {
+        return CliError::configuration(*faults.first);
+    }
+    let file = file.display().to_string();
+    let shown = |fault: &CellError| {
+        let text = fault.to_string();
+        let text = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).trim_end();
+        format!("\n  {}", text.replace('\n', "\n  "))
+    };
+    let count = number(faults.iter().count(), "error");
+    let list: String = faults.iter().map(shown).collect();
+    CliError::configuration(format!("{file}: {count}:{list}"))
+}
+
 fn print_json(cell: Option<&str>, findings: &[Finding]) -> Result<(), CliError> {
     let sound = count(findings, Severity::Error) == 0;
     let answer = Answer { schema: SCHEMA, cell, sound, findings };
     let json = serde_json::to_string(&answer).map_err(CliError::failed)?;
     print(&format!("{json}\n"))
 }
+
+/// What to do about what is wrong.
+const AGAIN: &str = "correct the file and check again";
 
 /// What could not be read, as findings.
 fn refused(error: &CellError) -> Vec<Finding> {
@@ -93,7 +119,10 @@ fn refused(error: &CellError) -> Vec<Finding> {
             };
             return open.iter().map(finding).chain(wrong.iter().map(mistyped)).collect();
         }
-        CellError::Value { key, .. } => key.as_str(),
+        CellError::Value { line, key, problem, .. } => {
+            let line = line.map_or_else(String::new, |line| format!("line {line}: "));
+            return vec![Finding::error(key, format!("{line}{problem}"), AGAIN)];
+        }
         CellError::Named { key, .. } => key,
         CellError::Robot { .. } | CellError::Urdf { .. } | CellError::BaseParameters { .. } => {
             "robot"
@@ -104,26 +133,45 @@ fn refused(error: &CellError) -> Vec<Finding> {
         CellError::NoBus { .. } => "bus",
         CellError::Read { .. } | CellError::Cell { .. } => "",
     };
-    vec![Finding::error(key, error.to_string(), "correct the file and check again")]
+    vec![Finding::error(key, error.to_string(), AGAIN)]
 }
 
 fn text(cell: &Cell, own: &[Finding], here: &[Finding], elsewhere: bool) -> String {
     let mut text = summary(cell);
     text += &controller(cell);
-    for (drive, axis) in cell.bus().into_iter().flat_map(|bus| &bus.drives).zip(1..) {
-        text += &format!(
-            "drive {axis}: position gain from {}; torque gain from {}\n",
-            drive.position.provenance.as_str(),
-            drive.torque.provenance.as_str()
-        );
-    }
+    text += &drives(cell);
     text += "\n";
-    text += &section("the configuration", own);
+    text += &judged("the configuration", own);
     if !elsewhere {
-        text += "\n";
-        text += &section("this machine", here);
+        text += &judged("this machine", here);
+    }
+    let all = [own, here].concat();
+    for (severity, heading) in SEVERITIES {
+        text += &group(heading, all.iter().filter(|finding| finding.severity == severity));
     }
     text
+}
+
+/// Who says what a position and a torque are worth: drives in a row of which the same is said share a line.
+fn drives(cell: &Cell) -> String {
+    let drives = cell.bus().map_or(&[][..], |bus| &bus.drives);
+    let said = |drive: &DriveSpec| {
+        let (position, torque) = (&drive.position.provenance, &drive.torque.provenance);
+        format!("position gain from {}; torque gain from {}\n", position.as_str(), torque.as_str())
+    };
+    let mut first = 1;
+    let alike = drives.chunk_by(|one, next| said(one) == said(next));
+    let line = |alike: &[DriveSpec]| {
+        let last = first + alike.len() - 1;
+        let named = if first == last {
+            format!("drive {first}")
+        } else {
+            format!("drives {first} to {last}")
+        };
+        first = last + 1;
+        format!("{named}: {}", alike.first().map(said).unwrap_or_default())
+    };
+    alike.map(line).collect()
 }
 
 fn summary(cell: &Cell) -> String {
@@ -131,7 +179,7 @@ fn summary(cell: &Cell) -> String {
     let source = match cell.bus() {
         Ok(bus) => {
             let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
-            format!("bus {}: {} messages", buses.join(" "), bus.layout.messages().len())
+            format!("bus {}: {}", buses.join(" "), number(bus.layout.messages().len(), "message"))
         }
         Err(_) if cell.bag.is_some() => "no bus: ROS 2 bags".to_owned(),
         Err(_) if cell.columns.is_some() => "no bus: tables with the columns of [data]".to_owned(),
@@ -154,30 +202,41 @@ fn summary(cell: &Cell) -> String {
     )
 }
 
-/// One line that says how it is, and below it each finding with its remedy.
-fn section(what: &str, findings: &[Finding]) -> String {
-    let counts: Vec<String> =
-        [(Severity::Error, "error"), (Severity::Warning, "warning"), (Severity::Note, "note")]
-            .into_iter()
-            .map(|(severity, name)| (count(findings, severity), name))
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, name)| number(count, name))
-            .collect();
+/// The groups in which findings are shown, the worst first.
+const SEVERITIES: [(Severity, &str); 3] =
+    [(Severity::Error, "error"), (Severity::Warning, "warning"), (Severity::Note, "note")];
+
+/// One line that says how it is.
+fn judged(what: &str, findings: &[Finding]) -> String {
+    let counts: Vec<String> = SEVERITIES
+        .into_iter()
+        .map(|(severity, name)| (count(findings, severity), name))
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, name)| number(count, name))
+        .collect();
     let judged = match count(findings, Severity::Error) {
         0 if what == "the configuration" => "the configuration is valid".to_owned(),
         0 => format!("{what} is suitable"),
         _ => format!("{what} is not suitable"),
     };
-    let mut text = match counts.is_empty() {
+    match counts.is_empty() {
         true => format!("{judged}\n"),
         false => format!("{judged}: {}\n", counts.join(", ")),
-    };
-    let width = findings.iter().map(|finding| finding.key.len()).max().unwrap_or(0);
-    for Finding { severity, key, what, remedy } in findings {
-        text += &format!("  {severity:7}  {key:width$}  {what}\n");
-        text += &format!("  {:7}  {:width$}  → {remedy}\n", "", "");
     }
-    text
+}
+
+/// The findings of one severity, each with its remedy.
+fn group<'a>(heading: &str, findings: impl Iterator<Item = &'a Finding> + Clone) -> String {
+    let width = findings.clone().map(|finding| finding.key.len()).max().unwrap_or(0);
+    let shown = |Finding { key, what, remedy, .. }: &Finding| {
+        format!("  {key:width$}  {what}\n  {:width$}  → {remedy}\n", "")
+    };
+    let listed: Vec<String> = findings.map(shown).collect();
+    match listed.len() {
+        0 => String::new(),
+        1 => format!("\n{heading}\n{}", listed.concat()),
+        _ => format!("\n{heading}s\n{}", listed.concat()),
+    }
 }
 
 fn count(findings: &[Finding], severity: Severity) -> usize {

@@ -10,9 +10,11 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples};
-use super::names::methods;
+use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_text};
 use super::sim::read_scenario;
+use super::stream::Input;
+use super::terminal::{show, width};
 use didim::cell::Cell;
 use didim::files::read_text;
 use didim::offline::compare::{
@@ -26,7 +28,7 @@ use didim_lab::simulate;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The experiment: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE", required_unless_present = "scenario")]
@@ -84,8 +86,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = others.chain([&arguments.cell, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(to_markdown.iter().chain(figure).chain(report), &read)?;
-    let (experiment, scenario) = experiment(arguments, &cell)?;
-    let Counted { piece, counted } = &experiment;
+    let given = arguments.input.as_deref().map(Input::open).transpose()?;
+    let (experiment, scenario) = experiment(arguments, given.as_ref(), &cell)?;
+    let Counted { piece, counted, .. } = &experiment;
     let measurement = &piece.measurement;
 
     let of = arguments.input.as_deref().unwrap_or(&arguments.cell);
@@ -116,7 +119,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print(&format!("{json}\n"))?;
     } else {
         print(&choices.text(&cell))?;
-        print(&terminal(&view))?;
+        show(&terminal(&view, width()))?;
     }
     // After the result, which a file that cannot be written must not cost. Run times are no part of
     // files: the same input gives the same bytes.
@@ -128,7 +131,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, experiment.range())?;
+        let origin = origin(arguments, given.as_ref(), experiment.range())?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -170,7 +173,11 @@ fn read_toml<T>(
 }
 
 /// What was recorded or simulated, which of it counts, and the scenario if it was simulated.
-fn experiment(arguments: &Arguments, cell: &Cell) -> Result<(Counted, Option<Scenario>), CliError> {
+fn experiment(
+    arguments: &Arguments,
+    input: Option<&Input>,
+    cell: &Cell,
+) -> Result<(Counted, Option<Scenario>), CliError> {
     if let Some(name) = &arguments.scenario {
         let mut scenario = read_scenario(name, cell)?;
         if let Some(seed) = arguments.seed {
@@ -179,20 +186,27 @@ fn experiment(arguments: &Arguments, cell: &Cell) -> Result<(Counted, Option<Sce
         let (measurement, counted) = simulate(&scenario, cell)
             .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
         let piece = Piece { begins_s: 0.0, measurement };
-        return Ok((Counted { piece, counted }, Some(scenario)));
+        return Ok((Counted { piece, counted, recorded: None }, Some(scenario)));
     }
-    let Some(input) = &arguments.input else {
+    let Some(input) = input else {
         return Err(CliError::Usage("name an experiment: --input or --scenario".to_owned()));
     };
     Ok((arguments.samples.read_longest(input, cell)?, None))
 }
 
-fn origin(arguments: &Arguments, samples: SampleRange) -> Result<Origin, CliError> {
+fn origin(
+    arguments: &Arguments,
+    input: Option<&Input>,
+    samples: SampleRange,
+) -> Result<Origin, CliError> {
     let read =
         |path: &PathBuf| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
     // A scenario is a file or the name of a shipped one.
     let scenario = arguments.scenario.as_ref().map(PathBuf::from).filter(|path| path.is_file());
-    let input = arguments.input.as_ref().or(scenario.as_ref()).map(read).transpose()?;
+    let input = match input {
+        Some(input) => Some(input.provenance()?),
+        None => scenario.as_ref().map(read).transpose()?,
+    };
     Ok(Origin { input, samples, further: Vec::new(), note: None })
 }
 

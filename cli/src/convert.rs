@@ -12,7 +12,9 @@ use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 use super::CliError;
 use super::convert_frames::{write_candump, write_mcap};
 use super::input::{check_rate, positive, read_input};
+use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_whole};
+use super::stream::Input;
 use didim::cell::{Cell, CellBus};
 use didim::live::recording::is_mcap;
 use didim_formats::{Measurement, Side, is_parquet, write_csv};
@@ -20,7 +22,7 @@ use didim_formats::{Measurement, Side, is_parquet, write_csv};
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell whose layout and gains the frames of the log have
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The input: a table (CSV, Parquet), a candump log or an MCAP recording
     input: PathBuf,
@@ -33,10 +35,12 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
-    let (input, output) = (&arguments.input, &arguments.output);
-    check_outputs([output], &[input, &arguments.cell, &cell.robot_file])?;
+    let output = &arguments.output;
+    check_outputs([output], &[&arguments.input, &arguments.cell, &cell.robot_file])?;
+    let given = Input::open(&arguments.input)?;
+    let (input, shown) = (given.path(), given.shown());
     let ends = |path: &Path, end| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
-    let (from_table, to_csv) = (ends(input, "csv") || is_parquet(input), ends(output, "csv"));
+    let (from_table, to_csv) = (ends(shown, "csv") || is_parquet(input), ends(output, "csv"));
     let (from_mcap, to_mcap) = (is_mcap(input), ends(output, "mcap"));
     // Frames stay as they are, where no experiment is read or written.
     if to_mcap || (from_mcap && !to_csv) {
@@ -49,25 +53,26 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             return Err(CliError::Usage("--sample-rate is for tables only".into()));
         }
         if to_mcap {
-            write_mcap(input, output, (&cell.name, &cell.configuration_sha256))?;
+            let cell = (&*cell.name, &*cell.configuration_sha256);
+            given.named(write_mcap(input, output, cell))?;
         } else {
-            write_candump(input, output)?;
+            given.named(write_candump(input, output))?;
         }
         return print(&format!("{} written\n", output.display()));
     }
-    let record = read_input(input, &cell, arguments.sample_rate)?;
+    let record = read_input(&given, &cell, arguments.sample_rate)?;
     let notes = record.notes();
     let Some(measurement) = record.into_whole() else {
         let why = format!("{}; convert whole pieces, one by one", notes.join("; "));
-        return Err(CliError::in_file(input, why));
+        return Err(CliError::in_file(shown, why));
     };
     for note in notes {
-        tracing::warn!("{}: {note}", input.display());
+        tracing::warn!("{}: {note}", shown.display());
     }
     if to_csv {
         write_whole(output, |out| write_csv(&measurement, out, output).map_err(CliError::failed))?;
     } else {
-        write_log(&cell, measurement, &arguments.input, output)?;
+        write_log(&cell, measurement, shown, output)?;
     }
     print(&format!("{} written\n", output.display()))
 }

@@ -20,8 +20,10 @@ use super::CliError;
 use super::names::methods;
 use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
+use super::terminal::{show, width};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
+use didim::live::worker::TimeOfDay;
 use didim::offline::identify::{LastIdentification, LastWindow};
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
@@ -36,9 +38,6 @@ const CELL: &str = "config/cells/tx40-packed-fd.toml";
 const BUS_FRAMES: usize = 5000;
 /// Frames between two steps of the progress bar.
 const PROGRESS_FRAMES: u64 = 250;
-/// Width of the plot in the terminal, in characters.
-const PLOT_COLUMNS: usize = 72;
-
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The method
@@ -46,7 +45,7 @@ pub(super) struct Arguments {
     method: Method,
     /// How long the arm moves, rests included; its motion is repeated until then [default: once,
     /// 7.9 s]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Seed of the noise
     #[arg(long, value_name = "N")]
@@ -72,9 +71,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
         .map_err(CliError::failed)?;
     let cycles = cycles(arguments, &device, &cell)?;
-    print(&format!(
-        "A simulated {} whose parameters are known: its drives send {:.0} CAN FD frames a second over\n\
-         an in-process bus, shared memory carries the samples to the worker, and {} identifies.\n\n",
+    show(&format!(
+        "A simulated {} whose parameters are known: its drives send {:.0} CAN FD\n\
+         frames a second over an in-process bus, shared memory carries the samples to\n\
+         the worker, and {} identifies.\n\n",
         cell.robot.name(),
         cell.sample_rate_hz(),
         cell.method
@@ -87,9 +87,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let last = LastIdentification::default();
     // As fast as possible, nobody may be overrun; in real time, the pipeline has to keep up.
     let pace = if arguments.fast { Pace::Replay } else { Pace::Live };
+    let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    // The device counts from its own start.
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns: 0 };
     let parts = Parts::Both(
         acquisition(&cell, paths, Box::new(source), pace).map_err(CliError::failed)?,
-        estimation(&cell, paths, &last).map_err(CliError::failed)?,
+        work,
     );
     let stop = Arc::new(AtomicBool::new(false));
     let arm = start_arm(device, sender, cycles, arguments.fast, &stop).map_err(CliError::failed)?;
@@ -103,7 +106,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(error) => return Err(CliError::failed(error)),
     }
     let LastWindow { window, identification } = identified(&report, &last)?;
-    print(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
+    show(&text(&identification, &cell.robot, &scenario, &report.snapshot))?;
     // After the result, which a figure that cannot be written must not cost.
     write_figure(&arguments.figure, &cell, &identification)?;
     print(&format!("figure of all joints: {}\n", arguments.figure.display()))?;
@@ -210,7 +213,7 @@ fn text(
     let panels = report::panels(identification, robot);
     let largest = panels.iter().max_by(|a, b| peak(a.measured_nm).total_cmp(&peak(b.measured_nm)));
     if let Some(panel) = largest {
-        text += &torque_plot(panel, PLOT_COLUMNS);
+        text += &torque_plot(panel, width());
         text += "\n";
     }
     if let (Some(bus), Some(work)) = (&snapshot.acquisition, &snapshot.estimation) {

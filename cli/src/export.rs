@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::CliError;
-use super::input::{Samples, pairs};
-use super::names::formats;
+use super::input::{Samples, pairs, positive};
+use super::names::{DEFAULT_CELL, formats};
 use super::output::{check_outputs, print, write_text};
+use super::stream::Input;
 use super::tell::tell;
 use didim::cell::Cell;
 use didim::offline::{Consistent, Format, OTHER_CONFIGURATION, StoredModel};
@@ -16,7 +17,7 @@ use didim::report::consistent_summary;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The result: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]
@@ -28,7 +29,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Mass of all links that move \[kg\], of the data sheet: for a robot whose file has no nominal bodies, or wrong ones
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
     total_mass_kg: Option<f64>,
     /// A recording, best one that the result is not from: its error before and after
     #[arg(long, value_name = "FILE")]
@@ -49,13 +50,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let exported =
         consistent.written(*to, name).map_err(|error| CliError::in_file(result, error))?;
     let costs = input.as_deref().map(|input| {
-        let pieces = Samples::default().read(input, &cell)?;
+        let input = Input::open(input)?;
+        let pieces = Samples::default().read(&input, &cell)?;
         let predictions = consistent.predictions(&pairs(&pieces));
-        let predictions = predictions.map_err(|error| CliError::in_file(input, error))?;
+        let predictions = predictions.map_err(|error| CliError::in_file(input.shown(), error))?;
         let [identified, possible] = predictions.map(|of| 100.0 * of.error.relative_error);
         Ok(format!(
             "error on {}: {identified:.2} % as identified, {possible:.2} % consistent\n",
-            input.display()
+            input.shown().display()
         ))
     });
     let costs = costs.transpose()?;

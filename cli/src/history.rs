@@ -8,6 +8,8 @@ use super::CliError;
 use super::input::{Samples, pairs};
 use super::output::{check_outputs, print, write_text, write_whole};
 use super::state::WhichState;
+use super::stream::Input;
+use super::terminal::{line, show, width};
 use didim::archive::drift::{Baseline, JudgedHistory};
 use didim::archive::store::{read_history, result_file};
 use didim::offline::{JointDifference, StoredModel, torque_difference};
@@ -16,9 +18,6 @@ use didim::report::history::{
 };
 use didim::report::html::HistoryReport;
 use didim_formats::{LongFormat, LongTableError};
-
-/// Columns of a plot.
-const PLOT_COLUMNS: usize = 68;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -102,17 +101,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return print(&format!("{json}\n"));
     }
     if let Some(difference) = difference {
-        return print(&difference.table());
+        return show(&difference.table());
     }
-    let mut text = table(&history) + "\n" + &summary(&history);
+    let mut text = table(&history, line()) + "\n" + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
-        text += &plot(&history, name, PLOT_COLUMNS)
+        text += &plot(&history, name, width())
             .unwrap_or_else(|| format!("{name}: no applicable result with a known time has it\n"));
         let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
-    print(&text)
+    show(&text)
 }
 
 /// What two results say differently of the torques along a recording, where one is given.
@@ -124,11 +123,12 @@ fn torques(
     let (Some(input), Some(cell)) = (&arguments.along, arguments.state.cell()?) else {
         return Ok(Vec::new());
     };
-    let pieces = Samples::default().read(input, &cell)?;
+    let input = Input::open(input)?;
+    let pieces = Samples::default().read(&input, &cell)?;
     let read = |number| {
         StoredModel::read(&result_file(folder, number), cell.clone()).map_err(CliError::failed)
     };
     let [(then, earlier), (now, later)] = [read(numbers[0])?, read(numbers[1])?];
     torque_difference([(&then, &earlier), (&now, &later)], &pairs(&pieces))
-        .map_err(|error| CliError::in_file(input, error))
+        .map_err(|error| CliError::in_file(input.shown(), error))
 }

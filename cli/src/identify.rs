@@ -14,21 +14,24 @@ use serde::Serialize;
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples, pairs};
-use super::names::methods;
+use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_figure, write_report};
+use super::progress::Working;
+use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
 use didim::report;
-use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::report::html::{Origin, Report, SampleRange};
 use didim::text::aligned;
-use didim_formats::Measurement;
+use didim_formats::{Measurement, RecordingStart};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The experiment: a table (CSV, Parquet), or a log (candump, ASC, TRC) or an MCAP recording of the cell's bus; given again,
     /// further ones of the same arm, for one identification
@@ -63,6 +66,9 @@ struct Output<'a> {
     estimate: &'a Estimate,
     #[serde(skip_serializing_if = "Option::is_none")]
     reduction: Option<&'a Reduction>,
+    /// When the first recording began, where its stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     recordings: &'a [RecordingLine],
     elapsed_ms: f64,
@@ -73,6 +79,9 @@ struct Output<'a> {
 #[derive(Serialize)]
 struct RecordingLine {
     input: String,
+    /// When the file that it is of began, where its stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     relative_error: f64,
     /// Root mean square of the differences to the parameters of each other recording, in standard deviations;
     /// nothing where one of the two cannot be identified alone.
@@ -86,7 +95,7 @@ const COMPARED: usize = 12;
 fn recordings(
     cell: &Cell,
     method: Method,
-    named: &[String],
+    told: &[Told],
     measurements: &[(&Measurement, Range<usize>)],
     together: &Estimate,
 ) -> Vec<RecordingLine> {
@@ -99,19 +108,20 @@ fn recordings(
             found.ok().map(|found| found.estimate)
         })
         .collect();
-    let named = named.iter().zip(&together.relative_error_per_recording).enumerate();
-    let line = |(index, (input, relative_error)): (usize, (&String, &f64))| {
+    let told = told.iter().zip(&together.relative_error_per_recording).enumerate();
+    let line = |(index, (piece, relative_error)): (usize, (&Told, &f64))| {
         let from = |(other, found): (usize, &Option<Estimate>)| {
             let [one, other] = [alone[index].as_ref(), found.as_ref().filter(|_| other != index)];
             one.zip(other).map(|(one, other)| rms_deviation(one, other))
         };
         RecordingLine {
-            input: input.clone(),
+            input: piece.name.clone(),
+            recorded: piece.recorded,
             relative_error: *relative_error,
             rms_deviation_from: alone.iter().enumerate().map(from).collect(),
         }
     };
-    named.map(line).collect()
+    told.map(line).collect()
 }
 
 /// A table of the recordings.
@@ -140,13 +150,15 @@ struct Told {
     input: usize,
     name: String,
     what_counted: String,
+    recorded: Option<RecordingStart>,
     range: SampleRange,
 }
 
 impl Told {
     fn of(input: usize, path: &Path, piece: &Counted) -> Self {
         let name = path.display().to_string() + &piece.begin();
-        Self { input, name, what_counted: piece.what_counted(), range: piece.range() }
+        let (what_counted, range) = (piece.what_counted(), piece.range());
+        Self { input, name, what_counted, recorded: piece.recorded, range }
     }
 }
 
@@ -166,14 +178,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = input.iter().chain([cell_file, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(figure.iter().chain(report), &read)?;
+    let inputs =
+        arguments.input.iter().map(|path| Input::open(path)).collect::<Result<Vec<_>, _>>()?;
     let (mut pieces, mut told) = (Vec::new(), Vec::new());
-    for (input, path) in arguments.input.iter().enumerate() {
-        let of_file = arguments.samples.read(path, &cell)?;
-        told.extend(of_file.iter().map(|piece| Told::of(input, path, piece)));
+    for (index, input) in inputs.iter().enumerate() {
+        let of_file = arguments.samples.read(input, &cell)?;
+        told.extend(of_file.iter().map(|piece| Told::of(index, input.shown(), piece)));
         pieces.extend(of_file);
     }
     let measurements = pairs(&pieces);
-    let first = &arguments.input[0];
+    let first = inputs[0].shown();
     let start = Instant::now();
     let choices = Choices::make(&mut cell, &measurements, first)?;
     // Before the method, which may fail with what was chosen.
@@ -182,43 +196,51 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let mut reduction = None;
     if arguments.essential {
-        let found = reduce_measurements(&cell, &measurements)
+        let found = Working::on("finding the essential parameters")
+            .during(|| reduce_measurements(&cell, &measurements))
             .map_err(|error| CliError::in_file(first, error))?;
         cell = cell.with_parameters(&found.essential);
         reduction = Some(found);
     }
     let method = arguments.method.unwrap_or(cell.method);
-    let mut identification =
-        identify_measurements(&cell, method, given(&mut pieces)).map_err(|error| match error {
-            IdentifyError::Identification(IdentificationError::NoController { .. })
-            | IdentifyError::NotRobust(_) => {
-                CliError::configuration(format!("{}: {error}", arguments.cell.display()))
-            }
-            error => CliError::in_file(first, error),
-        })?;
+    let working = Working::on(&format!("identifying by {method}"));
+    let identified = working.during(|| identify_measurements(&cell, method, given(&mut pieces)));
+    let mut identification = identified.map_err(|error| match error {
+        IdentifyError::Identification(IdentificationError::NoController { .. })
+        | IdentifyError::NotRobust(_) => {
+            CliError::configuration(format!("{}: {error}", arguments.cell.display()))
+        }
+        error => CliError::in_file(first, error),
+    })?;
     let elapsed = start.elapsed();
     choices.note_in(&mut identification.estimate);
     let measurements = pairs(&pieces);
-    let named: Vec<String> = told.iter().map(|piece| piece.name.clone()).collect();
-    let recordings = recordings(&cell, method, &named, &measurements, &identification.estimate);
+    let together = &identification.estimate;
+    let recordings = Working::on("identifying from each recording alone")
+        .during(|| recordings(&cell, method, &told, &measurements, together));
     if arguments.json {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
         let elapsed_ms = elapsed.as_secs_f64() * 1e3;
-        let output = Output { estimate, reduction, recordings: &recordings, elapsed_ms };
+        let recorded = told.first().and_then(|first| first.recorded);
+        let output = Output { estimate, reduction, recorded, recordings: &recordings, elapsed_ms };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
         if let Some(reduction) = &reduction {
-            print(&format!("{}\n", report::reduction::sequence(reduction)))?;
+            show(&format!("{}\n", report::reduction::sequence(reduction)))?;
         }
-        print(&text(&cell, &identification, arguments.regrouping))?;
+        show(&text(&cell, &identification, arguments.regrouping))?;
+        let mut last = None;
         for piece in told.iter().take(COMPARED) {
-            print(&piece.what_counted)?;
+            if last.replace(piece.input) != Some(piece.input) {
+                print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
+            }
+            show(&piece.what_counted)?;
         }
         if told.len() > COMPARED {
             print(&format!("and {} more pieces\n", told.len() - COMPARED))?;
         }
-        print(&compared(&recordings))?;
+        show(&compared(&recordings))?;
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {
@@ -226,8 +248,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let Some(path) = &arguments.report {
         let mut origins = Vec::with_capacity(told.len());
-        for (index, path) in arguments.input.iter().enumerate() {
-            let input = InputFile::read(path).map_err(|error| CliError::in_file(path, error))?;
+        for (index, input) in inputs.iter().enumerate() {
+            let input = input.provenance()?;
             let own = told.iter().filter(|piece| piece.input == index);
             origins.extend(own.map(|piece| (input.clone(), piece.range.clone())));
         }

@@ -4,12 +4,18 @@ use std::ops::Range;
 use std::path::Path;
 
 use clap::Args;
+use didim_drivers::source::TextLog;
 
 use super::CliError;
+use super::progress::Working;
+use super::stream::Input;
 use didim::cell::Cell;
+use didim::live::recording::is_mcap;
 use didim::offline::{check_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
-use didim_formats::{Measurement, Piece, RATE_TOLERANCE, Record, is_parquet, read_bag, read_table};
+use didim_formats::{
+    Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet, read_bag, read_table,
+};
 
 /// Which samples of a file count.
 #[derive(Debug, Default, Args)]
@@ -18,10 +24,10 @@ pub(super) struct Samples {
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
     /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
     /// End of the samples that count [s after the first]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     to: Option<f64>,
 }
 
@@ -29,12 +35,16 @@ pub(super) struct Samples {
 pub(super) struct Counted {
     pub(super) piece: Piece,
     pub(super) counted: Range<usize>,
+    /// When the first sample of the file was recorded, where that is known.
+    pub(super) recorded: Option<RecordingStart>,
 }
 
 impl Samples {
     /// Reads a file of the cell's rate, and says which of its samples count: at least one piece has some.
-    pub(super) fn read(&self, path: &Path, cell: &Cell) -> Result<Vec<Counted>, CliError> {
-        let record = read_input(path, cell, self.sample_rate)?;
+    pub(super) fn read(&self, input: &Input, cell: &Cell) -> Result<Vec<Counted>, CliError> {
+        let path = input.shown();
+        let reading = Working::on(&format!("reading {}", path.display()));
+        let record = reading.during(|| read_input(input, cell, self.sample_rate))?;
         for note in record.notes() {
             tracing::warn!("{}: {note}", path.display());
         }
@@ -42,7 +52,7 @@ impl Samples {
             check_rate(&piece.measurement, cell, path)?;
         }
         let pieces = counted([self.from, self.to], cell, record, path)?;
-        for Counted { piece, counted } in &pieces {
+        for Counted { piece, counted, .. } in &pieces {
             let beyond = check_limits(&piece.measurement, counted, &cell.robot);
             for one in beyond.map_err(|error| CliError::in_file(path, error))? {
                 tracing::warn!("{}: {one}", path.display());
@@ -55,8 +65,9 @@ impl Samples {
     }
 
     /// The same, where one whole piece is wanted: the longest.
-    pub(super) fn read_longest(&self, path: &Path, cell: &Cell) -> Result<Counted, CliError> {
-        let pieces = self.read(path, cell)?;
+    pub(super) fn read_longest(&self, input: &Input, cell: &Cell) -> Result<Counted, CliError> {
+        let path = input.shown();
+        let pieces = self.read(input, cell)?;
         let others = pieces.len() > 1;
         let longest = pieces.into_iter().max_by_key(|of| of.counted.len());
         let longest = longest.ok_or_else(|| CliError::in_file(path, "no sample counts"))?;
@@ -74,7 +85,7 @@ impl Samples {
 impl Counted {
     /// Of the first and the last sample that count \[s after the first of the file\].
     fn times_s(&self) -> [f64; 2] {
-        let Self { piece, counted } = self;
+        let Self { piece, counted, .. } = self;
         [counted.start, counted.end - 1].map(|sample| piece.time_s(sample))
     }
 
@@ -98,6 +109,7 @@ impl Counted {
             counted: self.counted.clone(),
             rate_hz: measurement.signals.sample_rate_hz,
             begins_s: *begins_s,
+            recorded: self.recorded,
         }
     }
 }
@@ -138,23 +150,33 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
+/// What comes as a stream is told by its first bytes. A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
 /// log (candump, ASC, TRC) or an MCAP recording; without a bus, a table too.
 pub(super) fn read_input(
-    path: &Path,
+    input: &Input,
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Record, CliError> {
+    input.named(read_file(input, cell, sample_rate_hz))
+}
+
+fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<Record, CliError> {
+    let path = input.path();
     let is =
         |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
-    if let Some(spec) = cell.bag.as_ref().filter(|_| path.is_dir() || is("mcap") || is("db3")) {
+    let is_bag = path.is_dir() || is("mcap") || is("db3") || (input.is_stream() && is_mcap(path));
+    if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
         return read_bag(path, spec).map_err(CliError::failed);
     }
     // Without a bus there is nothing else that a file could be, but for the logs of one.
     let has_bus = cell.bus().is_ok();
     let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
     let is_table = is_text || is_parquet(path);
-    if is_table || !(has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is)) {
+    let is_log = match input.is_stream() {
+        true => is_mcap(path) || TextLog::is_one(path),
+        false => has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is),
+    };
+    if is_table || !is_log {
         // Such a cell says how far the rows of its tables are apart.
         let stated = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
         return read_table(path, stated, cell.sample_rate_hz(), cell.columns.as_ref())
@@ -238,11 +260,12 @@ fn counted(
     let all: Vec<Range<usize>> = record.pieces.iter().map(of_piece).collect();
     let samples: usize = record.pieces.iter().map(|piece| piece.measurement.samples()).sum();
     let row = cell.options.decimation_filter.factor;
+    let recorded = record.start;
     let (pieces, first) = (record.pieces.len(), all.first().cloned().unwrap_or_default());
     let counted: Vec<Counted> = (record.pieces.into_iter().zip(all))
         // Where there are several, those that make no row are left out.
         .filter(|(_, counted)| counted.len() >= if pieces > 1 { row } else { 1 })
-        .map(|(piece, counted)| Counted { piece, counted })
+        .map(|(piece, counted)| Counted { piece, counted, recorded })
         .collect();
     if counted.is_empty() {
         if let (Some(from), Some(to)) = (first_s, last_s) {

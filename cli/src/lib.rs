@@ -26,6 +26,7 @@ mod outcome;
 mod output;
 mod payload;
 mod predict;
+mod progress;
 mod reload;
 mod replay;
 mod robot;
@@ -33,14 +34,17 @@ mod run;
 mod sim;
 mod state;
 mod status;
+mod stream;
 mod study;
 mod tell;
+mod terminal;
 mod top;
 mod window;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use tracing::level_filters::LevelFilter;
 
 pub use error::CliError;
@@ -117,12 +121,23 @@ pub fn command() -> clap::Command {
 
 /// Reads the arguments of the process, runs the command and says how it ended.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
-        Ok(arguments) => arguments,
+    let matches = command().try_get_matches();
+    let read = matches.and_then(|of| Ok((Arguments::from_arg_matches(&of)?, takes_default(&of))));
+    let (arguments, takes_default) = match read {
+        Ok(read) => read,
         Err(error) => {
             // Help and version go to stdout with code 0, mistakes to stderr with code 2.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            if error.use_stderr() {
+                let _ = error.print();
+                return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            }
+            let text = error.render();
+            let coloured = terminal::coloured(&std::io::stdout());
+            let text = if coloured { text.ansi().to_string() } else { text.to_string() };
+            return match output::print(&text) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => error.report(),
+            };
         }
     };
     // A daemon logs what it does; a command that a person waits for logs what is wrong.
@@ -131,6 +146,9 @@ pub fn main() -> ExitCode {
     } else {
         LevelFilter::WARN
     });
+    if takes_default {
+        tell::tell(&format!("didim: the cell is {}, as --cell names none\n", names::DEFAULT_CELL));
+    }
     let sees_to_signals = matches!(
         arguments.command,
         Command::Run(_)
@@ -177,11 +195,16 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Whether the cell is the one that is taken where none is named.
+fn takes_default(matches: &ArgMatches) -> bool {
+    let of_command = matches.subcommand().map(|(_, of)| of);
+    let named = of_command.filter(|of| of.try_contains_id("cell").is_ok());
+    named.is_some_and(|of| of.value_source("cell") == Some(ValueSource::DefaultValue))
+}
+
 /// Logs go to stderr, so that stdout carries results only. `RUST_LOG` chooses what is logged: levels by
 /// module, as `warn,didim=debug`.
 fn log_to_stderr(usual: LevelFilter) {
-    use std::io::IsTerminal as _;
-
     use tracing_subscriber::filter::Targets;
     use tracing_subscriber::prelude::*;
 
@@ -195,10 +218,10 @@ fn log_to_stderr(usual: LevelFilter) {
             .with_target("didim", usual)
     });
     let lines = tracing_subscriber::fmt::layer()
-        .with_writer(std::io::stderr)
+        .with_writer(|| progress::Beside)
         // Of a stderr that is closed or full there is nobody to tell.
         .log_internal_errors(false)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_ansi(terminal::coloured(&std::io::stderr()))
         .with_target(false);
     tracing_subscriber::registry().with(lines).with(filter).init();
 }

@@ -4,6 +4,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use didim::offline::Format;
 use didim_core::identification::Method;
 
+/// The cell where none is named: that of the service of this machine, as its unit has it.
+pub(super) const DEFAULT_CELL: &str = "/etc/didim/cell.toml";
+
 /// Reads the name of a method.
 pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, |method| PossibleValue::new(method.name()).help(method.long_name()))

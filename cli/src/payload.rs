@@ -8,10 +8,15 @@ use serde::Serialize;
 
 use super::CliError;
 use super::input::{Samples, pairs, positive};
+use super::names::DEFAULT_CELL;
 use super::output::print;
+use super::progress::Working;
+use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::{LoadError, OTHER_CONFIGURATION, StoredModel};
 use didim::report::payload_text;
+use didim_formats::RecordingStart;
 
 /// Version of the layout of `--json`.
 const SCHEMA: u32 = 1;
@@ -19,7 +24,7 @@ const SCHEMA: u32 = 1;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The result of the arm without the load: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]
@@ -30,7 +35,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     samples: Samples,
     /// Mass that is declared of the load \[kg\]
-    #[arg(long, value_name = "KG", value_parser = positive)]
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
     declared_mass_kg: Option<f64>,
     /// Centre of mass that is declared, in the frame of the last link \[m\]
     #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
@@ -45,6 +50,9 @@ pub(super) struct Arguments {
 struct Output<'a> {
     schema: u32,
     robot: &'a str,
+    /// When it was recorded, where the stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     #[serde(flatten)]
     payload: &'a Payload,
     /// Whether the result was identified with this configuration; nothing where it does not say.
@@ -65,21 +73,26 @@ fn centre(text: &str) -> Result<[f64; 3], String> {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
     let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
-    let pieces = arguments.samples.read(&arguments.input, &cell)?;
+    let input = Input::open(&arguments.input)?;
+    let pieces = arguments.samples.read(&input, &cell)?;
     let declared =
         Declared { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
-    let payload = model.payload(&cell, &pairs(&pieces), declared).map_err(|error| match error {
+    let working = Working::on("finding the load");
+    let found = working.during(|| model.payload(&cell, &pairs(&pieces), declared));
+    let payload = found.map_err(|error| match error {
         LoadError::Payload(
             PayloadError::NoCovariance
             | PayloadError::Covariance
             | PayloadError::NotIdentified { .. },
         ) => CliError::in_file(&arguments.result, error),
-        error => CliError::in_file(&arguments.input, error),
+        error => CliError::in_file(input.shown(), error),
     })?;
     let same_configuration = model.is_of(&cell);
     if arguments.json {
         let robot = cell.robot.name();
-        let output = Output { schema: SCHEMA, robot, payload: &payload, same_configuration };
+        let recorded = pieces.first().and_then(|first| first.recorded);
+        let output =
+            Output { schema: SCHEMA, robot, recorded, payload: &payload, same_configuration };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         return print(&format!("{json}\n"));
     }
@@ -87,5 +100,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if same_configuration == Some(false) {
         text += &format!("note: {OTHER_CONFIGURATION}\n");
     }
-    print(&text)
+    show(&text)
 }

@@ -9,16 +9,21 @@ use serde::Serialize;
 
 use super::CliError;
 use super::input::{Samples, pairs};
+use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_text};
+use super::progress::Working;
+use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::{OTHER_CONFIGURATION, StoredModel};
 use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{aligned, significant};
+use didim_formats::RecordingStart;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The result: a file that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE")]
@@ -41,6 +46,9 @@ pub(super) struct Arguments {
 struct Output<'a> {
     #[serde(flatten)]
     prediction: &'a Prediction,
+    /// When the recording began, where its stamps say so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recorded: Option<RecordingStart>,
     /// Whether the result was identified with this configuration; nothing where it does not say.
     same_configuration: Option<bool>,
     /// What must be known with it.
@@ -53,10 +61,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
     check_outputs(&arguments.report, &read)?;
     let (model, cell) = StoredModel::read(&arguments.result, cell).map_err(CliError::failed)?;
-    let pieces = arguments.samples.read(&arguments.input, &cell)?;
-    let prediction = model
-        .predict(&cell, &pairs(&pieces))
-        .map_err(|error| CliError::in_file(&arguments.input, error))?;
+    let input = Input::open(&arguments.input)?;
+    let pieces = arguments.samples.read(&input, &cell)?;
+    let recorded = pieces.first().and_then(|first| first.recorded);
+    let prediction = Working::on("predicting")
+        .during(|| model.predict(&cell, &pairs(&pieces)))
+        .map_err(|error| CliError::in_file(input.shown(), error))?;
     if !prediction.error.relative_error.is_finite() {
         let what = "no finite torque comes of its parameters; give the result as it was stored";
         return Err(CliError::in_file(&arguments.result, what));
@@ -64,19 +74,21 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let same_configuration = model.is_of(&cell);
     let notes = notes(&model, &cell, &prediction, same_configuration);
     if arguments.json {
-        let output = Output { prediction: &prediction, same_configuration, notes: &notes };
+        let output =
+            Output { prediction: &prediction, recorded, same_configuration, notes: &notes };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&text(&prediction, &cell, &notes))?;
+        show(&text(&prediction, &cell, &notes))?;
     }
     let Some(path) = &arguments.report else { return Ok(()) };
     let read = |path| InputFile::read(path).map_err(|error| CliError::in_file(path, error));
-    let (result, input) = (read(&arguments.result)?, read(&arguments.input)?);
+    let (result, input) = (read(&arguments.result)?, input.provenance()?);
     let report = PredictionReport {
         cell: &cell,
         result: &result,
         input: &input,
+        recorded,
         prediction: &prediction,
         notes: &notes,
     };

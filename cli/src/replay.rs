@@ -6,14 +6,19 @@ use clap::Args;
 use didim_core::identification::Identification;
 
 use super::CliError;
+use super::names::DEFAULT_CELL;
 use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
+use super::progress::Working;
+use super::stream::Input;
+use super::terminal::show;
 use didim::cell::Cell;
 use didim::live::recording::{RecordedWindow, open_log};
 use didim::live::stream::Pace;
+use didim::live::worker::TimeOfDay;
 use didim::offline::identify::{LastIdentification, LastWindow};
 use didim::report;
-use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::report::html::{Origin, Report, SampleRange};
 use didim::service::pipeline::{OneRun, acquisition, estimation};
 use didim::service::status::Snapshot;
 use didim::service::supervision::{Parts, ServiceOptions, run};
@@ -21,7 +26,7 @@ use didim::service::supervision::{Parts, ServiceOptions, run};
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The candump log, the MCAP recording, or the folder of a ring
     log: PathBuf,
@@ -43,17 +48,19 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
-    let source = open_log(&arguments.log).map_err(CliError::failed)?;
+    let input = Input::open(log)?;
+    let source = input.named(open_log(input.path()).map_err(CliError::failed))?;
+    let since_1970_ns = source.since_1970_ns();
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let paths = &one_run.paths;
     let last = LastIdentification::default();
     let mut bus = acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::failed)?;
     let mut work = estimation(&cell, paths, &last).map_err(CliError::failed)?;
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
     // A recording of a result says which cycle and window it begins with.
-    if let Some(window) = RecordedWindow::of_file(&arguments.log).map_err(CliError::failed)? {
+    if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::failed)? {
         let assembler = cell.bus().map_err(CliError::configuration)?.assembler();
-        let first =
-            window.sequence_at_start(&arguments.log, assembler).map_err(CliError::failed)?;
+        let first = window.sequence_at_start(input.path(), assembler).map_err(CliError::failed)?;
         match first {
             Some(sequence) => {
                 if !window.is_of(&cell.configuration_sha256) {
@@ -73,23 +80,23 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     let parts = Parts::Both(bus, work);
-    let report = run(&ServiceOptions::default(), parts).map_err(CliError::failed)?;
+    let replaying = Working::on(&format!("replaying {}", input.shown().display()));
+    let report = replaying.during(|| run(&ServiceOptions::default(), parts));
+    let report = report.map_err(CliError::failed)?;
     let LastWindow { window, identification } = identified(&report, &last)?;
     if arguments.json {
         let json = serde_json::to_string(&identification.estimate).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&text(&identification, &report.snapshot))?;
+        show(&text(&identification, &report.snapshot))?;
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {
         write_figure(path, &cell, &identification)?;
     }
     if let Some(path) = &arguments.report {
-        let input = InputFile::read(&arguments.log)
-            .map_err(|error| CliError::in_file(&arguments.log, error))?;
         let origin = Origin {
-            input: Some(input),
+            input: Some(input.provenance()?),
             samples: SampleRange::Window(window),
             further: Vec::new(),
             note: None,

@@ -7,6 +7,7 @@ use didim_core::dynamics::{BaseParameters, Model};
 
 use super::CliError;
 use super::output::{check_outputs, print, write_text};
+use super::terminal::show;
 use didim::cell::{CellError, Library, RobotSource, UrdfSection};
 use didim::report::robot::{description, picture};
 
@@ -49,5 +50,5 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let base = BaseParameters::compute(&Model::new(&source.robot)).map_err(|error| {
         CliError::configuration(CellError::BaseParameters { file: file.clone(), source: error })
     })?;
-    print(&description(&source, &base))
+    show(&description(&source, &base))
 }

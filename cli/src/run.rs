@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::CliError;
+use super::names::DEFAULT_CELL;
 use didim::cell::{Cell, Processes};
 use didim::offline::identify::LastIdentification;
 use didim::service::paths::Paths;
@@ -19,7 +20,7 @@ use didim::service::supervision::{
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// The part of a service in two processes (`service.processes = "two"`)
     #[arg(long, value_enum)]

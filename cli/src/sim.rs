@@ -5,10 +5,11 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
-use didim_sim::{CandumpSink, Pace, Scenario, SocketCanSink, VirtualDevice, play};
+use didim_sim::{CandumpSink, Pace, Played, Scenario, SocketCanSink, VirtualDevice, play};
 
 use super::CliError;
-use super::output::{print, write_whole};
+use super::names::DEFAULT_CELL;
+use super::output::{check_outputs, print, write_whole};
 use didim::cell::{BusAddress, Cell};
 use didim::files::read_text;
 use didim::signals::stop_flag;
@@ -17,7 +18,7 @@ use didim_lab::check_robot;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The cell whose drives are simulated: it defines the layout of the frames and the gains
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// Where the frames go: can:INTERFACE, or log:FILE
     #[arg(long, value_name = "BUS")]
@@ -39,6 +40,21 @@ pub(super) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    match &arguments.bus {
+        BusAddress::Can(_) => {}
+        BusAddress::Log(_) if arguments.repeat => {
+            return Err(CliError::Usage("--repeat would fill the disk with a log".to_owned()));
+        }
+        BusAddress::Log(path) => {
+            let scenario = Path::new(&arguments.scenario);
+            check_outputs([path], &[&arguments.cell, &cell.robot_file, scenario])?;
+        }
+        BusAddress::InProcess => {
+            return Err(CliError::Usage(
+                "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),
+            ));
+        }
+    }
     let mut scenario = read_scenario(&arguments.scenario, &cell)?;
     if let Some(seed) = arguments.seed {
         scenario = scenario.with_seed(seed);
@@ -59,9 +75,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             play(&mut device, &mut sink, pace, &stop).map_err(CliError::failed)?
         }
         BusAddress::Log(path) => {
-            if arguments.repeat {
-                return Err(CliError::Usage("--repeat would fill the disk with a log".to_owned()));
-            }
             let mut played = None;
             write_whole(path, |out| {
                 let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
@@ -81,11 +94,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             })?;
             played.unwrap_or_default()
         }
-        BusAddress::InProcess => {
-            return Err(CliError::Usage(
-                "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),
-            ));
-        }
+        // Refused above.
+        BusAddress::InProcess => Played::default(),
     };
     let lateness = match (pace, &arguments.bus) {
         (Pace::RealTime, BusAddress::Can(_)) => {

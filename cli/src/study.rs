@@ -9,13 +9,18 @@ use clap::Args;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 use super::CliError;
-use super::output::{print, write_text};
+use super::output::{check_outputs, print, write_text};
 use super::tell::tell;
+use super::terminal::show;
 use didim::signals::stop_flag;
 use didim_lab::{
     Grid, Header, Progress, Run, Shard, Store, Summary, execute as run_study, heat_maps, markdown,
     merge, table,
 };
+
+/// Tables of a study, for programs and for people.
+const JSON: &str = "study.json";
+const MARKDOWN: &str = "study.md";
 
 /// Where nobody watches, so often a line tells how far it is.
 const LINE_EVERY: Duration = Duration::from_secs(60);
@@ -47,11 +52,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if !arguments.merge.is_empty() {
         let runs = merge(&grid, &arguments.merge, &arguments.out).map_err(CliError::failed)?;
         let summary = write_tables(&grid, &runs, &arguments.out)?;
-        return show(arguments, &summary, "");
+        return print_summary(arguments, &summary, "");
     }
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
     let header = Header { shard, ..Header::of(&grid) };
     let (mut store, done) = Store::open(&arguments.out, &header).map_err(CliError::failed)?;
+    let tables = [JSON, MARKDOWN].map(|name| arguments.out.join(name));
+    check_outputs(&tables, &[&arguments.plan])?;
     let stop = stop_flag().map_err(CliError::failed)?;
     let threads = match arguments.jobs {
         Some(jobs) => usize::from(jobs),
@@ -89,7 +96,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let summary = write_tables(&grid, &runs, &arguments.out)?;
     match interrupted {
         Some(interrupted) => Err(interrupted),
-        None => show(arguments, &summary, &times),
+        None => print_summary(arguments, &summary, &times),
     }
 }
 
@@ -97,20 +104,20 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 fn write_tables(grid: &Grid, runs: &[Run], out: &Path) -> Result<Summary, CliError> {
     let summary = Summary::new(grid, runs);
     let json = serde_json::to_string_pretty(&summary).map_err(CliError::failed)? + "\n";
-    write_text(&out.join("study.json"), &json)?;
-    write_text(&out.join("study.md"), &markdown(grid, &summary))?;
+    write_text(&out.join(JSON), &json)?;
+    write_text(&out.join(MARKDOWN), &markdown(grid, &summary))?;
     for (file, svg) in heat_maps(grid, &summary) {
         write_text(&out.join(file), &svg)?;
     }
     Ok(summary)
 }
 
-fn show(arguments: &Arguments, summary: &Summary, times: &str) -> Result<(), CliError> {
+fn print_summary(arguments: &Arguments, summary: &Summary, times: &str) -> Result<(), CliError> {
     if arguments.json {
         let line = serde_json::to_string(summary).map_err(CliError::failed)?;
         return print(&format!("{line}\n"));
     }
-    print(&table(summary))?;
+    show(&table(summary))?;
     print(&format!("\n{times}"))?;
     print(&format!("study.md, study.json and heat maps: {}\n", arguments.out.display()))
 }

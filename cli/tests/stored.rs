@@ -40,6 +40,9 @@ fn the_history_and_its_baseline_are_read() {
     let results = history["results"].as_array().unwrap();
     assert_eq!(results.len(), 1, "{history}");
     assert_eq!(results[0]["parameters"].as_array().unwrap().len(), 28);
+    // It did not say when it was recorded.
+    assert_eq!(results[0].get("recorded"), None);
+    assert!(succeed(&[&"history", &"--state", &state.path()]).contains("not known"));
     let shown = succeed(&[&"baseline", &"show", &"--state", &state.path()]);
     assert!(shown.contains("zz1r"), "{shown}");
 }

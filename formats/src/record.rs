@@ -4,6 +4,7 @@ use core::fmt;
 
 use crate::holes::Holes;
 use crate::measurement::Measurement;
+use crate::start::RecordingStart;
 use crate::uniform::{Resampled, Uniform};
 
 /// Pieces that are listed for people.
@@ -41,6 +42,8 @@ pub struct Record {
     pub resampled: Resampled,
     /// What was left out because it lacks a value.
     pub holes: Option<Holes>,
+    /// When its first sample was recorded, where its stamps say so.
+    pub start: Option<RecordingStart>,
 }
 
 impl Record {
@@ -50,7 +53,12 @@ impl Record {
     ) -> Self {
         let piece =
             |Uniform { begins_s, columns }| Piece { begins_s, measurement: measurement(columns) };
-        Self { pieces: pieces.into_iter().map(piece).collect(), resampled, holes: None }
+        let pieces = pieces.into_iter().map(piece).collect();
+        Self { pieces, resampled, holes: None, start: None }
+    }
+
+    pub(crate) fn starting(self, start: Option<RecordingStart>) -> Self {
+        Self { start, ..self }
     }
 
     /// All of it, where nothing is missing.
@@ -72,7 +80,7 @@ impl From<Measurement> for Record {
     /// One whole piece.
     fn from(measurement: Measurement) -> Self {
         let pieces = vec![Piece { begins_s: 0.0, measurement }];
-        Self { pieces, resampled: Resampled::default(), holes: None }
+        Self { pieces, resampled: Resampled::default(), holes: None, start: None }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim_formats::{BagSpec, BagTime, Piece, Record, Side, list_bag, read_bag};
+use didim_formats::{BagSpec, BagTime, Piece, Record, RecordingStart, Side, list_bag, read_bag};
 
 use crate::bag_writer::{Bag, State};
 
@@ -28,6 +28,11 @@ fn joint_states_are_mapped_by_name_and_resampled_whatever_the_compression() {
     let spec = spec(&["b", "c", "a"]);
     for name in ["bag_none.mcap", "bag_lz4.mcap", "bag_zstd.mcap"] {
         let record = read_bag(&golden(name), &spec).unwrap();
+        let start = RecordingStart::shown(record.start);
+        assert!(
+            start.starts_with("2023-11-14 22:13:20.00") || start.ends_with(":19.999 UTC"),
+            "{start}"
+        );
         let (said, resampled) = (record.notes().join("; "), record.resampled);
         assert!(
             said.contains("1 rows repeat") && said.contains("2 whole pieces: 0.000 to 1.4"),
@@ -55,10 +60,14 @@ fn joint_states_are_mapped_by_name_and_resampled_whatever_the_compression() {
     }
     // When they were recorded is 5 ms later throughout.
     let by_log = BagSpec { time: BagTime::Log, ..spec.clone() };
-    let one = &read_bag(&golden("bag_none.mcap"), &by_log).unwrap().pieces[0].measurement;
-    assert_eq!(one.samples(), 150);
+    let record = read_bag(&golden("bag_none.mcap"), &by_log).unwrap();
+    let start = RecordingStart::shown(record.start);
+    assert!(start.starts_with("2023-11-14 22:13:20.00"), "{start}");
+    assert_eq!(record.pieces[0].measurement.samples(), 150);
     let rows = BagSpec { time: BagTime::Rows, ..spec };
-    let all = &read_bag(&golden("bag_none.mcap"), &rows).unwrap().pieces[0].measurement;
+    let record = read_bag(&golden("bag_none.mcap"), &rows).unwrap();
+    assert_eq!(record.start, None);
+    let all = &record.pieces[0].measurement;
     assert_eq!((all.samples(), all.rate_unchecked), (196, true));
 }
 

@@ -32,15 +32,15 @@ pub struct CellBus {
 }
 
 impl CellBus {
-    /// With the files that the layout names.
+    /// With the files that the layout names; `joints` are the robot's, where that could be read.
     pub(super) fn read(
         library: Library,
         cell: &Path,
         section: &BusSection,
-        joints: usize,
+        joints: Option<usize>,
     ) -> Result<(Self, Texts), CellError> {
         let (layout, texts) = layout::read(library, cell, &section.layout)?;
-        if layout.axes() != joints {
+        if let Some(joints) = joints.filter(|joints| layout.axes() != *joints) {
             return Err(CellError::Axes { file: cell.to_path_buf(), axes: layout.axes(), joints });
         }
         let scales = Scales::new(&section.drives, &layout)

@@ -131,6 +131,28 @@ pub enum CellError {
     },
 }
 
+/// What is wrong with a cell: as much as can be told at once.
+#[derive(Debug)]
+pub struct Faults {
+    /// What is found first.
+    pub first: Box<CellError>,
+    /// What is found beside it.
+    pub others: Vec<CellError>,
+}
+
+impl Faults {
+    /// All, in the order in which they were found.
+    pub fn iter(&self) -> impl Iterator<Item = &CellError> {
+        core::iter::once(&*self.first).chain(&self.others)
+    }
+}
+
+impl From<CellError> for Faults {
+    fn from(first: CellError) -> Self {
+        Self { first: Box::new(first), others: Vec::new() }
+    }
+}
+
 /// Each on a line of its own.
 fn lines(keys: &[impl ToString]) -> String {
     keys.iter().map(|key| format!("\n  {}", key.to_string())).collect()

@@ -1,10 +1,11 @@
-//! Keys of the wrong type in a cell that still leaves others open: all of them at once, where a parser ends at the first.
+//! Keys that are of the wrong type, unknown or missing: all of them at once, where a parser ends at the first.
 
 use core::fmt;
 use core::ops::Range;
 
 use super::file::CellFile;
 use super::open::{OPEN, key_at};
+use super::suggestion::Instead;
 
 /// Keys that are looked at.
 const MOST: usize = 100;
@@ -37,7 +38,7 @@ pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
         let Some(value) = text.get(span.clone()) else { break };
         let is_open = value.contains(OPEN);
         if !is_open {
-            let line = 1 + text[..span.start].matches('\n').count();
+            let line = line_at(&text, span.start);
             let key = key_at(&text, line).unwrap_or_default();
             wrong.push(WrongKey { key, line, problem: problem.clone() });
         }
@@ -48,14 +49,23 @@ pub(super) fn wrong_keys(text: &str) -> Vec<WrongKey> {
     wrong
 }
 
+/// The line of a byte, from 1.
+pub(super) fn line_at(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
+}
+
 fn first_error(text: &str) -> Option<(Range<usize>, String)> {
     let error = toml::from_str::<CellFile>(text).err()?;
     let problem = error.message().replace('\n', " ");
+    let problem = format!("{problem}{}", Instead::of(&problem));
     Some((error.span().unwrap_or(text.len()..text.len()), problem))
 }
 
 /// The text with a value there that the parser takes, where there is one.
 fn behind(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
+    if problem.starts_with("unknown field") {
+        return without_line(text, span.start);
+    }
     let value = text.get(span.clone()).filter(|value| !value.contains('\n'))?;
     // The span of a key, or of a section that lacks one, is no value.
     format!("x = {value}").parse::<toml::Table>().ok()?;
@@ -70,6 +80,17 @@ fn behind(text: &str, span: &Range<usize>, problem: &str) -> Option<String> {
         is_taken.then_some(with)
     });
     taken.find_map(|text| text)
+}
+
+/// The text without a line, which stays as an empty one, where that is a key with its whole value.
+fn without_line(text: &str, byte: usize) -> Option<String> {
+    let begin = text.get(..byte)?.rfind('\n').map_or(0, |at| at + 1);
+    let end = text.get(byte..)?.find('\n').map_or(text.len(), |at| byte + at);
+    if !text[begin..byte].trim().is_empty() {
+        return None;
+    }
+    text[begin..end].parse::<toml::Table>().ok()?;
+    Some([&text[..begin], &text[end..]].concat())
 }
 
 #[cfg(test)]
@@ -92,6 +113,13 @@ mod tests {
         for (listed, (key, problem)) in listed.iter().zip(expected) {
             assert!(listed.starts_with(key) && listed.contains(problem), "{listed}");
         }
+        // Behind a key that nobody knows it goes on, and is not misled by a key within a value.
+        let text = "name = \"arm\"\nrobt = \"x\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"left\"\n\
+                    torque = { colum = \"x\", unit = \"Nm\" }\n[identification]\nmethod = 3\n";
+        let listed: Vec<String> = wrong_keys(text).iter().map(ToString::to_string).collect();
+        assert_eq!(listed.len(), 3, "{listed:?}");
+        assert!(listed[0].contains("line 2") && listed[0].ends_with("did you mean `robot`?"));
+        assert!(listed[1].starts_with("line 7: data.side") && listed[2].contains("`colum`"));
         // What is open alone is no error of a type.
         let open = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"?\"\nbag.joints = \"?\"\n\
                     bag.effort = { unit = \"?\", sign = \"?\" }\n[identification]\nmethod = \"?\"\n\

@@ -1,30 +1,32 @@
 //! Checks of values in a cell file that their types do not make.
 
 use super::{BusAddress, CellFile, ServiceSection};
+use crate::live::recording::RecordingOptions;
 use crate::live::stream::{FOLDER, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// The key of an invalid value, and what is wrong with it.
 type Wrong = (&'static str, String);
 
-pub(super) fn check(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(), Wrong> {
+/// Everything that is wrong; the stream is looked at where the joints and the sample rate \[Hz\] are known.
+pub(super) fn check(file: &CellFile, stream: Option<(usize, f64)>) -> Vec<Wrong> {
+    let mut checked = Vec::new();
     if let Some(bus) = &file.bus {
-        check_sources(&bus.source)?;
-        check_bitrates(bus.bitrate_bps, bus.data_bitrate_bps)?;
-        check_stream(file, joints, sample_rate_hz)?;
+        checked.push(check_sources(&bus.source));
+        checked.push(check_bitrates(bus.bitrate_bps, bus.data_bitrate_bps));
+        checked.extend(stream.map(|(joints, rate_hz)| check_stream(file, joints, rate_hz)));
     }
-    check_limits(file)?;
-    check_sockets(&file.service)?;
-    if let Some(recordings) = &file.service.recordings {
-        recordings.check()?;
-    }
-    file.service.drift.validate().map_err(|error| (error.key, error.problem))?;
+    checked.push(check_limits(file));
+    checked.push(check_tolerances(file));
+    checked.push(check_sockets(&file.service));
+    checked.extend(file.service.recordings.as_ref().map(RecordingOptions::check));
+    checked.push(file.service.drift.validate().map_err(|error| (error.key, error.problem)));
     if file.service.keep_results == 0 {
-        return Err(("service.keep_results", "has to be at least 1".to_owned()));
+        checked.push(Err(("service.keep_results", "has to be at least 1".to_owned())));
     }
     if !(1..=99).contains(&file.service.real_time.priority.unwrap_or(1)) {
-        return Err(("service.real_time.priority", "has to be 1 to 99".to_owned()));
+        checked.push(Err(("service.real_time.priority", "has to be 1 to 99".to_owned())));
     }
-    Ok(())
+    checked.into_iter().filter_map(Result::err).collect()
 }
 
 fn check_sources(sources: &[BusAddress]) -> Result<(), Wrong> {
@@ -115,7 +117,10 @@ fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(
 
 fn check_limits(file: &CellFile) -> Result<(), Wrong> {
     let checked = file.identification.limits.validate();
-    checked.map_err(|error| ("identification.limits", error.to_string()))?;
+    checked.map_err(|error| ("identification.limits", error.to_string()))
+}
+
+fn check_tolerances(file: &CellFile) -> Result<(), Wrong> {
     let checked = file.identification.tolerances.validate();
     checked.map_err(|error| ("identification.tolerances", error.to_string()))
 }

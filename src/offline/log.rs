@@ -11,7 +11,7 @@ use didim_drivers::source::SourceError;
 use super::rate::{RateError, check_rate};
 use crate::cell::{Cell, CellBus, CellError};
 use crate::live::recording::open_log;
-use didim_formats::{Measurement, Piece, Record, Resampled, Room};
+use didim_formats::{Measurement, Piece, Record, RecordingStart, Resampled, Room};
 
 /// Frames taken from the log at a time.
 const BATCH: usize = 4096;
@@ -69,12 +69,12 @@ pub enum LogError {
 /// See [`LogError`].
 pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
-    let samples = read_samples(path, bus)?;
+    let (samples, since_1970_ns) = read_samples(path, bus)?;
     // Over all of them: gaps do no harm to it, and a short piece alone tells no rate.
     let rate_unchecked = check_rate(&samples, &bus.layout)
         .map_err(|source| LogError::Rate { file: path.to_path_buf(), source })?;
     // Of those that count, the first: set with the first piece.
-    let mut first = None;
+    let (mut first, mut start) = (None, None);
     let (mut left_out, mut without_reference) = (0, 0);
     let piece = |samples: &[JointSample]| {
         let all = samples;
@@ -84,6 +84,7 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
         let of_layout =
             Measurement::from_samples(samples, bus.layout.axes(), 1e9 / bus.layout.period_ns());
         let begin = samples.first().map_or(0, |sample| sample.sequence);
+        start = start.or(samples.first().map(|sample| sample.stamp_ns));
         let cycles = begin - *first.get_or_insert(begin);
         #[expect(clippy::cast_precision_loss, reason = "cycles are far fewer than 2^52")]
         let begins_s = cycles as f64 * bus.layout.period_ns() * 1e-9;
@@ -103,7 +104,9 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
             "{file}: {without_reference} of {all} samples have no reference, so the reference is not used"
         );
     }
-    Ok(Record { pieces, resampled: Resampled::default(), holes: None })
+    let start_ns = start.map(|stamp_ns| i128::from(stamp_ns) + i128::from(since_1970_ns));
+    let start = start_ns.and_then(RecordingStart::of_unix_ns);
+    Ok(Record { pieces, resampled: Resampled::default(), holes: None, start })
 }
 
 /// A target takes effect at the SYNC after its frame, so that the first cycle of a piece has none. Without this, one
@@ -120,7 +123,8 @@ fn from_reference(samples: &[JointSample]) -> &[JointSample] {
     }
 }
 
-fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError> {
+/// The samples, and what to add to their stamps; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
+fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), LogError> {
     let file = || path.to_path_buf();
     let mut found: Vec<FrameId> = Vec::new();
     let list_identifiers = |frames: &[Frame], _| {
@@ -130,8 +134,10 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError
             }
         }
     };
-    let mut of_log = Samples::new(open_log(path)?, bus.assembler(), BATCH)
-        .with_tap(Some(Box::new(list_identifiers)));
+    let source = open_log(path)?;
+    let since_1970_ns = source.since_1970_ns();
+    let mut of_log =
+        Samples::new(source, bus.assembler(), BATCH).with_tap(Some(Box::new(list_identifiers)));
     // A vector that grows stands there twice.
     let room = Room::of_bytes(3 * size_of::<JointSample>());
     let mut samples: Vec<JointSample> = Vec::new();
@@ -154,7 +160,7 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError
             causes(&losses)
         );
     }
-    Ok(samples)
+    Ok((samples, since_1970_ns))
 }
 
 /// The first identifiers, as candump writes them.

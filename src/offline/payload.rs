@@ -96,6 +96,7 @@ mod tests {
         Baseline::of(HistoryLine {
             schema: HISTORY_SCHEMA,
             time: Timestamp::now(),
+            recorded: None,
             result: 0,
             cell: cell.name.clone(),
             robot: cell.robot.name().to_owned(),
@@ -122,6 +123,7 @@ mod tests {
             samples: Vec::new(),
             counted: 0..0,
             end: WindowEnd::Length,
+            start: None,
             note: None,
         };
         let why = |baseline: &Baseline| find_load(&cell, baseline, &window).unwrap_err();

@@ -4,6 +4,7 @@ use core::fmt::Write as _;
 
 use didim_core::identification::{Estimate, ParameterEstimate};
 
+use super::uses::UseLine;
 use super::{convergence, uses};
 use crate::text::{aligned, significant, to_uncertainty};
 
@@ -105,12 +106,8 @@ pub fn summary(estimate: &Estimate) -> String {
         100.0 * estimate.relative_error,
         estimate.condition_number
     );
-    let uses = uses::lines(estimate).map(|line| {
-        let what = format!("{}: {}", line.of, line.meaning);
-        vec![what, line.answer.into(), line.figure, line.limit]
-    });
     text += "\n";
-    text += &aligned(&["use: what decides", "good", "figure", "limit"], &uses.collect::<Vec<_>>());
+    text += &uses_table(estimate);
     text += "\n";
     if estimate.verdict.applicable {
         text += "verdict: applicable\n";
@@ -122,6 +119,22 @@ pub fn summary(estimate: &Estimate) -> String {
     }
     for note in &estimate.verdict.notes {
         text += &format!("  note: {note}\n");
+    }
+    text
+}
+
+/// The uses, and below each what its figure is.
+fn uses_table(estimate: &Estimate) -> String {
+    let lines: Vec<UseLine> = uses::lines(estimate).collect();
+    let row = |line: &UseLine| {
+        vec![line.of.to_string(), line.answer.into(), line.figure.clone(), line.limit.clone()]
+    };
+    let rows: Vec<Vec<String>> = lines.iter().map(row).collect();
+    let table = aligned(&["use", "good", "figure", "limit"], &rows);
+    let mut shown = table.lines();
+    let mut text = shown.next().map_or(String::new(), |header| format!("{header}\n"));
+    for (row, UseLine { meaning, .. }) in shown.zip(&lines) {
+        let _ = write!(text, "{row}\n    {meaning}\n");
     }
     text
 }

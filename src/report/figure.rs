@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use didim_core::identification::ConvergenceStep;
+use didim_core::robot::JointKind;
 
 use super::panel::{BOTTOM, CURVES, LEFT, PANEL_WIDTH, RIGHT, TOP, ticks};
 use super::{TorquePanel, convergence, value_range};
@@ -118,20 +119,8 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let wide = PANEL_WIDTH - LEFT - RIGHT;
     let x = |t: f64| LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
     let base = TORQUE_PANEL_HEIGHT - BOTTOM;
-    for tick in ticks(start, end, 6) {
-        let at = x(tick);
-        let _ = write!(
-            svg,
-            r#"<text class="tick" x="{at:.1}" y="{:.1}" text-anchor="middle">{tick} s</text>"#,
-            base + 16.0
-        );
-    }
-    let _ = write!(
-        svg,
-        r#"<text class="tick" x="{}" y="20" text-anchor="end">{}</text>"#,
-        LEFT - 5.0,
-        panel.unit
-    );
+    draw_time(svg, (start, end), x);
+    draw_unit(svg, panel.unit, 20.0);
     let torque = Axis { top: TOP, tall: TORQUE, low, high };
     torque.draw(svg, 4);
     let curve = |values: &[f64], axis: &Axis| -> Vec<(f64, f64)> {
@@ -147,6 +136,68 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
             r#"<line class="downweighted" x1="{at:.1}" x2="{at:.1}" y1="{base}" y2="{}"/>"#,
             base + 5.0
         );
+    }
+}
+
+/// The labels of the axis of time below a panel of two axes.
+fn draw_time(svg: &mut String, (start, end): (f64, f64), x: impl Fn(f64) -> f64) {
+    for tick in ticks(start, end, 6) {
+        let _ = write!(
+            svg,
+            r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="middle">{tick} s</text>"#,
+            x(tick),
+            TORQUE_PANEL_HEIGHT - BOTTOM + 16.0
+        );
+    }
+}
+
+/// The unit of an axis, above its labels.
+fn draw_unit(svg: &mut String, unit: &str, y: f64) {
+    let _ = write!(
+        svg,
+        r#"<text class="tick" x="{}" y="{y}" text-anchor="end">{unit}</text>"#,
+        LEFT - 5.0
+    );
+}
+
+/// One joint's motion, for a plot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MotionPanel<'a> {
+    /// The joint's number, from 1.
+    pub(super) joint: usize,
+    /// How it moves, which says in what units.
+    pub(super) kind: JointKind,
+    /// Time of each point \[s\].
+    pub(super) time_s: &'a [f64],
+    /// Positions \[rad or m\].
+    pub(super) position: &'a [f64],
+    /// Velocities \[rad/s or m/s\].
+    pub(super) velocity: &'a [f64],
+}
+
+/// Draws the position of one joint, and below it the velocity, into a frame of [`PANEL_WIDTH`] ×
+/// [`TORQUE_PANEL_HEIGHT`].
+pub(super) fn draw_motion(svg: &mut String, panel: &MotionPanel<'_>) {
+    let _ = write!(
+        svg,
+        r#"<text class="title" x="{LEFT}" y="20">joint {} · position, velocity [{}]</text>"#,
+        panel.joint,
+        panel.kind.velocity_unit()
+    );
+    let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
+    let wide = PANEL_WIDTH - LEFT - RIGHT;
+    let x = |t: f64| LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
+    draw_time(svg, (start, end), x);
+    draw_unit(svg, panel.kind.position_unit(), 20.0);
+    let below = TOP + TORQUE + BETWEEN;
+    for (class, values, top, tall) in
+        [("predicted", panel.position, TOP, TORQUE), ("residual", panel.velocity, below, RESIDUAL)]
+    {
+        let Some((low, high)) = value_range([values]) else { continue };
+        let axis = Axis { top, tall, low, high };
+        axis.draw(svg, 4);
+        let points = panel.time_s.iter().zip(values).map(|(t, v)| (x(*t), axis.y(*v)));
+        draw_curve(svg, class, points);
     }
 }
 

@@ -9,6 +9,7 @@ pub mod figure;
 pub mod friction;
 pub mod history;
 pub mod html;
+pub mod names;
 mod panel;
 mod payload;
 pub mod reduction;

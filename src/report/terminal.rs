@@ -2,6 +2,9 @@
 
 use super::{TorquePanel, value_range};
 
+/// Characters of a label of the axis, and of the axis itself.
+const LABEL: usize = 9;
+
 pub(super) const DOTS_WIDE: usize = 2;
 pub(super) const DOTS_HIGH: usize = 4;
 /// Bit of each dot in a Braille pattern (Unicode 16.0, U+2800), by column and row.
@@ -10,13 +13,14 @@ pub(super) const DOT: [[u8; DOTS_HIGH]; DOTS_WIDE] =
 
 /// Measured torque and, below it on the same scale, what the model leaves unexplained.
 ///
-/// `columns` is the width of the plot in characters, axis labels not included.
+/// `columns` is the width in characters, that of the labels of the axis included.
 pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
     let residual: Vec<f64> =
         panel.measured_nm.iter().zip(panel.predicted_nm).map(|(m, p)| m - p).collect();
     let Some((low, high)) = value_range([panel.measured_nm, panel.predicted_nm]) else {
         return String::new();
     };
+    let columns = columns.saturating_sub(LABEL).max(2);
     let span = high - low;
     let measured_rows = 6;
     // The same N·m per character as above, rounded to whole characters around the zero line.
@@ -51,7 +55,7 @@ pub fn torque_plot(panel: &TorquePanel<'_>, columns: usize) -> String {
 
 fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
     let last = lines.len().saturating_sub(1);
-    let mut text = String::new();
+    let mut text = format!("{}{name}\n", " ".repeat(LABEL));
     for (row, line) in lines.iter().enumerate() {
         let label = match row {
             0 if last == 0 => format!("±{high:6.1} ┤"),
@@ -59,8 +63,7 @@ fn labelled(lines: &[String], low: f64, high: f64, name: &str) -> String {
             r if r == last => format!("{low:7.1} ┤"),
             _ => "        │".to_owned(),
         };
-        let name = if row == 0 { name } else { "" };
-        text += format!("{label}{line} {name}").trim_end();
+        text += format!("{label}{line}").trim_end();
         text.push('\n');
     }
     text

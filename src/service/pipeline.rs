@@ -19,7 +19,7 @@ use crate::live::recording::{
 };
 use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
-    Configuration, FindLoad, Identified, ResultOptions, WindowOptionError, WorkerOptions,
+    Configuration, FindLoad, Identified, ResultOptions, TimeOfDay, WindowOptionError, WorkerOptions,
 };
 use crate::offline::find_load;
 use crate::offline::identify::{LastIdentification, LastWindow, identify_window};
@@ -204,6 +204,15 @@ pub fn configuration(
     })
 }
 
+/// The time of day of a cell's buses.
+fn time_of_day(cell: &Cell) -> TimeOfDay {
+    let sources = cell.bus().map_or(&[][..], |bus| &bus.sources);
+    match sources.iter().all(|bus| matches!(bus, BusAddress::Can(_))) {
+        true => TimeOfDay::ThisMachine,
+        false => TimeOfDay::Log { since_1970_ns: 0 },
+    }
+}
+
 /// The part that identifies. What it identified last is left in `last`.
 ///
 /// # Errors
@@ -220,6 +229,7 @@ pub fn estimation(
         find_load,
         options: WorkerOptions {
             stream: paths.stream(cell)?,
+            time_of_day: time_of_day(cell),
             windows,
             queue: WINDOWS_WAITING,
             folder: paths.state.clone(),

@@ -5,6 +5,7 @@ mod note;
 use core::ops::Range;
 
 use didim_core::JointSample;
+use didim_formats::RecordingStart;
 use serde::{Deserialize, Serialize};
 
 pub use note::{Note, NoteError};
@@ -38,6 +39,8 @@ pub struct Window {
     pub counted: Range<usize>,
     /// What ended it.
     pub end: WindowEnd,
+    /// When its first sample was recorded, where that is known.
+    pub start: Option<RecordingStart>,
     /// What was noted with it.
     pub note: Option<Note>,
 }

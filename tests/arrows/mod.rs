@@ -34,7 +34,7 @@ const ORDER: [(&str, &str); 9] = [
     (
         "cli/src",
         "lib baseline capture check compare convert demo export fleet history manual metrics new note payload predict reload replay robot run study \
-         top window convert_frames identify choices input sim outcome state status names output error tell",
+         top window convert_frames identify choices input stream sim outcome state status names terminal output error tell progress",
     ),
 ];
 

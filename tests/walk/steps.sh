@@ -214,7 +214,7 @@ replay_a_recording() {
     last=$(enter sh -c 'ls /var/lib/didim/result-*.json | tail -n 1')
     last=${last##*/}
     eventually "test -e $kept/${last%.json}.mcap"
-    root "didim replay --cell /etc/didim/cell.toml $kept/${last%.json}.mcap --state /tmp/again | tail -n 10"
+    root "didim replay --cell /etc/didim/cell.toml $kept/${last%.json}.mcap --state /tmp/again | tail -n 15"
     expect '^verdict: applicable'
     root "cmp /tmp/again/result-00000000.json /var/lib/didim/$last && echo the same bytes"
     expect 'the same bytes'

@@ -1,6 +1,6 @@
 //! Arguments that make no sense: exit code 2, and what would.
 
-use super::support::{Folder, data, didim, head, packed_cell};
+use super::support::{Configuration, Folder, data, didim, head, packed_cell};
 
 #[test]
 fn nonsense_is_a_usage_error() {
@@ -93,4 +93,28 @@ fn help_and_version_go_to_stdout() {
         didim(&[command, "--help"]).done();
     }
     assert_eq!(didim(&["--version"]).done(), format!("didim {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn what_is_negative_and_cannot_be_is_refused_as_that() {
+    let cell = packed_cell();
+    let export = ["export", "--cell", &cell, "--result", "x", "--to", "json", "--total-mass-kg"];
+    didim(&[&export[..], &["-5"]].concat()).refused(2, &["--total-mass-kg", "positive"]);
+    let payload = ["payload", "--cell", &cell, "--result", "x", "--input", "y"];
+    didim(&[&payload[..], &["--declared-mass-kg", "-5"]].concat()).refused(2, &["positive"]);
+    let identify = ["identify", "--cell", &cell, "--input", &data().packed_log, "--from", "-1"];
+    didim(&identify).refused(2, &["--from -1", "0 to"]);
+    didim(&["demo", "--seconds", "-1"]).refused(2, &["--seconds -1", "5 to 86400"]);
+    let file = "cells/tx40-cia402.toml";
+    let slow = Configuration::with(file, "rate_hz = 500.0", "rate_hz = -500.0");
+    let says = ["rate_hz", "-500 Hz", "1 to 100000 cycles a second"];
+    didim(&["check", "--cell", &slow.path(file)]).refused(78, &says);
+}
+
+/// Before a service is asked, which may not run.
+#[test]
+fn a_capture_has_a_name_that_a_file_can_have() {
+    for name in ["a b", "a/b", "", "ä", "x123456789012345678901234567890123"] {
+        didim(&["capture", "start", name]).refused(2, &["1 to 32 letters, digits, `_` or `-`"]);
+    }
 }

@@ -36,6 +36,66 @@ fn finds(cell: &str, code: i32, beginning: &str, says: &[&str]) {
     }
 }
 
+/// One correction after the other would take as many runs.
+#[test]
+fn all_that_is_wrong_is_said_at_once() {
+    let several = Configuration::with(PACKED, "\"../robots/tx40.toml\"", "\"../nowhere.toml\"");
+    several.edit(PACKED, "bitrate_bps = 1000000\ndata", "bitrate_bps = 20\ndata");
+    several.edit(PACKED, "[service]", "[service]\nkeep_results = 0");
+    let cell = several.packed_cell();
+    let said =
+        ["3 errors:", "nowhere.toml", "`bus.bitrate_bps`: 20 bit/s", "`service.keep_results`"];
+    didim(&["check", "--cell", &cell]).refused(78, &said);
+    let found = found(&cell, 78);
+    let keys: Vec<&str> = found.iter().map(|one| one.split(": ").next().unwrap()).collect();
+    let expected = ["error robot", "error bus.bitrate_bps", "error service.keep_results"];
+    assert_eq!(keys, expected, "{found:#?}");
+    // Other commands say the first.
+    let sim = didim(&["sim", "--cell", &cell, "--bus", "log:x.log"]).refused(78, &["nowhere.toml"]);
+    assert!(!sim.contains("keep_results"), "{sim}");
+
+    let names = Configuration::with(PACKED, "\"zz1r\"", "\"zz9\", \"zz8\"");
+    let said = ["2 errors", "`zz9` is not a base parameter", "`zz8` is not a base parameter"];
+    didim(&["check", "--cell", &names.packed_cell()]).refused(78, &said);
+
+    // Keys that nobody knows, and values of another type.
+    let typed = Configuration::with(PACKED, "[service]", "[service]\nkep_results = 3");
+    typed.edit(PACKED, "min_s = 3.0", "min_s = \"3 s\"");
+    typed.edit(PACKED, "factor = 125", "factor = \"many\"");
+    let said = ["3 errors:", "kep_results", "`keep_results`", "window.min_s", "decimation_filter"];
+    didim(&["check", "--cell", &typed.packed_cell()]).refused(78, &said);
+}
+
+#[test]
+fn errors_stand_before_warnings_and_these_before_notes() {
+    let cell = Configuration::with(CIA402, "rate_hz = 500.0", "rate_hz = 1000.0");
+    cell.edit(CIA402, "\"drive of the simulated arm: 6076h\"", "\"a guess\"");
+    let outcome = didim(&["check", "--cell", &cell.path(CIA402), "--elsewhere"]);
+    let at = |part: &str| outcome.stdout.find(part).unwrap_or_else(|| panic!("{outcome:#?}"));
+    let places = [
+        at("the configuration is not suitable: 1 error, 1 warning\n"),
+        at("\nerror\n  bus.bitrate_bps"),
+        at("\nwarning\n  bus.drives[1].torque.provenance"),
+    ];
+    assert!(places.is_sorted(), "{outcome:#?}");
+    // Drives of which the same is said share a line.
+    assert!(outcome.stdout.contains("\ndrive 1: ") && outcome.stdout.contains("\ndrives 2 to 6: "));
+}
+
+/// That of the service of a machine, which this one hardly has.
+#[test]
+fn the_cell_of_the_service_is_taken_where_none_is_named() {
+    let file = "/etc/didim/cell.toml";
+    let outcome = didim(&["check", "--elsewhere"]);
+    let told = format!("didim: the cell is {file}, as --cell names none\n");
+    assert!(outcome.stderr.starts_with(&told), "{outcome:#?}");
+    if !std::path::Path::new(file).exists() {
+        outcome.refused(78, &[file, "No such file"]);
+    }
+    let named = didim(&["check", "--elsewhere", "--cell", &packed_cell()]);
+    assert!(!named.stderr.contains(file), "{named:#?}");
+}
+
 /// Six drives with a transmit and a receive PDO each and SYNC, 8 bytes: 1.675 Mbit/s at 1 kHz with
 /// the worst stuffing, and half of that at 500 Hz.
 #[test]

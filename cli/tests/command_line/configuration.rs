@@ -332,6 +332,13 @@ const DAMAGES: &[Damage] = &[
         says: &["Sample.Torque_6", "beyond the 64 bytes"],
     },
     Damage {
+        file: ROBOT,
+        from: "[[joint]]",
+        to: "[[joint]]\nfriction = { stribeck_rad_s = -0.1 }",
+        names_line: false,
+        says: &["`friction` of joint 1", "stribeck_rad_s"],
+    },
+    Damage {
         file: DBC,
         from: "SG_ Torque_2 : 208|16@1-",
         to: "SG_ Torque_2 : 192|16@1-",

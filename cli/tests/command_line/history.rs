@@ -137,6 +137,47 @@ fn text(value: &serde_json::Value) -> &str {
     value.as_str().unwrap()
 }
 
+/// The same log as of a day in 2026, and as it is: the simulated arm counts from 0.
+#[test]
+fn a_result_says_when_it_was_recorded_and_the_history_when_it_was_stored() {
+    let folder = Folder::new();
+    let (state, report) = (folder.path("state"), folder.path("report.html"));
+    let undated = std::fs::read_to_string(&data().cia402_log).unwrap();
+    let dated = undated.lines().map(|line| {
+        let (seconds, rest) = line.strip_prefix('(').unwrap().split_once('.').unwrap();
+        format!("({}.{rest}\n", 1_795_331_849 + seconds.parse::<u64>().unwrap())
+    });
+    let dated = folder.file("dated.log", &dated.collect::<String>());
+    for log in [&dated, &dated, &data().cia402_log] {
+        let replay = ["replay", "--cell", &cia402_cell(), log, "--state", &state, "--json"];
+        didim(&[&replay[..], &["--report", &report]].concat()).done();
+    }
+    let result = |k: u32| {
+        std::fs::read_to_string(Path::new(&state).join(format!("result-0000000{k}.json"))).unwrap()
+    };
+    assert_eq!(result(0), result(1), "the same recording, the same bytes");
+    let recorded = json(&result(0))["window"]["recorded"].clone();
+    assert!(recorded.as_str().unwrap().starts_with("2026-11-22T07:17:29."), "{recorded}");
+    assert_eq!(json(&result(2))["window"].get("recorded"), None, "it has no date");
+    let document = json(&didim(&["history", "--state", &state, "--json"]).done());
+    let of_line = |k: usize| document["results"][k]["recorded"].clone();
+    assert_eq!((of_line(0), of_line(2)), (recorded, serde_json::Value::Null));
+    let table = didim(&["history", "--state", &state]).done();
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[0].contains("recorded (UTC)") && rows[0].contains("stored (UTC)"), "{table}");
+    assert!(rows[1].contains("2026-11-22 07:17") && rows[3].contains("not known"), "{table}");
+    // Of the last, and of one that `identify` reads.
+    let entry = "<dt>Recorded</dt><dd>not known</dd>";
+    assert!(std::fs::read_to_string(&report).unwrap().contains(entry));
+    let identify = ["identify", "--cell", &cia402_cell(), "--input", &dated];
+    let text = didim(&[&identify[..], &["--report", &report]].concat()).done();
+    assert!(text.contains("\nrecorded: 2026-11-22 07:17:29."), "{text}");
+    let entry = "<dt>Recorded</dt><dd>2026-11-22 07:17:29.";
+    assert!(std::fs::read_to_string(&report).unwrap().contains(entry));
+    let output = json(&didim(&[&identify[..], &["--json"]].concat()).done());
+    assert!(output["recorded"].as_str().unwrap().starts_with("2026-11-22T07:17:29."));
+}
+
 /// An arm whose third joint has worn: the simulated friction has grown, and the cell that identifies
 /// knows nothing of it.
 #[test]

@@ -3,7 +3,7 @@
 use didim_core::identification::Method;
 use serde_json::Value;
 
-use super::support::{Configuration, Folder, data, didim, head, packed_cell};
+use super::support::{Configuration, Folder, cia402_cell, data, didim, head, packed_cell};
 
 #[track_caller]
 fn identify(cell: &str, input: &str, options: &[&str]) -> Value {
@@ -92,6 +92,18 @@ fn one_object_with_the_promised_keys() {
     }
     assert!(number(&output["singular_values"], "max") > number(&output["singular_values"], "min"));
     assert!(number(&output, "elapsed_ms") > 0.0);
+}
+
+/// Errors that alternate, as a closed loop makes them, tell no more than independent ones.
+#[test]
+fn there_are_no_more_effective_rows_than_rows() {
+    let output = identify(&cia402_cell(), &data().cia402_log, &["--method", "idim-ls"]);
+    let rows = number(&output, "rows") / 6.0;
+    let effective = output["effective_rows_per_joint"].as_array().unwrap();
+    assert_eq!(effective.len(), 6);
+    for one in effective.iter().map(|one| one.as_f64().unwrap()) {
+        assert!((1.0..=rows).contains(&one), "{one} of {rows}");
+    }
 }
 
 /// z of 28 parameters: their rms is 1 to within 0.2 or so, since they are correlated.

@@ -22,4 +22,5 @@ mod report;
 mod streams;
 mod study;
 mod tables;
+mod terminal;
 mod top;

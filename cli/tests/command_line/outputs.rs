@@ -33,6 +33,20 @@ fn all_refused(path: &str, says: &[&str]) {
     }
 }
 
+/// What is simulated for minutes is not lost for a folder that is not there.
+#[test]
+fn the_place_is_looked_at_before_the_work() {
+    let folder = Folder::new();
+    // What comes first of the work is refused later.
+    let bus = format!("log:{}", folder.path("nowhere/out.log"));
+    let sim = ["sim", "--cell", &packed_cell(), "--bus", &bus, "--scenario", "no such scenario"];
+    didim(&sim).refused(1, &["nowhere/out.log", "No such file"]);
+    let plan = shipped("studies/starts.toml");
+    std::fs::create_dir_all(folder.path("study/study.md")).unwrap();
+    let study = ["study", "--plan", &plan, "--out", &folder.path("study")];
+    didim(&study).refused(1, &["study.md", "not a regular file"]);
+}
+
 #[test]
 fn a_folder_that_does_not_exist() {
     let folder = Folder::new();

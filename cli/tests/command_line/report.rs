@@ -30,12 +30,14 @@ fn it_has_its_sections_in_order_and_says_what_the_result_says() {
             "Key figures",
             "Parameters",
             "Torque, measured and predicted",
+            "Motion",
             "Residuals",
             "Torque delays",
             "Information on each parameter by moves",
             "What the model takes for known",
             "Convergence",
             "Singular values",
+            "Names of parameters",
             "Provenance",
         ];
         sections.retain(|section| method == "didim" || *section != "Convergence");

@@ -1,11 +1,12 @@
 //! Streams that are full, and commands that are told to end.
 
 use std::fs::OpenOptions;
+use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use super::support::{Folder, data, didim, head, packed_cell, shipped};
+use super::support::{Folder, cia402_cell, data, didim, head, packed_cell, shipped};
 
 /// A device that is always full.
 fn full() -> Stdio {
@@ -62,6 +63,67 @@ fn a_full_stdout_is_a_failure_and_a_closed_pipe_none() {
     drop(reader);
     let ended = program(&["robot", &robot]).stdout(writer).stderr(Stdio::piped()).output().unwrap();
     assert_eq!((ended.status.code(), ended.stderr.len()), (Some(0), 0));
+}
+
+#[test]
+fn help_that_nobody_can_read_is_a_failure() {
+    for words in [&["--help"][..], &["identify", "--help"], &["--version"]] {
+        let ended = program(words).stdout(full()).output().unwrap();
+        let said = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(1), "{words:?}: {said}");
+        assert!(said.starts_with("didim: ") && said.contains("No space left"), "{said}");
+    }
+}
+
+/// A log and a table through standard input and through a pipe with a name, told by what is in them.
+#[test]
+fn what_comes_as_a_stream_is_read_as_a_file_is() {
+    let folder = Folder::new();
+    let (cell, log, csv) = (cia402_cell(), &data().cia402_log, folder.path("drive.csv"));
+    didim(&["convert", "--cell", &cell, log, &csv]).done();
+    let (pipe, report) = (folder.path("fifo-of-drive"), folder.path("report.html"));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let without_time = |text: String| -> String {
+        text.split_inclusive(',').filter(|part| !part.contains("elapsed_ms")).collect()
+    };
+    let identify = ["identify", "--cell", &cell, "--method", "idim-ls", "--json", "--report"];
+    let identify = [&identify[..], &[&report, "--input"]].concat();
+    for file in [log, &csv] {
+        let of_file = without_time(didim(&[&identify[..], &[file]].concat()).done());
+        let reported = std::fs::read_to_string(&report).unwrap();
+        let whole = std::fs::read(file).unwrap();
+        for (input, name) in [("-", "standard input"), (pipe.as_str(), "fifo-of-drive")] {
+            let mut command = program(&[&identify[..], &[input]].concat());
+            let streams = command.stdin(Stdio::piped()).stdout(Stdio::piped());
+            let mut child = streams.stderr(Stdio::piped()).spawn().unwrap();
+            let mut stdin = child.stdin.take().unwrap();
+            match input {
+                "-" => stdin.write_all(&whole).unwrap(),
+                pipe => std::fs::write(pipe, &whole).unwrap(),
+            }
+            drop(stdin);
+            let ended = child.wait_with_output().unwrap();
+            let said = String::from_utf8(ended.stderr).unwrap();
+            assert_eq!(ended.status.code(), Some(0), "{said}");
+            assert_eq!(without_time(String::from_utf8(ended.stdout).unwrap()), of_file);
+            // The SHA-256 as well; its name is another.
+            let own = std::fs::read_to_string(&report).unwrap();
+            let file_name = std::path::Path::new(file).file_name().unwrap().to_str().unwrap();
+            assert_eq!(own.replace(name, file_name), reported);
+        }
+    }
+    // What is wrong is said of the name that was given.
+    let refused =
+        didim(&["identify", "--cell", &cell, "--input", "-"]).refused(1, &["nothing came"]);
+    assert!(refused.contains("standard input") && !refused.contains("/proc/"), "{refused}");
+    let mut command = program(&["identify", "--cell", &cell, "--input", "-"]);
+    let mut child =
+        command.stdin(Stdio::piped()).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(b"time_s,nothing\n0,1\n1,2\n").unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(said.starts_with("didim: standard input: "), "{said}");
 }
 
 /// Both ends of the standard streams closed, as under some supervisors.

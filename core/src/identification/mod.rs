@@ -45,11 +45,11 @@ pub use given::{
 pub use identify::identify;
 pub use judgement::{
     Bodies, ChosenCutoff, ChosenFriction, ControllerUnchecked, ConvergenceStep, CutoffTrial,
-    Elsewhere, Estimate, Fit, Foretold, Freedom, FreedomEstimate, FrictionChange, FrictionGain,
-    FrictionScore, HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note,
-    Output, ParameterCovariance, ParameterEstimate, PositionBias, Quantity, Reason,
-    ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict, Uses,
-    Verdict,
+    Elsewhere, Estimate, Fit, FitMotion, Foretold, Freedom, FreedomEstimate, FrictionChange,
+    FrictionGain, FrictionScore, HeldOut, Identification, Information, KeptParameter,
+    ModelUncertainty, Note, Output, ParameterCovariance, ParameterEstimate, PositionBias, Quantity,
+    Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict,
+    Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

@@ -215,12 +215,13 @@ impl<'a> ResidualSpectrum<'a> {
     }
 
     /// Of every joint, how many independent rows its rows are worth where a mean is formed:
-    /// `N γ_0 / Σ_l γ_l`, the mean of the spectrum over its value at frequency 0.
+    /// `N γ_0 / Σ_l γ_l`, the mean of the spectrum over its value at frequency 0, and the rows themselves at most: where
+    /// errors alternate a mean is better known than of independent ones, which makes no row more than one.
     pub fn effective_rows_per_joint(&self) -> Vec<f64> {
         let length = self.filter.fourier.length() as f64;
         let effective = |joint: &JointSpectrum| {
             let at_zero = joint.power(0, self.filter.inside);
-            self.rows as f64 * joint.total(self.filter) / length / at_zero
+            self.rows as f64 * (joint.total(self.filter) / length / at_zero).min(1.0)
         };
         self.joints.iter().map(effective).collect()
     }

@@ -131,12 +131,15 @@ impl Robot {
                 RobotError::Transmission { line: text.line_of(&raw.transmission.rows), source }
             })?;
         let (friction, own_friction) = read_friction(text, &raw.friction, &raw.joint)?;
-        let known_torques = (raw.joint.iter().zip(&joints))
-            .map(|(raw, joint)| {
+        let known_torques = (raw.joint.iter().zip(&joints).zip(1..))
+            .map(|((raw, joint), number)| {
                 let Some(stated) = &raw.get_ref().known_torque else { return Ok(None) };
                 let known = stated.get_ref().of_joint(joint.kind, &joint.limits);
                 let line = text.line_of(stated);
-                known.map(Some).map_err(|message| RobotError::Format { line, message })
+                known.map(Some).map_err(|message| {
+                    let message = format!("`known_torque` of joint {number}: {message}");
+                    RobotError::Format { line, message }
+                })
             })
             .collect::<Result<_, _>>()?;
         let parameters = ParameterTable::new(&joints, friction, &own_friction, &transmission);
@@ -249,10 +252,12 @@ fn read_friction(
     if coulomb != sign.is_some() {
         return Err(RobotError::SignModel { line });
     }
-    let own = |joint: &Spanned<RawJoint>| {
-        let (line, own) = match &joint.get_ref().friction {
-            Some(own) => (text.line_of(own), own.get_ref().clone()),
-            None => (line, RawJointFriction::default()),
+    let own = |(joint, number): (&Spanned<RawJoint>, usize)| {
+        let (line, of, own) = match &joint.get_ref().friction {
+            Some(own) => {
+                (text.line_of(own), format!("`friction` of joint {number}"), own.get_ref().clone())
+            }
+            None => (line, "[friction]".to_owned(), RawJointFriction::default()),
         };
         let own = own.over(&all);
         let has_signs =
@@ -260,9 +265,12 @@ fn read_friction(
         if !coulomb && has_signs {
             return Err(RobotError::SignModel { line });
         }
-        JointFriction::try_from(own).map_err(|message| RobotError::Format { line, message })
+        JointFriction::try_from(own).map_err(|message| {
+            let message = format!("{of}: {message}");
+            RobotError::Format { line, message }
+        })
     };
-    let own = joints.iter().map(own).collect::<Result<_, _>>()?;
+    let own = joints.iter().zip(1..).map(own).collect::<Result<_, _>>()?;
     Ok((FrictionTerms { viscous, coulomb, offset }, own))
 }
 

@@ -15,6 +15,22 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// The SI unit of its position.
+    pub fn position_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "rad",
+            Self::Prismatic => "m",
+        }
+    }
+
+    /// The SI unit of its velocity.
+    pub fn velocity_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "rad/s",
+            Self::Prismatic => "m/s",
+        }
+    }
+
     /// The SI unit of what the drive exerts.
     pub fn torque_unit(self) -> &'static str {
         match self {

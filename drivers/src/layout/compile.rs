@@ -333,8 +333,12 @@ fn period_ns(spec: &LayoutSpec) -> Result<f64, LayoutError> {
         _ => return refuse("period_us", "give either `period_us` or `rate_hz`".into()),
     };
     if !(PERIOD_US.0..=PERIOD_US.1).contains(&period_us) {
-        let reason = format!("{period_us} µs; a bus cycle takes 10 µs to 1 s");
-        return refuse(if spec.rate_hz.is_some() { "rate_hz" } else { "period_us" }, reason);
+        return match spec.rate_hz {
+            Some(rate) => {
+                refuse("rate_hz", format!("{rate} Hz; a bus has 1 to 100000 cycles a second"))
+            }
+            None => refuse("period_us", format!("{period_us} µs; a bus cycle takes 10 µs to 1 s")),
+        };
     }
     Ok(period_us * 1e3)
 }

@@ -63,6 +63,12 @@ pub trait Source: Send {
 
     /// Whose time the stamps are.
     fn stamp_clock(&self) -> StampClock;
+
+    /// What to add to stamps of an own clock for nanoseconds after 1970-01-01T00:00:00Z, if that is what they tell: those of a
+    /// recording are of the clock that nobody sets.
+    fn since_1970_ns(&self) -> i64 {
+        0
+    }
 }
 
 /// What a source counted since it was opened, over all its interfaces.

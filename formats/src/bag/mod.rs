@@ -20,6 +20,7 @@ use crate::holes::Holes;
 use crate::measurement::Measurement;
 use crate::record::Record;
 use crate::room::Room;
+use crate::start::RecordingStart;
 use crate::uniform::{Rows, TimesError, resample};
 use cdr::JointState;
 use messages::{JOINT_STATE, Message, after_first_s, files, malformed, walk};
@@ -98,7 +99,10 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     }
     let rows = Rows { times_s, columns };
     let record = Record::resampled(resample(rows, spec.rate_hz).map_err(wrong)?, measurement);
-    Ok(Record { holes, ..record })
+    // In rows as they come nothing says when.
+    let first_ns = times_ns.first().filter(|_| spec.time != BagTime::Rows);
+    let start = first_ns.and_then(|first_ns| RecordingStart::of_unix_ns((*first_ns).into()));
+    Ok(Record { holes, start, ..record })
 }
 
 /// Takes every topic with joint states of a file.

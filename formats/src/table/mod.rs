@@ -28,6 +28,7 @@ use crate::holes::{Apart, Holes, Whole};
 use crate::measurement::{Measurement, Side};
 use crate::record::Record;
 use crate::room::Room;
+use crate::start::RecordingStart;
 use crate::uniform::{Rows, TimesError, resample};
 use grid::{Grid, grid};
 use header::{Column, Header};
@@ -74,7 +75,8 @@ pub fn read_table(
         let time_s = |row: &usize| *row as f64 / rate_hz;
         table.time = Some(lacking.whole.rows.iter().map(time_s).collect());
     }
-    let mut record = record(table, path, sample_rate_hz, nominal_hz);
+    let start = table.start();
+    let mut record = record(table, path, sample_rate_hz, nominal_hz).map(|of| of.starting(start));
     match (&mut record, lacking) {
         (_, None) => {}
         (Ok(record), Some(Lacking { holes, .. })) => record.holes = Some(holes),
@@ -99,7 +101,7 @@ fn record(
     sample_rate_hz: Option<f64>,
     nominal_hz: f64,
 ) -> Result<Record, TableError> {
-    let Table { side, axes, first_row, resolution_s, .. } = table;
+    let Table { side, axes, first_row, resolution_s, first_ns, .. } = table;
     // Off the grid by more than the digits that they are written with, times jitter.
     match table.grid(sample_rate_hz, path) {
         Ok(Grid { rate_hz, off_s }) if off_s <= (2.0 * resolution_s).max(STILL / rate_hz) => {
@@ -115,7 +117,7 @@ fn record(
                 let mut columns = columns.into_iter();
                 let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
                 let (time, lacking) = (None, None);
-                Table { side, axes, first_row, time, resolution_s, signals, lacking }
+                Table { side, axes, first_row, time, resolution_s, first_ns, signals, lacking }
                     .measurement(rate)
             }))
         }
@@ -195,6 +197,8 @@ pub struct Table {
     pub time: Option<Vec<f64>>,
     /// What the last digit of the finest of them is worth \[s\].
     resolution_s: f64,
+    /// Instant after which they are, where it is one \[ns after 1970\].
+    first_ns: Option<i128>,
     /// Positions, torques and references by axis; no references where there are none.
     pub signals: [Vec<Vec<f64>>; 3],
     /// The rows that lack a value and were left out, if any.
@@ -216,6 +220,14 @@ const STILL: f64 = 0.01;
 impl Table {
     fn grid(&self, given: Option<f64>, path: &Path) -> Result<Grid, TableError> {
         grid(self.time.as_deref(), self.first_row, given, path)
+    }
+
+    /// When its first row was recorded.
+    fn start(&self) -> Option<RecordingStart> {
+        let after_s = *self.time.as_ref()?.first()?;
+        #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
+        let after_ns = (1e9 * after_s).round() as i128;
+        RecordingStart::of_unix_ns(self.first_ns?.saturating_add(after_ns))
     }
 
     fn measurement(self, sample_rate_hz: f64) -> Measurement {
@@ -259,7 +271,8 @@ fn read(
     let (first_row, names) = (source.first_row(), source.names().to_vec());
     let is_read = |column: &&Column| !matches!(column, Column::Other);
     let room = Room::of_values(header.columns.iter().filter(is_read).count());
-    let Values { columns: mut numbers, mut resolution } = source.read(&header.columns, room)?;
+    let Values { columns: mut numbers, mut resolution, mut first } =
+        source.read(&header.columns, room)?;
     let lacking = leave_out(&mut numbers, &names, first_row, path)?;
     let (mut time, mut rows) = (None, 0);
     let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
@@ -296,7 +309,8 @@ fn read(
                 wanted,
             }
         };
-        time = Some(time::of_parts(&seconds, &nanoseconds).map_err(wrong)?);
+        let (times_s, of) = time::of_parts(&seconds, &nanoseconds).map_err(wrong)?;
+        (time, first) = (Some(times_s), of);
         resolution = 1e-9;
     }
     if rows < 2 {
@@ -304,7 +318,8 @@ fn read(
     }
     let resolution_s = second * resolution;
     let Header { side, axes, .. } = header;
-    Ok(Table { side, axes, first_row, time, resolution_s, signals, lacking })
+    let first_ns = first.map(|first| first.nanoseconds(second));
+    Ok(Table { side, axes, first_row, time, resolution_s, first_ns, signals, lacking })
 }
 
 /// Leaves out the rows that lack a value.
@@ -567,6 +582,64 @@ mod tests {
     fn of_others(names: &[&str], scale: f64) -> AxisColumns {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
         AxisColumns { names, scales: vec![scale, -scale] }
+    }
+
+    #[test]
+    fn a_table_says_when_it_was_recorded_where_its_times_have_a_date() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let start = |time: Option<TimeColumns>, names: &str, rows: &[&str]| {
+            let one = |name: &str| AxisColumns { names: vec![name.into()], scales: vec![1.0] };
+            let (side, axes, reference) = (Side::Joint, 1, None);
+            let (position, torque) = (one("q"), one("f"));
+            let columns = Columns { side, axes, time, position, torque, reference };
+            let rows: String = rows.iter().map(|row| format!("{row},1,2\n")).collect();
+            std::fs::write(&path, format!("{names},q,f\n{rows}")).unwrap();
+            let rate_hz = columns.time.is_none().then_some(100.0);
+            let record = read_table(&path, rate_hz, 100.0, Some(&columns)).unwrap();
+            RecordingStart::shown(record.start)
+        };
+        let numbers = |second| Some(TimeColumns::Numbers { column: "t".into(), second });
+        let dates = || Some(TimeColumns::Dates { column: "t".into() });
+        let parts = Some(TimeColumns::Parts { sec: "s".into(), nanosec: "ns".into() });
+        let known = "2024-05-01 12:00:00.250 UTC";
+        for (time, names, rows, expected) in [
+            (numbers(1.0), "t", ["1714564800.2501", "1714564800.2601", "1714564800.2701"], known),
+            (
+                numbers(1e-9),
+                "t",
+                ["1714564800250400000", "1714564800260400000", "1714564800270400000"],
+                known,
+            ),
+            (numbers(1.0), "t", ["0", "0.01", "0.02"], "not known"),
+            (numbers(1e-3), "t", ["86400000", "86400010", "86400020"], "not known"),
+            (
+                dates(),
+                "t",
+                [
+                    "2024-05-01T14:00:00.25+02:00",
+                    "2024-05-01T12:00:00.26Z",
+                    "2024-05-01T12:00:00.27Z",
+                ],
+                known,
+            ),
+            // Of which clock, nobody says.
+            (
+                dates(),
+                "t",
+                ["2024-05-01T12:00:00.25", "2024-05-01T12:00:00.26", "2024-05-01T12:00:00.27"],
+                "not known",
+            ),
+            (
+                parts,
+                "s,ns",
+                ["1714564800,250400000", "1714564800,260400000", "1714564800,270400000"],
+                known,
+            ),
+            (None, "t", ["1714564800", "1714564801", "1714564802"], "not known"),
+        ] {
+            assert_eq!(start(time, names, &rows), expected, "{rows:?}");
+        }
     }
 
     #[test]

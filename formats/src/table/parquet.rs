@@ -25,8 +25,8 @@ const BATCH: usize = 1 << 13;
 enum Holds {
     /// Numbers, of which this is the leaf, and whether they are unsigned.
     Numbers { leaf: usize, unsigned: bool },
-    /// Times, with the seconds to their 1.
-    Times { leaf: usize, second: f64 },
+    /// Times, with the seconds to their 1, and whether they are of UTC.
+    Times { leaf: usize, second: f64, utc: bool },
     /// Something else: what.
     Other(&'static str),
 }
@@ -61,12 +61,7 @@ impl Parquet {
     }
 
     /// The numbers of one column, with what the last digit of the finest is worth where `is_time`.
-    fn column(
-        &self,
-        index: usize,
-        is_time: bool,
-        most: usize,
-    ) -> Result<(Vec<f64>, f64), TableError> {
+    fn column(&self, index: usize, is_time: bool, most: usize) -> Result<Numbers, TableError> {
         let (leaf, unsigned) = match self.holds[index] {
             Holds::Numbers { leaf, unsigned } => (leaf, unsigned),
             Holds::Times { leaf, .. } => (leaf, false),
@@ -128,7 +123,7 @@ impl Parquet {
                 return Err(TableError::Parquet { file: self.path.clone(), what });
             }
         }
-        Ok((numbers.values, numbers.finest))
+        Ok(numbers)
     }
 }
 
@@ -155,16 +150,19 @@ impl Source for Parquet {
         if rows > room.samples {
             return Err(TableError::TooLong { file: self.path.clone(), samples: room.samples });
         }
-        let mut values = Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0 };
+        let mut values =
+            Values { columns: vec![Vec::new(); columns.len()], resolution: 0.0, first: None };
         for (index, column) in columns.iter().enumerate() {
             if *column == Column::Other {
                 continue;
             }
             let is_time = *column == Column::Time;
-            let (numbers, finest) = guarded(&self.path, || self.column(index, is_time, rows))?;
-            values.columns[index] = numbers;
+            let numbers = guarded(&self.path, || self.column(index, is_time, rows))?;
+            values.columns[index] = numbers.values;
             if is_time {
-                values.resolution = finest;
+                values.resolution = numbers.finest;
+                let is_local = matches!(self.holds[index], Holds::Times { utc: false, .. });
+                values.first = numbers.first.and_then(|first| first.0).filter(|_| !is_local);
             }
         }
         Ok(values)
@@ -183,17 +181,17 @@ fn of_type(leaf: usize, column: &ColumnDescriptor) -> Holds {
     };
     match (column.physical_type(), column.logical_type_ref(), column.converted_type()) {
         (Type::INT64, Some(LogicalType::Timestamp(of)), _) => {
-            Holds::Times { leaf, second: second(&of.unit) }
+            Holds::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
         }
         (Type::INT32 | Type::INT64, Some(LogicalType::Time(of)), _) => {
-            Holds::Times { leaf, second: second(&of.unit) }
+            Holds::Times { leaf, second: second(&of.unit), utc: of.is_adjusted_to_u_t_c }
         }
         // As files of before format 2.4 say it.
         (_, None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => {
-            Holds::Times { leaf, second: 1e-3 }
+            Holds::Times { leaf, second: 1e-3, utc: true }
         }
         (_, None, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => {
-            Holds::Times { leaf, second: 1e-6 }
+            Holds::Times { leaf, second: 1e-6, utc: true }
         }
         (_, Some(LogicalType::Date), _) | (_, _, ConvertedType::DATE) => Holds::Other("dates"),
         (_, Some(LogicalType::Decimal(_)), _) | (_, _, ConvertedType::DECIMAL) => {

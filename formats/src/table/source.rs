@@ -3,6 +3,7 @@
 use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
+use super::time::Exact;
 use crate::room::Room;
 
 /// A table that is open behind its header.
@@ -30,4 +31,6 @@ pub(super) struct Values {
     pub(super) columns: Vec<Vec<f64>>,
     /// What the last digit of the finest time is worth.
     pub(super) resolution: f64,
+    /// The first time, after which they are; nothing where its clock is not named.
+    pub(super) first: Option<Exact>,
 }

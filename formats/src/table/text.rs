@@ -8,7 +8,7 @@ use super::error::TableError;
 use super::header::Column;
 use super::place::Place;
 use super::source::{Source, Values};
-use super::time::{Exact, First, resolution};
+use super::time::{Exact, First, names_its_clock, resolution};
 use crate::room::Room;
 
 /// A header beyond that is none \[bytes\].
@@ -64,6 +64,7 @@ impl Source for Text {
         let file = || self.path.clone();
         let mut values = vec![Vec::new(); columns.len()];
         let (mut first, mut finest) = (First::default(), f64::INFINITY);
+        let mut of_no_clock = false;
         let mut record = csv::StringRecord::new();
         let mut rows = 0;
         while self
@@ -100,10 +101,12 @@ impl Source for Text {
                 values[index].push(value);
                 if matches!(column, Column::Time | Column::Date) {
                     finest = finest.min(resolution(number));
+                    of_no_clock |= *column == Column::Date && !names_its_clock(number);
                 }
             }
         }
-        Ok(Values { columns: values, resolution: finest })
+        let first = first.0.filter(|_| !of_no_clock);
+        Ok(Values { columns: values, resolution: finest, first })
     }
 }
 

@@ -42,6 +42,14 @@ impl Exact {
         }
     }
 
+    /// Nanoseconds of it, where a 1 is so many seconds.
+    #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
+    pub(super) fn nanoseconds(self, second: f64) -> i128 {
+        // Of a unit of time: 1 to 1e9 nanoseconds.
+        let unit_ns = (1e9 * second).round();
+        i128::from(self.whole) * unit_ns as i128 + (self.part * unit_ns).round() as i128
+    }
+
     /// A date with its time of day (ISO 8601): seconds after 1970. Without an offset it is of any one clock.
     pub(super) fn of_date(text: &str) -> Option<Self> {
         let (date, offset_s) = without_offset(text)?;
@@ -52,9 +60,16 @@ impl Exact {
     }
 }
 
+/// Whether a date says of which clock it is.
+pub(super) fn names_its_clock(text: &str) -> bool {
+    text.ends_with(['Z', 'z']) || text.get(TIME_OF_DAY..).is_some_and(|of| of.contains(['+', '-']))
+}
+
+/// Where an offset stands in a date at the earliest.
+const TIME_OF_DAY: usize = "2024-05-01T12:00:00".len();
+
 /// A date without its offset, and that \[s\].
 fn without_offset(text: &str) -> Option<(&str, i64)> {
-    const TIME_OF_DAY: usize = "2024-05-01T12:00:00".len();
     let text = text.strip_suffix(['Z', 'z']).unwrap_or(text);
     let behind = text.get(TIME_OF_DAY..)?;
     let Some(at) = behind.find(['+', '-']) else { return Some((text, 0)) };
@@ -69,7 +84,7 @@ fn without_offset(text: &str) -> Option<(&str, i64)> {
 
 /// The first time, after which all are counted.
 #[derive(Default)]
-pub(super) struct First(Option<Exact>);
+pub(super) struct First(pub(super) Option<Exact>);
 
 impl First {
     pub(super) fn after(&mut self, time: Exact) -> f64 {
@@ -94,7 +109,10 @@ pub(super) type NotAPart = (usize, f64, &'static str);
 
 /// Times after the first of stamps in two parts \[s\], or the first of them that cannot be one, with whether its seconds are
 /// at fault.
-pub(super) fn of_parts(sec: &[f64], nanosec: &[f64]) -> Result<Vec<f64>, (bool, NotAPart)> {
+pub(super) fn of_parts(
+    sec: &[f64],
+    nanosec: &[f64],
+) -> Result<(Vec<f64>, Option<Exact>), (bool, NotAPart)> {
     let mut first = First::default();
     let stamps = sec.iter().zip(nanosec).enumerate().map(|(row, (sec, nanosec))| {
         if sec.fract() != 0.0 || sec.abs() >= NO_PART {
@@ -107,7 +125,8 @@ pub(super) fn of_parts(sec: &[f64], nanosec: &[f64]) -> Result<Vec<f64>, (bool, 
         let Exact { whole, .. } = (*sec).into();
         Ok(first.after(Exact { whole, part: 1e-9 * nanosec }))
     });
-    stamps.collect()
+    let times = stamps.collect::<Result<_, _>>()?;
+    Ok((times, first.0))
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
     HistoryLine {
         schema: HISTORY_SCHEMA,
         time: Timestamp::from_unix_s(START_S + result * DAY_S),
+        recorded: None,
         result,
         cell: String::new(),
         robot: "tx40".into(),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use std::{fs, io};
 
+use didim_formats::RecordingStart;
 use serde::Deserialize;
 
 use super::error::{StoreError, at, write};
@@ -108,7 +109,14 @@ struct ResultFile {
     #[serde(default)]
     cell: String,
     configuration: String,
+    #[serde(default)]
+    window: Recorded,
     estimate: Estimate,
+}
+
+#[derive(Default, Deserialize)]
+struct Recorded {
+    recorded: Option<RecordingStart>,
 }
 
 #[derive(Deserialize)]
@@ -138,7 +146,7 @@ pub(super) fn line_of(
     number: u64,
     others: &VecDeque<HistoryLine>,
 ) -> Option<HistoryLine> {
-    let ResultFile { cell, configuration, estimate } =
+    let ResultFile { cell, configuration, window, estimate } =
         serde_json::from_slice(&fs::read(path).ok()?).ok()?;
     let stored = fs::metadata(path).and_then(|data| data.modified()).ok()?;
     let alike = others.iter().rev().find(|line| line.configuration == configuration);
@@ -150,6 +158,7 @@ pub(super) fn line_of(
     Some(HistoryLine {
         schema: HISTORY_SCHEMA,
         time: Timestamp::from_unix_s(stored.duration_since(UNIX_EPOCH).ok()?.as_secs()),
+        recorded: window.recorded,
         result: number,
         cell,
         robot,
@@ -175,6 +184,7 @@ mod tests {
         HistoryLine {
             schema: HISTORY_SCHEMA,
             time: Timestamp::from_unix_s(0),
+            recorded: None,
             result,
             cell: String::new(),
             robot: String::new(),

@@ -1,6 +1,7 @@
 //! One result with everything needed to reproduce it.
 
 use didim_core::identification::Estimate;
+use didim_formats::RecordingStart;
 use serde::Serialize;
 
 use super::against::Against;
@@ -8,8 +9,8 @@ use super::load::FoundLoad;
 use super::samples::input_sha256;
 use crate::window::{Note, Window, WindowEnd};
 
-/// The content of a result file. It holds no date and no run time: the same input gives the same
-/// bytes.
+/// The content of a result file. It holds neither run time nor the date of the computation: the same input gives the
+/// same bytes. When that was recorded is a part of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResultRecord {
     /// Version of this record's layout.
@@ -45,6 +46,9 @@ pub struct WindowProvenance {
     pub sample_rate_hz: f64,
     /// What ended the window.
     pub end: WindowEnd,
+    /// When its first sample was recorded, by the stamps of the bus; nothing where these have no date.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<RecordingStart>,
 }
 
 impl WindowProvenance {
@@ -61,6 +65,7 @@ impl WindowProvenance {
             counted: window.counted.len(),
             sample_rate_hz: window.sample_rate_hz,
             end: window.end,
+            recorded: window.start,
         }
     }
 }

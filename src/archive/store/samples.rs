@@ -51,6 +51,7 @@ mod tests {
             samples,
             counted: 0..3,
             end: WindowEnd::Rest,
+            start: None,
             note: None,
         }
     }

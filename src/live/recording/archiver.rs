@@ -9,7 +9,9 @@ use std::time::{Duration, Instant};
 
 use super::archive::Archive;
 use super::options::{RecordingOptions, archive_folder, ring_folder};
-use super::request::{CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, lock};
+use super::request::{
+    CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, check_capture_name, lock,
+};
 use super::ring::room;
 use super::window::RecordedWindow;
 
@@ -96,10 +98,7 @@ impl Archiver {
     /// # Errors
     /// [`CaptureError`].
     pub fn start_capture(&self, name: &str) -> Result<(), CaptureError> {
-        let fits = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
-        if !(1..=32).contains(&name.len()) || !name.bytes().all(fits) {
-            return Err(CaptureError::Name);
-        }
+        check_capture_name(name)?;
         self.ask(|answer| Request::Start { name: name.to_owned(), answer })
     }
 

@@ -112,4 +112,8 @@ impl Source for RingSource {
     fn stamp_clock(&self) -> StampClock {
         StampClock::Own
     }
+
+    fn since_1970_ns(&self) -> i64 {
+        self.current.since_1970_ns()
+    }
 }

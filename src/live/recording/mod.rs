@@ -29,7 +29,7 @@ pub use input::{is_mcap, open_log};
 pub use options::{RecorderOptions, RecordingOptions, recording_folders};
 pub use output::{CreateOutput, Output, create_file};
 pub use recorder::Recorder;
-pub use request::{ArchiveStatus, CaptureError, SharedArchive};
+pub use request::{ArchiveStatus, CaptureError, SharedArchive, check_capture_name};
 pub use ring::{Ring, RingError, Segment};
 pub use status::{RecordingState, RecordingStatus, SharedRecording};
 pub use tap::{FrameTap, RecordedFrame, frame_queue};

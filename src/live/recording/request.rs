@@ -50,6 +50,16 @@ pub enum CaptureError {
     Busy,
 }
 
+/// Whether it is the name of a capture: it becomes a part of that of a file.
+///
+/// # Errors
+/// [`CaptureError::Name`].
+pub fn check_capture_name(name: &str) -> Result<(), CaptureError> {
+    let fits = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
+    let is_one = (1..=32).contains(&name.len()) && name.bytes().all(fits);
+    if is_one { Ok(()) } else { Err(CaptureError::Name) }
+}
+
 pub(super) type CaptureAnswer = SyncSender<Result<(), CaptureError>>;
 
 /// A request to the thread.

@@ -11,6 +11,7 @@ use std::path::Path;
 use didim_drivers::assemble::Assembler;
 use didim_drivers::samples::Samples;
 use didim_drivers::source::{McapSource, SourceError};
+use didim_formats::RecordingStart;
 
 use super::input::{is_mcap, open_log};
 use crate::window::{Window, WindowEnd};
@@ -33,6 +34,8 @@ pub struct RecordedWindow {
     pub samples: usize,
     /// What ended it.
     pub end: WindowEnd,
+    /// When the first sample was recorded, as the result says it; nothing where that is not known.
+    pub start: Option<RecordingStart>,
     /// Hash of the configuration that it was identified with; nothing where the recording does not
     /// say.
     pub configuration: Option<String>,
@@ -44,6 +47,7 @@ const FIRST_STAMP: &str = "window_first_stamp_ns";
 const LAST_STAMP: &str = "window_last_stamp_ns";
 const SAMPLES: &str = "window_samples";
 const END: &str = "window_end";
+const START: &str = "window_recorded";
 const CONFIGURATION: &str = "window_configuration";
 
 impl RecordedWindow {
@@ -57,6 +61,7 @@ impl RecordedWindow {
             last_stamp_ns: stamp(window.samples.last()),
             samples: window.samples.len(),
             end: window.end,
+            start: window.start,
             configuration: Some(configuration.to_owned()),
         }
     }
@@ -74,7 +79,8 @@ impl RecordedWindow {
             (END, end),
         ];
         let configuration = self.configuration.clone().map(|hash| (CONFIGURATION, hash));
-        let fields = fields.into_iter().chain(configuration);
+        let start = self.start.map(|start| (START, start.to_string()));
+        let fields = fields.into_iter().chain(start).chain(configuration);
         fields.map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
@@ -89,6 +95,7 @@ impl RecordedWindow {
             last_stamp_ns: number(LAST_STAMP)?,
             samples: usize::try_from(number(SAMPLES)?).ok()?,
             end: serde_json::from_value(end).ok()?,
+            start: map.get(START).and_then(|start| start.parse().ok()),
             configuration: map.get(CONFIGURATION).cloned(),
         })
     }

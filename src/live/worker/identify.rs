@@ -373,7 +373,8 @@ mod tests {
         for number in 0..3 {
             let samples = vec![didim_core::JointSample::zero(0, 0)];
             let (sample_rate_hz, counted, end) = (500.0, 0..1, WindowEnd::Rest);
-            let window = Window { number, sample_rate_hz, samples, counted, end, note: None };
+            let (start, note) = (None, None);
+            let window = Window { number, sample_rate_hz, samples, counted, end, start, note };
             shared.pend(&window);
             if number < 2 {
                 assert!(shared.claim(number));

@@ -17,6 +17,7 @@ mod run;
 mod setup;
 mod silence;
 mod state;
+mod time_of_day;
 mod unstored;
 mod window;
 mod windower;
@@ -28,5 +29,6 @@ pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, Win
 pub use run::{Worker, WorkerEnd};
 pub use setup::{ResultOptions, WorkerError, WorkerOptions};
 pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, WindowState};
+pub use time_of_day::TimeOfDay;
 pub use window::{Loss, RejectedWindow, Rejection, WindowEvent};
 pub use windower::{CommandError, Windower};

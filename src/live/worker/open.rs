@@ -30,6 +30,8 @@ pub(super) struct OpenWindow {
     pub(super) quiet: usize,
     /// Length at which a command closes it.
     pub(super) close_at: Option<usize>,
+    /// Whether a command closed the window before it in the midst of this motion.
+    pub(super) is_remainder: bool,
     /// Samples that count and were looked at for a load.
     looked_at: usize,
 }
@@ -37,7 +39,8 @@ pub(super) struct OpenWindow {
 impl OpenWindow {
     /// With the samples of its margin before.
     pub(super) fn new(number: u64, samples: Vec<JointSample>) -> Self {
-        Self { number, samples, quiet: 0, close_at: None, looked_at: 0 }
+        let is_remainder = false;
+        Self { number, samples, quiet: 0, close_at: None, is_remainder, looked_at: 0 }
     }
 
     /// What would count of it if it were closed here.
@@ -59,6 +62,7 @@ impl OpenWindow {
             samples,
             counted: plan.margin_before..plan.margin_before + length,
             end: WindowEnd::Length,
+            start: None,
             note: None,
         })
     }
@@ -66,8 +70,11 @@ impl OpenWindow {
     pub(super) fn close(self, plan: &WindowPlan, end: WindowEnd) -> WindowEvent {
         let counted = self.counted(plan);
         if counted.len() < plan.min {
-            let rejection = Rejection::TooShort { counted: counted.len(), minimum: plan.min };
-            return self.reject(rejection);
+            let (is_remainder, counted, minimum) = (self.is_remainder, counted.len(), plan.min);
+            return self.reject(match is_remainder {
+                true => Rejection::Remainder { counted, minimum },
+                false => Rejection::TooShort { counted, minimum },
+            });
         }
         WindowEvent::Closed(Window {
             number: self.number,
@@ -75,6 +82,7 @@ impl OpenWindow {
             samples: self.samples,
             counted,
             end,
+            start: None,
             note: None,
         })
     }

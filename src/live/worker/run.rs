@@ -14,6 +14,7 @@ use super::load::LoadWatch;
 use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
+use super::time_of_day::TimeOfDay;
 use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
 use crate::live::recording::{Archiver, ArchiverThread};
@@ -38,6 +39,7 @@ pub enum WorkerEnd {
 pub struct Worker {
     reader: SampleReader,
     windower: Windower,
+    time_of_day: TimeOfDay,
     /// Of the open window, or of the next one.
     identifier: Identifier,
     /// What is valid once no window is open.
@@ -81,6 +83,7 @@ impl Worker {
                 Some(window) => Windower::of_recorded(options.windows.clone(), window.clone()),
                 None => Windower::new(options.windows.clone()),
             },
+            time_of_day: options.time_of_day,
             identifier,
             next: None,
             identification,
@@ -279,6 +282,8 @@ impl Worker {
         match event {
             None => Ok(()),
             Some(WindowEvent::Closed(mut window)) => {
+                // That of a recording says itself when it was.
+                window.start = window.start.or_else(|| self.time_of_day.start(&window));
                 window.note = self.shared.update().note.take();
                 let identifier = self.identifier.clone();
                 // A stop is seen by whoever called.

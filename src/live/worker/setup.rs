@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::options::{WindowOptionError, WindowPlan};
+use super::time_of_day::TimeOfDay;
 use crate::archive::drift::DriftOptions;
 use crate::archive::store::{ConfigurationTexts, StoreError};
 use crate::live::recording::{ArchiverOptions, RecordedWindow};
@@ -22,6 +23,8 @@ pub(super) enum WhenBusy {
 pub struct WorkerOptions {
     /// The stream.
     pub stream: StreamOptions,
+    /// What time of day its stamps tell.
+    pub time_of_day: TimeOfDay,
     /// The windows.
     pub windows: WindowPlan,
     /// Windows that may wait while one is identified. Memory: (queue + 2) windows.

@@ -89,6 +89,7 @@ mod tests {
             samples: vec![didim_core::JointSample::zero(0, 0)],
             counted: 0..1,
             end: WindowEnd::Rest,
+            start: None,
             note: Some(note.clone()),
         };
         let estimate = Estimate::default();

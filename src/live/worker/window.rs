@@ -62,6 +62,13 @@ pub enum Rejection {
         /// Samples that must count.
         minimum: usize,
     },
+    /// What was left of a motion of which somebody had the window identified before it ended, and too little.
+    Remainder {
+        /// Samples that count.
+        counted: usize,
+        /// Samples that must count.
+        minimum: usize,
+    },
     /// The identification is still busy with the windows before.
     Busy,
     /// The service was stopped before it was identified.
@@ -88,6 +95,7 @@ impl Rejection {
             Self::Loss(Loss::StreamOverflow { .. }) => "stream-overflow",
             Self::Loss(Loss::Restarted) => "restarted",
             Self::TooShort { .. } => "too-short",
+            Self::Remainder { .. } => "remainder",
             Self::Busy => "busy",
             Self::Stopped => "stopped",
             Self::Refused { .. } => "refused",
@@ -115,6 +123,10 @@ impl fmt::Display for Rejection {
             Self::TooShort { counted, minimum } => {
                 write!(f, "{counted} samples count, {minimum} are needed")
             }
+            Self::Remainder { counted, minimum } => write!(
+                f,
+                "the rest of a motion that was identified by command: {counted} samples count, {minimum} are needed"
+            ),
             Self::Busy => write!(f, "the identification is busy with earlier windows"),
             Self::Stopped => write!(f, "the service was stopped before it was identified"),
             Self::Refused { why } => write!(f, "refused: {why}"),

@@ -22,6 +22,8 @@ pub struct Windower {
     open: Option<OpenWindow>,
     /// Begin, waiting for the next sample.
     begin: bool,
+    /// A command closed a window with the last sample.
+    identified: bool,
     last_sequence: Option<u64>,
     opened: u64,
     /// The one window of a recording, in place of whatever the plan would open.
@@ -63,6 +65,7 @@ impl Windower {
             plan,
             open: None,
             begin: false,
+            identified: false,
             last_sequence: None,
             opened: 0,
             recorded: None,
@@ -96,9 +99,12 @@ impl Windower {
         let moving = self.is_moving(sample);
         if self.open.is_none() && self.opens(moving) {
             let before = self.recent.iter().copied().collect();
-            self.open = Some(OpenWindow::new(self.opened, before));
+            let mut open = OpenWindow::new(self.opened, before);
+            open.is_remainder = self.identified;
+            self.open = Some(open);
             self.opened += 1;
         }
+        self.identified = false;
         let closed = self.append(sample, moving);
         self.remember(sample);
         // A window takes more than one sample, so one that has just been opened after a loss is
@@ -126,7 +132,11 @@ impl Windower {
         if open.samples.len() < window.samples {
             return None;
         }
-        Some(self.open.take()?.close(&self.plan, window.end))
+        let mut event = self.open.take()?.close(&self.plan, window.end);
+        if let WindowEvent::Closed(closed) = &mut event {
+            closed.start = window.start;
+        }
+        Some(event)
     }
 
     /// Something was lost before the next sample: an open window is worth nothing, and what was
@@ -184,6 +194,7 @@ impl Windower {
             self.open = Some(open);
             return Err(CommandError::TooShort { counted, minimum: self.plan.min });
         }
+        self.identified = true;
         Ok(open.close(&self.plan, WindowEnd::Command))
     }
 

@@ -6,31 +6,28 @@ use super::{Cell, Judgement, Table, View, conclusion};
 use crate::offline::compare::Outcome;
 use crate::text::aligned;
 
-/// Characters of a line of words.
-const LINE: usize = 100;
-
-/// For a terminal: the verdicts first, then every table, aligned. What is marked has an asterisk.
-pub fn terminal(view: &View<'_>) -> String {
+/// For a terminal with lines of so many characters: the verdicts first, then every table, aligned. What is marked has an asterisk.
+pub fn terminal(view: &View<'_>, line: usize) -> String {
     let mut text = String::new();
     let judgements = view.judgements();
     let width = judgements.iter().map(|of| of.trial.to_string().chars().count()).max().unwrap_or(0);
     for of in &judgements {
         let name = of.trial.to_string();
         let padding = " ".repeat(width - name.chars().count());
-        let _ = write!(text, "{name}{padding}  {}", wrapped(&sentence(of), width + 2));
+        let _ = write!(text, "{name}{padding}  {}", wrapped(&sentence(of), width + 2, line));
     }
     for table in view.tables() {
-        let _ = write!(text, "\n{}\n{}", table.title, wrapped(&table.note, 0));
+        let _ = write!(text, "\n{}\n{}", table.title, wrapped(&table.note, 0, line));
         if !is_prose(&table) {
             text.push('\n');
         }
-        text += &aligned_table(&table);
+        text += &aligned_table(&table, line);
     }
     if !view.outcomes.is_empty() && view.outcomes.iter().all(Outcome::holds) {
         let _ = writeln!(text, "\nAll {} limits hold.", view.outcomes.len());
     }
     if let Some(sentence) = conclusion::sentence(view) {
-        let _ = write!(text, "\n{}", wrapped(&sentence, 0));
+        let _ = write!(text, "\n{}", wrapped(&sentence, 0, line));
     }
     text
 }
@@ -74,7 +71,7 @@ fn is_prose(table: &Table) -> bool {
     table.header.len() == 2
 }
 
-fn aligned_table(table: &Table) -> String {
+fn aligned_table(table: &Table, columns: usize) -> String {
     if is_prose(table) {
         let width = table.rows.iter().filter_map(|row| row.first());
         let width = width.map(|cell| cell.text.chars().count()).max().unwrap_or(0);
@@ -82,7 +79,7 @@ fn aligned_table(table: &Table) -> String {
             let texts: Vec<&str> = row.iter().map(|cell| cell.text.as_str()).collect();
             let (name, rest) = texts.split_first().unwrap_or((&"", &[]));
             let padding = " ".repeat(width - name.chars().count());
-            format!("{name}{padding}  {}", wrapped(&rest.join("  "), width + 2))
+            format!("{name}{padding}  {}", wrapped(&rest.join("  "), width + 2, columns))
         };
         return table.rows.iter().map(line).collect();
     }
@@ -107,12 +104,12 @@ fn aligned_table(table: &Table) -> String {
 }
 
 /// A sentence in lines of a terminal, with room for what stands before it.
-fn wrapped(text: &str, before: usize) -> String {
+fn wrapped(text: &str, before: usize, columns: usize) -> String {
     let mut lines = String::new();
     let mut width = before;
     for word in text.split_whitespace() {
         let length = word.chars().count();
-        if width > before && width + 1 + length > LINE {
+        if width > before && width + 1 + length > columns {
             lines += &format!("\n{}", " ".repeat(before));
             width = before;
         } else if width > before {

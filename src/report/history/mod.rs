@@ -10,6 +10,8 @@ pub use json::HistoryDocument;
 pub use long::{identities, long_table};
 pub use plot::plot;
 
+use didim_formats::RecordingStart;
+
 use crate::archive::drift::{Entry, JudgedHistory};
 use crate::text::aligned;
 use crate::window::Note;
@@ -37,26 +39,46 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     }
 }
 
-/// The results as a table, and under it what the baseline is and what left its band.
-pub fn table(history: &JudgedHistory) -> String {
-    let rows: Vec<Vec<String>> = history
-        .entries
-        .iter()
-        .map(|entry| {
-            let line = &entry.line;
-            let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
-            vec![
-                line.result.to_string(),
-                line.time.minute(),
-                line.method.clone(),
-                if line.applicable { "yes" } else { "NO" }.to_owned(),
-                error.unwrap_or_else(|| "–".to_owned()),
-                drift_text(history, entry),
-            ]
-        })
-        .collect();
-    let header = ["result", "time (UTC)", "method", "applicable", "relative error", "drift"];
-    let table = aligned(&header, &rows);
+/// The results as a table, and behind each what was noted. Where a line has not so many characters, it does without method
+/// and error.
+pub fn table(history: &JudgedHistory, columns: usize) -> String {
+    let whole = table_of(history, &[0, 1, 2, 3, 4, 5, 6]);
+    let fits = whole.lines().all(|line| line.chars().count() <= columns);
+    noted(history, if fits { whole } else { table_of(history, &[0, 1, 2, 4, 6]) })
+}
+
+/// With some of the columns.
+fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
+    let row = |entry: &Entry| {
+        let line = &entry.line;
+        let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
+        let row = [
+            line.result.to_string(),
+            RecordingStart::minute(line.recorded),
+            line.time.minute(),
+            line.method.clone(),
+            if line.applicable { "yes" } else { "NO" }.to_owned(),
+            error.unwrap_or_else(|| "–".to_owned()),
+            drift_text(history, entry),
+        ];
+        chosen.iter().map(|column| row[*column].clone()).collect()
+    };
+    let rows: Vec<Vec<String>> = history.entries.iter().map(row).collect();
+    let header = [
+        "result",
+        "recorded (UTC)",
+        "stored (UTC)",
+        "method",
+        "applicable",
+        "relative error",
+        "drift",
+    ];
+    let header: Vec<&str> = chosen.iter().map(|column| header[*column]).collect();
+    aligned(&header, &rows)
+}
+
+/// A table with what was noted.
+fn noted(history: &JudgedHistory, table: String) -> String {
     // Notes are words, and stand to the left in the last column; with them what was found of the load.
     let notes = history.entries.iter().map(|entry| {
         let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));

@@ -4,13 +4,15 @@ use super::super::terminal::{DOT, DOTS_HIGH, DOTS_WIDE};
 use crate::archive::drift::JudgedHistory;
 use crate::text::significant;
 
+/// Characters of a label of the axis, and of the axis itself.
+const LABEL: usize = 12;
 /// Lines of a plot.
 const ROWS: usize = 8;
 /// Standard deviations to either side of a value.
 const SIGMAS: f64 = 2.0;
 
 /// Values with two standard deviations to either side, and the band of the baseline as dotted lines.
-/// Nothing for a parameter that no usable result has.
+/// Nothing for a parameter that no usable result has. `columns` is the width in characters, that of the labels included.
 pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<String> {
     let points = history.points(parameter);
     let (first, last) = (points.first()?.0, points.last()?.0);
@@ -24,7 +26,7 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
     // One value alone has a scale all the same.
     let margin = 0.05 * (high - low).max(1e-9 * high.abs()).max(f64::MIN_POSITIVE);
     let (low, high) = (low - margin, high + margin);
-    let mut canvas = Canvas::new(columns.max(2), ROWS);
+    let mut canvas = Canvas::new(columns.saturating_sub(LABEL).max(2), ROWS);
     let (wide, tall) = ((canvas.columns * DOTS_WIDE - 1) as f64, (ROWS * DOTS_HIGH - 1) as f64);
     let x = |days: f64| if last > first { (days - first) / (last - first) * wide } else { 0.0 };
     let y = |value: f64| (high - value) / (high - low) * tall;

@@ -1,3 +1,5 @@
+use didim_formats::RecordingStart;
+
 use super::*;
 use crate::archive::drift::{Baseline, DriftOptions};
 use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
@@ -17,6 +19,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
     HistoryLine {
         schema: HISTORY_SCHEMA,
         time: Timestamp::from_unix_s(1_795_331_849 + 86_400 * result),
+        recorded: None,
         result,
         cell: String::new(),
         robot: "tx40".into(),
@@ -40,6 +43,7 @@ fn lines() -> Vec<HistoryLine> {
         (0..).zip([6.0, 6.0, 6.3, 6.7, 9.0, 6.2, 6.8, 6.9]).map(|(k, fc3)| line(k, fc3)).collect();
     lines[4].applicable = false;
     lines[4].relative_error = None;
+    lines[7].recorded = RecordingStart::of_unix_ns(1_795_291_200_000_000_000);
     lines[5].note =
         Some(Note { payload_kg: Some(2.0), text: Some("new".into()), ..Note::default() });
     lines
@@ -52,21 +56,23 @@ fn history() -> JudgedHistory {
 #[test]
 fn the_table_says_what_became_of_each_result() {
     let expected = "\
-result        time (UTC)   method  applicable  relative error               drift  noted
-0       2026-11-22 07:17  idim-ls         yes          5.64 %                   –
-1       2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
-2       2026-11-24 07:17  idim-ls         yes          5.64 %             in band
-3       2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
-4       2026-11-26 07:17  idim-ls          NO               –        not compared
-5       2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new
-6       2026-11-28 07:17  idim-ls         yes          5.64 %           ALARM fc3
-7       2026-11-29 07:17  idim-ls         yes          5.64 %           ALARM fc3
+result    recorded (UTC)      stored (UTC)   method  applicable  relative error               drift  noted
+0              not known  2026-11-22 07:17  idim-ls         yes          5.64 %                   –
+1              not known  2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
+2              not known  2026-11-24 07:17  idim-ls         yes          5.64 %             in band
+3              not known  2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
+4              not known  2026-11-26 07:17  idim-ls          NO               –        not compared
+5              not known  2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new
+6              not known  2026-11-28 07:17  idim-ls         yes          5.64 %           ALARM fc3
+7       2026-11-21 20:00  2026-11-29 07:17  idim-ls         yes          5.64 %           ALARM fc3
 ";
     let squeezed = |text: &str| -> Vec<String> {
         text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
     };
-    assert_eq!(squeezed(&table(&history())), squeezed(expected));
-    let widths: Vec<_> = table(&history()).lines().map(|line| line.find("idim-ls")).collect();
+    assert_eq!(squeezed(&table(&history(), 200)), squeezed(expected));
+    let narrow = table(&history(), 80);
+    assert!(narrow.contains("recorded (UTC)") && !narrow.contains("relative error"), "{narrow}");
+    let widths: Vec<_> = table(&history(), 200).lines().map(|line| line.find("idim-ls")).collect();
     assert!(widths[1..].iter().all(|at| *at == widths[1]), "aligned");
     let summary = summary(&history());
     assert!(summary.starts_with("baseline: result 1 of 2026-11-23T07:17:29Z\n"), "{summary}");
@@ -76,7 +82,7 @@ result        time (UTC)   method  applicable  relative error               drif
     assert!(summary.contains("left its band on 2026-11-25"), "{summary}");
     let none = JudgedHistory::new(lines(), None, DriftOptions::default());
     assert!(self::summary(&none).contains("no baseline is set"));
-    assert!(!table(&none).contains("ALARM"));
+    assert!(!table(&none, 200).contains("ALARM"));
 }
 
 #[test]
@@ -110,7 +116,7 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
 fn a_plot_has_the_newest_value_at_its_end_and_stands_any_history() {
     let plot = |lines: Vec<HistoryLine>| {
         let baseline = lines.first().cloned().map(Baseline::of);
-        plot(&JudgedHistory::new(lines, baseline, DriftOptions::default()), "fc3", 20)
+        plot(&JudgedHistory::new(lines, baseline, DriftOptions::default()), "fc3", 32)
     };
     let text = plot(vec![line(0, 6.0), line(1, 6.0), line(2, 7.0)]).unwrap();
     let rows: Vec<&str> = text.lines().collect();
@@ -231,7 +237,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     };
     let (ordered, mixed) = (history(&ordered), history(&mixed));
     assert_eq!(mixed.points("fc3"), ordered.points("fc3"));
-    assert_eq!(plot(&mixed, "fc3", 30), plot(&ordered, "fc3", 30));
+    assert_eq!(plot(&mixed, "fc3", 42), plot(&ordered, "fc3", 42));
     let trends = |of: &JudgedHistory| of.tracker.as_ref().unwrap().trend("fc3").unwrap();
     assert!((trends(&mixed).slope / trends(&ordered).slope - 1.0).abs() < 1e-9);
     let chart = |of: &JudgedHistory| {
@@ -249,7 +255,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     // Nothing but such ones.
     let undated = [HistoryLine { time: Timestamp::from_unix_s(60), ..line(0, 6.0) }];
     let undated = JudgedHistory::new(undated.to_vec(), None, DriftOptions::default());
-    assert_eq!(plot(&undated, "fc3", 30), None);
+    assert_eq!(plot(&undated, "fc3", 42), None);
     assert!(
         summary(&undated)
             .contains("1 result was stored while the clock was not set and is left out")

@@ -4,6 +4,7 @@ mod spark;
 
 use std::fmt::Write as _;
 
+use didim_formats::RecordingStart;
 use maud::{Markup, html};
 
 use super::super::history::drift_text;
@@ -266,7 +267,8 @@ impl HistoryReport<'_> {
             div.scroll { table.results {
                 thead { tr {
                     th.number scope="col" { "Result" }
-                    th scope="col" { "Time (UTC)" }
+                    th scope="col" { "Recorded (UTC)" }
+                    th scope="col" { "Stored (UTC)" }
                     th scope="col" { "Method" }
                     th scope="col" { "Applicable" }
                     th.number scope="col" { "Relative error" }
@@ -278,6 +280,7 @@ impl HistoryReport<'_> {
                     @let largest = entry.largest_change().map_or(0.0, |change| change.band_share());
                     tr.alarmed[!entry.alarmed.is_empty()].outside[largest > 1.0] {
                         th.number scope="row" { (line.result) }
+                        td { (RecordingStart::minute(line.recorded)) }
                         td { (line.time.minute()) }
                         td { (line.method) }
                         td.refused[!line.applicable] { (if line.applicable { "yes" } else { "no" }) }

@@ -1,7 +1,7 @@
 //! A report: one HTML file that stands by itself, for whoever has to judge a result.
 //!
 //! It needs no network, no script and no font of its own, follows the reader's light or dark
-//! setting, prints, and reads on a phone. It holds no date and no run time: the same input gives the
+//! setting, prints, and reads on a phone. It holds no run time and no date of its making: the same input gives the
 //! same bytes. What comes from files is escaped by the builder, without exception.
 
 mod chart;
@@ -11,6 +11,8 @@ mod friction;
 mod history;
 mod information;
 mod joints;
+mod motion;
+mod names;
 mod parameters;
 mod prediction;
 mod provenance;
@@ -49,6 +51,7 @@ impl Report<'_> {
         let sections = html! {
                 (parameters::section(self))
                 (joints::torques(self))
+                (motion::section(self))
                 (joints::residuals(self))
                 (joints::delays(estimate))
                 (information::section(self))
@@ -56,6 +59,7 @@ impl Report<'_> {
                 (freedoms::section(self))
                 (summary::convergence(&estimate.convergence))
                 (summary::singular_values(self))
+                (names::section(self))
                 (provenance::section(self))
         };
         let content = html! {

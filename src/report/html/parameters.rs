@@ -51,6 +51,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         (table)
         @if !estimate.kept.is_empty() { p { "Kept at their nominal values: " (kept(estimate)) "." } }
         (regrouping(report))
+        p { a href="#names-of-parameters" { "What the names mean" } }
     };
     let explanation = format!(
         "σ is the standard deviation, corrected for coloured residuals; “classical” is the \

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use didim_core::identification::Prediction;
+use didim_formats::RecordingStart;
 use maud::{Markup, html};
 
 use super::super::panels;
@@ -19,6 +20,8 @@ pub struct PredictionReport<'a> {
     pub result: &'a InputFile,
     /// The file of the record.
     pub input: &'a InputFile,
+    /// When that was recorded, where it is known.
+    pub recorded: Option<RecordingStart>,
     /// What came of it.
     pub prediction: &'a Prediction,
     /// What must be known with it.
@@ -49,6 +52,7 @@ impl PredictionReport<'_> {
                     @for (name, file) in [("Result", self.result), ("Record", self.input)] {
                         div { dt { (name) } dd { (file.name) br; code { (file.sha256) } } }
                     }
+                    div { dt { "Recorded" } dd { (RecordingStart::shown(self.recorded)) } }
                 } }))
             }
         };

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::text::hexadecimal;
 use didim_core::identification::{Method, Options};
+use didim_formats::RecordingStart;
 use maud::{Markup, html};
 use sha2::Sha256;
 
@@ -37,6 +38,8 @@ pub enum SampleRange {
         rate_hz: f64,
         /// When the piece begins, after the first sample of the measurement \[s\].
         begins_s: f64,
+        /// When the first sample of the measurement was recorded, where that is known.
+        recorded: Option<RecordingStart>,
     },
     /// A window of the stream.
     Window(WindowProvenance),
@@ -135,7 +138,8 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
 
 fn samples(samples: &SampleRange) -> Markup {
     match samples {
-        SampleRange::Measurement { counted, rate_hz, begins_s } => html! {
+        SampleRange::Measurement { counted, rate_hz, begins_s, recorded } => html! {
+            div { dt { "Recorded" } dd { (RecordingStart::shown(*recorded)) } }
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
             @if *begins_s > 0.0 {
                 div { dt { "Samples are missing before" } dd { (format!("{begins_s:.3} s")) } }
@@ -148,6 +152,7 @@ fn samples(samples: &SampleRange) -> Markup {
             } }
         },
         SampleRange::Window(window) => html! {
+            div { dt { "Recorded" } dd { (RecordingStart::shown(window.recorded)) } }
             div { dt { "Sample rate" } dd { (window.sample_rate_hz) " Hz" } }
             div { dt { "Window" } dd {
                 (window.number) ", samples " (window.first_sequence) " to "

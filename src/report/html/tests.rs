@@ -1,8 +1,8 @@
 use std::path::Path;
 
 use didim_core::identification::{
-    ConvergenceStep, Estimate, Fit, Freedom, FreedomEstimate, Information, Note, ParameterEstimate,
-    Quantity, Reason, TorqueDelay, Verdict,
+    ConvergenceStep, Estimate, Fit, FitMotion, Freedom, FreedomEstimate, Information, Note,
+    ParameterEstimate, Quantity, Reason, TorqueDelay, Verdict,
 };
 use didim_core::regression::NoiseAutocorrelation;
 
@@ -92,7 +92,13 @@ pub(super) fn identification() -> Identification {
         measured.iter().map(|of| of.iter().map(|value| 0.9 * value).collect()).collect();
     let residual = |(m, p): (&Vec<f64>, &Vec<f64>)| m.iter().zip(p).map(|(m, p)| m - p).collect();
     let equation_residuals = measured.iter().zip(&predicted).map(residual).collect();
+    let motion = FitMotion {
+        time_s: (0..10).map(|k| f64::from(k) / 50.0).collect(),
+        position: measured.clone(),
+        velocity: predicted.clone(),
+    };
     let fit = Fit {
+        motion,
         time_s: (0..10).map(|k| f64::from(k) / 50.0).collect(),
         measured,
         predicted,
@@ -119,7 +125,12 @@ pub(super) fn origin() -> Origin {
     let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
     Origin {
         input: Some(input),
-        samples: SampleRange::Measurement { counted: 100..900, rate_hz: 1000.0, begins_s: 0.0 },
+        samples: SampleRange::Measurement {
+            counted: 100..900,
+            rate_hz: 1000.0,
+            begins_s: 0.0,
+            recorded: None,
+        },
         further: Vec::new(),
         note: None,
     }
@@ -139,6 +150,19 @@ fn tags(html: &str) -> Vec<String> {
     let text = format!("{before}{after}");
     let tags = text.split('<').skip(1).map(|tag| tag.split_once('>').unwrap().0.to_owned());
     tags.collect()
+}
+
+#[test]
+fn the_motion_and_the_names_are_in_it() {
+    let html = html();
+    let motion = html.split_once("<section id=\"motion\">").unwrap().1;
+    let motion = motion.split_once("</section>").unwrap().0;
+    assert_eq!(motion.matches("<svg class=\"panel\"").count(), 6);
+    // Two curves each, but where nothing is a number.
+    assert_eq!(motion.matches("<path").count(), 8, "{motion}");
+    assert!(motion.contains("velocity [rad/s]") && motion.contains(">rad</text>"), "{motion}");
+    assert!(html.contains("<a href=\"#names-of-parameters\">"));
+    assert!(html.contains("<section id=\"names-of-parameters\">"));
 }
 
 #[test]

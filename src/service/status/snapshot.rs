@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::live::acquire::{AcquisitionStatus, Flow, Grant};
 use crate::live::recording::RecordingState;
-use crate::live::worker::EstimationStatus;
+use crate::live::worker::{EstimationStatus, Rejection};
 
 /// Version of the object's layout: it changes when a key changes its meaning or goes away.
 pub const SCHEMA: u32 = 2;
@@ -147,7 +147,11 @@ impl Health {
                     Some(_) => {}
                 }
             }
-            if let Some(rejected) = &estimation.last_rejection {
+            // What is left behind `window identify` is nobody's fault.
+            let rejected = estimation.last_rejection.as_ref();
+            let rejected =
+                rejected.filter(|of| !matches!(of.rejection, Rejection::Remainder { .. }));
+            if let Some(rejected) = rejected {
                 let later = estimation.last_estimate.as_ref();
                 if later.is_none_or(|estimate| estimate.window < rejected.number) {
                     reasons.push(format!(

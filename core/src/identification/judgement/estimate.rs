@@ -16,6 +16,7 @@ use super::parameter_covariance::ParameterCovariance;
 use super::uses::Verdict;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::Selection;
+use crate::identification::observation::Motion;
 use crate::regression::{LjungBox, NoiseAutocorrelation, Solution};
 use crate::robot::Robot;
 
@@ -284,6 +285,41 @@ pub struct Fit {
     pub downweighted: Vec<Vec<usize>>,
     /// Information on each parameter by moves, in the order of the estimate's parameters.
     pub information: Information,
+    /// The motion that it was identified along.
+    pub motion: FitMotion,
+}
+
+/// A motion as plots need it: at so many of the rows as a plot can show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FitMotion {
+    /// Time of each since the first sample \[s\].
+    pub time_s: Vec<f64>,
+    /// Filtered positions, one vector per joint \[rad or m\].
+    pub position: Vec<Vec<f64>>,
+    /// Their velocities, likewise \[rad/s or m/s\].
+    pub velocity: Vec<Vec<f64>>,
+}
+
+impl FitMotion {
+    /// Rows that are kept at most: twice what a panel has pixels.
+    const MOST: usize = 1000;
+
+    /// Of a motion, whose rows are these samples at these times.
+    pub(super) fn of(motion: &Motion, samples: &[usize], time_s: &[f64]) -> Self {
+        let every = samples.len().div_ceil(Self::MOST).max(1);
+        let rows = || samples.iter().copied().step_by(every);
+        let joints = 0..motion.position.ncols();
+        Self {
+            time_s: time_s.iter().copied().step_by(every).collect(),
+            position: joints
+                .clone()
+                .map(|joint| rows().map(|sample| motion.position[(sample, joint)]).collect())
+                .collect(),
+            velocity: joints
+                .map(|joint| rows().map(|sample| motion.velocity(sample, joint)).collect())
+                .collect(),
+        }
+    }
 }
 
 /// An estimate with the data to examine it.

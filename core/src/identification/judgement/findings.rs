@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 use super::bodies::Bodies;
 use super::checks::{Checks, FittedModel, PositionError};
 use super::estimate::{
-    ConvergenceStep, Estimate, Fit, Identification, KeptParameter, ParameterEstimate,
+    ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues,
 };
 use super::held_out::HeldOut;
@@ -222,6 +222,7 @@ impl Findings<'_> {
             context.experiment.sample_rate_hz(),
         );
         let fit = Fit {
+            motion: FitMotion::of(self.motion, &context.samples, &time_s),
             information,
             time_s,
             downweighted: downweighted.map_or_else(Vec::new, <[_]>::to_vec),

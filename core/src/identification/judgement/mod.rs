@@ -31,7 +31,7 @@ pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};
 pub use elsewhere::Elsewhere;
 pub use estimate::{
-    ConvergenceStep, Estimate, Fit, Identification, KeptParameter, ParameterEstimate,
+    ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues, TorqueDelay,
 };
 pub(crate) use findings::{Findings, Iteration, TorqueRows};

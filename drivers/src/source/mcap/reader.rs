@@ -220,4 +220,8 @@ impl<R: Read + Send> Source for McapSource<R> {
     fn stamp_clock(&self) -> StampClock {
         StampClock::Own
     }
+
+    fn since_1970_ns(&self) -> i64 {
+        self.info().map_or(0, |info| info.offset_ns)
+    }
 }

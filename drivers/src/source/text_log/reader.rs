@@ -12,6 +12,9 @@ use crate::source::{
     InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
 };
 
+/// As much of a file as tells its kind \[bytes\].
+const BEGIN: u64 = 256;
+
 /// Frames of a candump log, in the order of its lines.
 ///
 /// It never waits and is never silent: replay goes as fast as the frames are taken.
@@ -35,6 +38,14 @@ pub struct TextLog<R = BufReader<File>> {
 }
 
 impl TextLog {
+    /// Whether a file begins as a log does.
+    pub fn is_one(path: &Path) -> bool {
+        let mut begin = Vec::new();
+        let read = File::open(path).and_then(|file| file.take(BEGIN).read_to_end(&mut begin));
+        let first = begin.trim_ascii_start();
+        read.is_ok() && (first.starts_with(b"(") || !Format::of(first).ends_lines())
+    }
+
     /// Opens a log.
     ///
     /// With names, frames of other interfaces are passed over and counted. With none, every

@@ -1,5 +1,6 @@
 use didim_core::JointSample;
 use didim_core::identification::{Estimate, SingularValues, Verdict};
+use didim_formats::RecordingStart;
 
 use super::*;
 use crate::archive::store::read_history;
@@ -32,6 +33,7 @@ fn window() -> Window {
         samples: (10..16).map(|sequence| JointSample::zero(sequence, 0)).collect(),
         counted: 1..5,
         end: WindowEnd::Rest,
+        start: RecordingStart::of_unix_ns(1_795_331_849_250_400_000),
         note: None,
     }
 }
@@ -85,6 +87,8 @@ fn a_result_says_where_it_comes_from_and_is_the_latest() {
     assert_eq!(json["window"]["first_counted"], 11);
     assert_eq!(json["window"]["counted"], 4);
     assert_eq!(json["window"]["end"], "rest");
+    assert_eq!(json["window"]["recorded"], "2026-11-22T07:17:29.250Z");
+    assert_eq!(stored.line.recorded, window().start);
     assert_eq!(json["configuration"], "c0ffee");
     assert_eq!(json["estimate"]["condition_number"], 7.0);
     assert_eq!(json["estimate"]["rms_error_per_joint_nm"][0], serde_json::Value::Null);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use didim_core::identification::{Estimate, Use};
+use didim_formats::RecordingStart;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::archive::store::against::Against;
@@ -67,6 +68,10 @@ pub struct HistoryLine {
     pub schema: u32,
     /// When it was stored.
     pub time: Timestamp,
+    /// When its window was recorded, by the stamps of the bus; nothing where these have no date, and in lines of versions that
+    /// did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<RecordingStart>,
     /// Number of the result: that of its file.
     pub result: u64,
     /// Name of the cell; empty in lines of versions that did not say.
@@ -116,6 +121,7 @@ impl HistoryLine {
         Self {
             schema: HISTORY_SCHEMA,
             time: Timestamp::now(),
+            recorded: record.window.recorded,
             result,
             cell: record.cell.clone(),
             robot: estimate.robot.clone(),

@@ -10,6 +10,7 @@ fn line(result: u64) -> HistoryLine {
     HistoryLine {
         schema: HISTORY_SCHEMA,
         time: Timestamp::from_unix_s(1_795_331_849 + result),
+        recorded: None,
         result,
         cell: "cell".into(),
         robot: "tx40".into(),

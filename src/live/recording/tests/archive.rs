@@ -1,5 +1,7 @@
 //! What is kept of a ring.
 
+use didim_formats::RecordingStart;
+
 use super::*;
 use crate::live::recording::archive::Archive;
 use crate::live::recording::request::Request;
@@ -80,6 +82,7 @@ fn window(first_stamp_ns: u64) -> RecordedWindow {
         last_stamp_ns: first_stamp_ns + 999 * 200_000,
         samples: 1000,
         end: WindowEnd::Command,
+        start: RecordingStart::of_unix_ns(1_795_331_849_250_000_000),
         configuration: None,
     }
 }

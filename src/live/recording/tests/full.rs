@@ -39,6 +39,7 @@ fn store_result(store: &mut Store) -> Result<(), String> {
         samples,
         counted: 0..1,
         end: WindowEnd::Rest,
+        start: None,
         note: None,
     };
     let estimate = Estimate::default();

@@ -35,7 +35,7 @@ fn change(identifier: &Identifier, baseline: &Baseline, window: &Window) -> Opti
 
 /// Equal parts of what counts, each with the margins of the whole, and when it begins \[s\].
 fn parts(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
-    let Window { number, sample_rate_hz, samples, counted, end, note: _ } = window;
+    let Window { number, sample_rate_hz, samples, counted, end, .. } = window;
     let (before, after) = (counted.start, samples.len() - counted.end);
     let parts = (counted.len() / look_samples(*sample_rate_hz)).clamp(1, PARTS);
     let length = counted.len() / parts;
@@ -49,6 +49,7 @@ fn parts(window: &Window) -> impl Iterator<Item = (f64, Window)> + '_ {
             samples: samples[first..first + before + length + after].to_vec(),
             counted: before..before + length,
             end: *end,
+            start: None,
             note: None,
         };
         (after_s, part)

@@ -3,7 +3,7 @@ use didim_core::identification::{Estimate, ParameterEstimate, Verdict};
 use super::*;
 use crate::archive::drift::Baseline;
 use crate::live::stream::StreamOptions;
-use crate::live::worker::{Trigger, WindowOptions};
+use crate::live::worker::{TimeOfDay, Trigger, WindowOptions};
 use crate::window::{Window, WindowEnd};
 
 fn open(folder: &Path) -> Results {
@@ -17,6 +17,7 @@ fn open(folder: &Path) -> Results {
     };
     let options = WorkerOptions {
         stream: StreamOptions::new("cell", (place, "x"), 6, 500.0, 1.0).unwrap(),
+        time_of_day: TimeOfDay::Log { since_1970_ns: 0 },
         windows: windows.plan(500.0).unwrap(),
         queue: 1,
         folder: None,
@@ -57,6 +58,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         samples,
         counted: 0..1,
         end: WindowEnd::Rest,
+        start: None,
         note: None,
     };
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);

@@ -3,7 +3,7 @@
 mod recorded;
 
 use super::*;
-use crate::live::worker::{Trigger, WindowOptions};
+use crate::live::worker::{EstimationStatus, RejectedWindow, Trigger, WindowOptions};
 use crate::window::Window;
 
 const RATE_HZ: f64 = 1000.0;
@@ -299,4 +299,25 @@ fn an_open_window_is_identified_at_once_whatever_opened_it() {
     let rest = events(&mut windower, &stream[1200..]);
     assert_eq!(closed(&rest[0]).number, 1);
     assert_eq!(closed(&rest[0]).first_sequence(), 1200 - 60);
+}
+
+/// What little is left of such a motion is told apart from a motion that is too short, and makes no service unwell.
+#[test]
+fn what_is_left_of_an_identified_motion_is_no_fault() {
+    let mut windower = windower(&motion());
+    let stream = samples(4000, &[500..1300, 2500..2600]);
+    assert!(events(&mut windower, &stream[..1200]).is_empty());
+    closed(&windower.handle_identify().unwrap());
+    let found = events(&mut windower, &stream[1200..]);
+    let [WindowEvent::Rejected(rest), WindowEvent::Rejected(short)] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!(matches!(rest.rejection, Rejection::Remainder { minimum: 200, .. }), "{rest:?}");
+    assert!(matches!(short.rejection, Rejection::TooShort { minimum: 200, .. }), "{short:?}");
+    let reasons = |rejected: &RejectedWindow| {
+        let last_rejection = Some(rejected.clone());
+        let status = EstimationStatus { last_rejection, ..EstimationStatus::default() };
+        crate::service::status::Health::of(None, Some(&status)).reasons
+    };
+    assert_eq!((reasons(rest).len(), reasons(short).len()), (0, 1));
 }

@@ -27,6 +27,7 @@ impl FromStr for CaptureRequest {
             ["capture", "start"] => Ok(Self::Start(DEFAULT_NAME.to_owned())),
             ["capture", "start", name] => Ok(Self::Start(name.to_owned())),
             ["capture", "stop"] => Ok(Self::Stop),
+            ["capture", "start", ..] => Err(RequestError::Capture(CaptureError::Name)),
             _ => Err(RequestError::Unknown),
         }
     }
@@ -73,7 +74,10 @@ mod tests {
             assert_eq!(request.to_string().parse(), Ok(request));
         }
         assert_eq!("capture start".parse(), Ok(CaptureRequest::Start("bus".into())));
-        for line in ["capture", "capture begin", "capture start a b", "capture stop now", ""] {
+        // A name of several words is told apart from a command that nobody knows.
+        let refused = "capture start a b".parse::<CaptureRequest>().unwrap_err();
+        assert_eq!(refused, RequestError::Capture(CaptureError::Name));
+        for line in ["capture", "capture begin", "capture stop now", ""] {
             assert_eq!(line.parse::<CaptureRequest>(), Err(RequestError::Unknown), "{line}");
         }
     }

@@ -1,5 +1,6 @@
 //! Why a line is no request.
 
+use crate::live::recording::CaptureError;
 use crate::window::NoteError;
 
 /// The longest line of a request, its newline included \[bytes\].
@@ -17,6 +18,9 @@ pub enum RequestError {
     /// It is longer than [`MAX_REQUEST`], or has no end.
     #[error("a command is one line of at most {MAX_REQUEST} bytes, its newline included")]
     NoLine,
+    /// The name of a capture is none.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
     /// The note is invalid.
     #[error(transparent)]
     Note(#[from] NoteError),

@@ -1,5 +1,7 @@
 //! The window of a recording.
 
+use didim_formats::RecordingStart;
+
 use super::*;
 use crate::live::worker::{Trigger, WindowOptions};
 use crate::window::WindowEnd;
@@ -20,6 +22,7 @@ fn windower() -> Windower {
         last_stamp_ns: 0,
         samples: 400,
         end: WindowEnd::Command,
+        start: RecordingStart::of_unix_ns(1_795_331_849_250_000_000),
         configuration: None,
     };
     Windower::of_recorded(options.plan(1000.0).unwrap(), window)
@@ -39,6 +42,7 @@ fn its_window_and_no_other_is_made() {
     assert_eq!((window.number, window.end), (41, WindowEnd::Command));
     assert_eq!((window.first_sequence(), window.last_sequence()), (1000, 1399));
     assert_eq!(window.counted, 50..300);
+    assert_eq!(RecordingStart::shown(window.start), "2026-11-22 07:17:29.250 UTC");
     assert_eq!((windower.opened(), windower.finish()), (1, None));
 }
 

@@ -1,0 +1,352 @@
+//! From the text of a cell to the cell: each part is looked at, whatever is wrong with the others.
+
+use std::path::{Path, PathBuf};
+
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::identification::{IdentificationError, Options, PositionFilter, SignalTiming};
+use didim_core::robot::Robot;
+use didim_core::simulation::SetupError;
+use didim_formats::{BagSpec, Columns};
+
+use super::file::Cutoff;
+use super::{
+    Cell, CellBus, CellError, CellFile, Faults, Library, RobotSource, mistyped, open, values,
+};
+use crate::archive::store::ConfigurationTexts;
+use crate::live::worker::WindowOptions;
+use crate::text::sha256;
+
+/// The faults so far of a cell file.
+struct Found<'a> {
+    file: &'a Path,
+    text: &'a str,
+    all: Vec<CellError>,
+}
+
+impl Found<'_> {
+    /// A key whose value is invalid.
+    fn wrong(&mut self, key: &str, problem: String) {
+        let line = open::line_of(self.text, key);
+        let (file, key) = (self.file.to_path_buf(), key.to_owned());
+        self.all.push(CellError::Value { file, line, key, problem });
+    }
+
+    /// What is right; what is wrong is kept.
+    fn keep<T>(&mut self, of: Result<T, CellError>) -> Option<T> {
+        of.map_err(|fault| self.all.push(fault)).ok()
+    }
+
+    /// The same of the value of a key.
+    fn keep_value<T>(&mut self, key: &str, of: Result<T, impl ToString>) -> Option<T> {
+        of.map_err(|problem| self.wrong(key, problem.to_string())).ok()
+    }
+}
+
+/// The arm of a cell.
+struct Arm {
+    source: RobotSource,
+    robot: Robot,
+    model: Model,
+    base: BaseParameters,
+}
+
+/// Where signals come from, and when they are valid.
+struct Signals {
+    bus: Option<(CellBus, Vec<(String, String)>)>,
+    columns: Option<Columns>,
+    bag: Option<BagSpec>,
+    rate_hz: f64,
+    torque_timing: SignalTiming,
+}
+
+impl Cell {
+    /// As [`Self::from_library`], with every fault that can be told beside the first.
+    ///
+    /// # Errors
+    /// [`Faults`].
+    pub fn read_all(library: Library, path: &Path) -> Result<Self, Faults> {
+        read_all(library, path)
+    }
+}
+
+fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
+    let text = library.read(path)?;
+    let file = parse(path, &text)?;
+    let mut found = Found { file: path, text: &text, all: Vec::new() };
+    let robot_path = path.parent().unwrap_or(Path::new("")).join(&file.robot);
+    let arm = arm(library, &robot_path, &file, &mut found);
+    let signals = signals(library, &file, arm.as_ref(), &mut found);
+    let stream = arm.as_ref().zip(signals.as_ref());
+    let stream = stream.map(|(arm, signals)| (arm.robot.joints(), signals.rate_hz));
+    for (key, problem) in values::check(&file, stream) {
+        found.wrong(key, problem);
+    }
+    let window = file.window.clone().unwrap_or_else(WindowOptions::by_command);
+    let options = options(&file, signals.as_ref().map(|signals| signals.rate_hz));
+    check_options(&file, (&options, &window), (arm.as_ref(), signals.as_ref()), &mut found);
+    let mut all = found.all.into_iter();
+    match (all.next(), arm, signals) {
+        (None, Some(arm), Some(signals)) => {
+            Ok(cell((file, text), robot_path, (arm, signals), (options, window)))
+        }
+        (first, ..) => {
+            // What is not there was found wrong.
+            let none = || CellError::NoBus { cell: path.display().to_string() };
+            Err(Faults { first: Box::new(first.unwrap_or_else(none)), others: all.collect() })
+        }
+    }
+}
+
+fn parse(path: &Path, text: &str) -> Result<CellFile, Faults> {
+    let open = open::open_keys(text);
+    if !open.is_empty() {
+        let wrong = mistyped::wrong_keys(text);
+        return Err(CellError::Open { file: path.to_path_buf(), open, wrong }.into());
+    }
+    toml::from_str(text).map_err(|source: toml::de::Error| {
+        let file = path.to_path_buf();
+        let first_line = source.span().map(|span| mistyped::line_at(text, span.start));
+        let others = mistyped::wrong_keys(text).into_iter();
+        let others = others.filter(|other| Some(other.line) != first_line);
+        let others = others.map(|other| CellError::Value {
+            file: path.to_path_buf(),
+            line: Some(other.line),
+            key: other.key,
+            problem: other.problem,
+        });
+        Faults {
+            first: Box::new(CellError::Cell { file, source: Box::new(source) }),
+            others: others.collect(),
+        }
+    })
+}
+
+fn arm(library: Library, file: &Path, cell: &CellFile, found: &mut Found<'_>) -> Option<Arm> {
+    let named = |source| CellError::Named {
+        cell: found.file.to_path_buf(),
+        key: "robot",
+        source: Box::new(source),
+    };
+    let source = library.read(file).map_err(named);
+    let source = source.and_then(|text| RobotSource::read(file, text, cell.urdf.as_ref()));
+    let source = match found.keep(source)?.with_drives(cell.urdf.as_ref()) {
+        Ok(source) => source,
+        Err((key, problem)) => {
+            found.wrong(&key, problem);
+            return None;
+        }
+    };
+    let mut robot = source.robot.clone();
+    if let Some(sign) = cell.identification.sign {
+        let own = robot.own_friction();
+        if own.iter().any(|one| one.sign != own[0].sign) {
+            let problem = "goes for all joints, and the robot file states laws that differ by joint; \
+                           remove the key, or state one law in the robot file";
+            found.wrong("identification.sign", problem.to_owned());
+        }
+        robot = robot.with_sign_model(sign);
+    }
+    let model = Model::new(&robot);
+    let base = BaseParameters::compute(&model)
+        .map_err(|source| CellError::BaseParameters { file: file.to_path_buf(), source });
+    Some(Arm { base: found.keep(base)?, source, robot, model })
+}
+
+fn signals(
+    library: Library,
+    file: &CellFile,
+    arm: Option<&Arm>,
+    found: &mut Found<'_>,
+) -> Option<Signals> {
+    match (&file.bus, &file.data) {
+        (Some(section), None) => {
+            if file.window.is_none() {
+                found.wrong("window", "is missing; say when to identify".to_owned());
+            }
+            let joints = arm.map(|arm| arm.robot.joints());
+            let bus = CellBus::read(library, found.file, section, joints);
+            let (bus, texts) = found.keep(bus)?;
+            let (rate_hz, torque_timing) =
+                (1e9 / bus.layout.period_ns(), bus.layout.torque_timing());
+            let bus = Some((bus, texts));
+            Some(Signals { bus, columns: None, bag: None, rate_hz, torque_timing })
+        }
+        (None, Some(data)) => {
+            let arm = arm?;
+            let named: Vec<String> = arm.source.joint_names().map(str::to_owned).collect();
+            match data.read(&arm.robot, &named) {
+                Ok(data) => Some(Signals {
+                    bus: None,
+                    columns: data.columns,
+                    bag: data.bag,
+                    rate_hz: data.rate_hz,
+                    torque_timing: data.torque_timing,
+                }),
+                Err((key, problem)) => {
+                    found.wrong(key, problem);
+                    None
+                }
+            }
+        }
+        (None, None) => {
+            let problem =
+                "and [data] are both missing; describe the bus, or recordings of other programs";
+            found.wrong("bus", problem.to_owned());
+            None
+        }
+        (Some(_), Some(_)) => {
+            let problem = "is for a cell without a bus; remove it, or [bus]";
+            found.wrong("data", problem.to_owned());
+            None
+        }
+    }
+}
+
+/// How the cell identifies; without a rate it is no cell.
+fn options(file: &CellFile, rate_hz: Option<f64>) -> Options {
+    let section = &file.identification;
+    let decimation_filter = section.decimation_filter;
+    let cutoff_hz = match section.position_filter.cutoff_hz {
+        Cutoff::Hz(stated) => stated,
+        // Until the data have chosen: the band that is identified.
+        Cutoff::Auto => decimation_filter.cutoff_hz(rate_hz.unwrap_or(f64::NAN)),
+    };
+    Options {
+        position_filter: PositionFilter { order: section.position_filter.order, cutoff_hz },
+        decimation_filter,
+        parameters: section.parameters.clone(),
+        keep_nominal: section.keep_nominal.clone(),
+        robust: section.robust,
+        limits: section.limits,
+        required_uses: section.required_uses.clone(),
+        required_parameters: section.required_parameters.clone(),
+        tolerances: section.tolerances,
+        controller: file.controller.clone(),
+        simulation: section.simulation.clone().unwrap_or_default(),
+    }
+}
+
+fn check_options(
+    file: &CellFile,
+    (options, window): (&Options, &WindowOptions),
+    (arm, signals): (Option<&Arm>, Option<&Signals>),
+    found: &mut Found<'_>,
+) {
+    let method = file.identification.method;
+    found.keep_value("identification.robust", options.validate_robust(method));
+    if let Some(Signals { rate_hz, .. }) = signals {
+        found.keep_value("window", window.plan(*rate_hz));
+        let cutoff_hz = options.position_filter.cutoff_hz;
+        let designed = options.position_filter.design(*rate_hz);
+        let designed =
+            designed.map_err(|source| format!("{cutoff_hz} Hz at {rate_hz} samples/s: {source}"));
+        found.keep_value("identification.position_filter", designed);
+    }
+    let decimation = options.decimation_filter.design();
+    found.keep_value("identification.decimation_filter", decimation);
+    if let Some(arm) = arm {
+        let before = found.all.len();
+        check_parameters(options.parameters.as_deref(), arm, found);
+        // Of wrong names nothing more can be told.
+        if found.all.len() == before {
+            let selected = options.selection(&arm.robot, &arm.base);
+            found.keep_value("identification.keep_nominal", selected);
+        }
+    }
+    if options.controller.is_none()
+        && (method.simulates() || file.identification.simulation.is_some())
+    {
+        let key = match method.simulates() {
+            true => "identification.method",
+            false => "identification.simulation",
+        };
+        let problem = format!(
+            "needs [controller], which describes the controller of the arm, to simulate \
+             the closed loop (the method is {method})"
+        );
+        found.wrong(key, problem);
+    } else if let (Some(arm), Some(signals)) = (arm, signals) {
+        // Whatever the method: a layout and a controller that contradict each other are both in
+        // doubt.
+        let simulated =
+            options.validate_simulation(&arm.robot, signals.rate_hz, signals.torque_timing);
+        if let Err(source) = simulated {
+            found.wrong(simulation_key(&source), source.to_string());
+        }
+    }
+}
+
+fn check_parameters(listed: Option<&[String]>, arm: &Arm, found: &mut Found<'_>) {
+    const KEY: &str = "identification.parameters";
+    let Some(listed) = listed else { return };
+    if listed.is_empty() {
+        let problem = "is empty; leave it out to identify every base parameter";
+        found.wrong(KEY, problem.to_owned());
+    }
+    let base = arm.base.names();
+    for (k, name) in listed.iter().enumerate() {
+        if listed[..k].contains(name) {
+            found.wrong(KEY, format!("`{name}` is listed more than once; list it once"));
+        } else if !base.contains(name) {
+            let (robot, known) = (arm.robot.name(), base.join(" "));
+            let problem = format!("`{name}` is not a base parameter of {robot}; known: {known}");
+            found.wrong(KEY, problem);
+        }
+    }
+}
+
+/// The cell of parts in which nothing is wrong.
+fn cell(
+    (file, text): (CellFile, String),
+    robot_file: PathBuf,
+    (arm, signals): (Arm, Signals),
+    (options, window): (Options, WindowOptions),
+) -> Cell {
+    let Arm { source, robot, model, base } = arm;
+    let robot_notes = source.notes().iter().map(ToString::to_string).collect();
+    let RobotSource { robot: robot_as_described, toml: robot_text, urdf } = source;
+    let Signals { bus, columns, bag, rate_hz, torque_timing } = signals;
+    let (bus, layout_texts) = bus.map_or((None, Vec::new()), |(bus, texts)| (Some(bus), texts));
+    Cell {
+        name: file.name,
+        robot_file,
+        configuration_sha256: {
+            let mut texts = vec![text.as_str(), &robot_text];
+            texts.extend(layout_texts.iter().map(|(_, text)| text.as_str()));
+            sha256(&texts)
+        },
+        configuration: ConfigurationTexts { cell: text, robot: robot_text, layout: layout_texts },
+        robot,
+        robot_as_described,
+        urdf,
+        robot_notes,
+        model,
+        base,
+        bus,
+        sample_rate_hz: rate_hz,
+        torque_timing,
+        columns,
+        bag,
+        window,
+        method: file.identification.method,
+        options,
+        overrides_sign: file.identification.sign.is_some(),
+        chooses_cutoff: file.identification.position_filter.cutoff_hz == Cutoff::Auto,
+        chooses_friction: file.identification.friction.is_some(),
+        service: file.service,
+    }
+}
+
+/// The key of the cell file at fault.
+fn simulation_key(error: &IdentificationError) -> &'static str {
+    match error {
+        IdentificationError::Convergence { .. } => "identification.simulation.convergence",
+        IdentificationError::DidimSteps { .. } => "identification.simulation.didim_steps",
+        IdentificationError::NoNominalParameters { .. } => "identification.simulation.start",
+        IdentificationError::Bodies(_) => "identification.simulation.bodies",
+        IdentificationError::Setup(SetupError::BadValue { what: "substeps", .. }) => {
+            "identification.simulation.substeps"
+        }
+        _ => "controller",
+    }
+}

@@ -1,0 +1,43 @@
+//! What the names of the parameters mean, as far as they occur.
+
+use didim_core::robot::ParameterKind;
+use maud::{Markup, html};
+
+use super::super::names::{NAMES, meaning};
+use super::Report;
+
+pub(super) fn section(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let named = |name: &str| {
+        estimate.parameters.iter().any(|p| p.name == name || p.name == format!("{name}r"))
+    };
+    let all = report.cell.robot.parameters();
+    let all = all.names().iter().zip(all.parameters());
+    let mut kinds: Vec<ParameterKind> =
+        all.filter(|(name, _)| named(name)).map(|(_, own)| own.kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let content = html! {
+        div.scroll { table.names {
+            thead { tr { th scope="col" { "Name" } th scope="col" { "Meaning" } } }
+            tbody {
+                @for kind in &kinds { tr {
+                    th scope="row" { (kind.symbol()) }
+                    td { (plain(meaning(*kind))) }
+                } }
+                @for [part, meaning] in NAMES { tr {
+                    th scope="row" { (plain(part)) }
+                    td { (plain(meaning)) }
+                } }
+            }
+        } }
+    };
+    let explanation = "A name is a symbol and the number of a link, joint or motor, and may end in r. Links have frames \
+                       of modified Denavit–Hartenberg parameters; the z axis of a link's frame is the axis of its joint.";
+    super::section("Names of parameters", explanation, &content)
+}
+
+/// Without the marks of the manual.
+fn plain(text: &str) -> String {
+    text.replace('`', "")
+}
