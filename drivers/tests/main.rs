@@ -14,6 +14,7 @@ mod assemble;
 mod assemble_period;
 mod assemble_random;
 mod eds;
+mod ethercat;
 mod layout;
 mod mcap;
 mod samples;

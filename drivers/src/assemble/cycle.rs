@@ -3,7 +3,10 @@
 use didim_core::{JointSample, MAX_JOINTS};
 
 use super::losses::CycleCause;
-use crate::layout::{CompiledLayout, MessagePlan, Quantity, Role};
+use crate::layout::{
+    AL_ERROR, BELOW_SAFE_OPERATIONAL, CompiledLayout, MessagePlan, Quantity, Role,
+    SAFE_OPERATIONAL, WRONG_COUNTER,
+};
 use crate::units::Scales;
 
 /// The bits of a CiA 402 status word (6041h) that tell the state, and "operation enabled".
@@ -97,6 +100,12 @@ pub(super) fn read_values(
                 values.counter = extraction.signal.field.bits(payload);
                 continue;
             }
+            Quantity::NetworkState => {
+                if let Some(cause) = network_fault(extraction.signal.field.bits(payload)) {
+                    fault = first(fault, cause);
+                }
+                continue;
+            }
             Quantity::StatusWord => {
                 let word = extraction.signal.field.bits(payload);
                 // The compiler has made sure that it is 16 bits wide.
@@ -117,6 +126,19 @@ pub(super) fn read_values(
         }
     }
     fault
+}
+
+/// What the state of an EtherCAT network costs a cycle.
+fn network_fault(state: u64) -> Option<CycleCause> {
+    let state = u8::try_from(state).unwrap_or(0);
+    // The states of all slaves in one byte, one over the other.
+    if state & (BELOW_SAFE_OPERATIONAL | AL_ERROR) != 0 {
+        Some(CycleCause::NotOperational)
+    } else if state & SAFE_OPERATIONAL != 0 {
+        Some(CycleCause::SafeOperational)
+    } else {
+        (state & WRONG_COUNTER != 0).then_some(CycleCause::WorkingCounter)
+    }
 }
 
 /// The cause that is counted when two cost the same cycle.

@@ -5,6 +5,7 @@ use std::fmt;
 use didim_core::identification::SignalTiming;
 
 use super::dbc::{MessageFormat, SignalFormat};
+use super::process_data::ProcessData;
 use super::spec::CyclesBy;
 use crate::frame::{Frame, FrameId, FrameKind};
 
@@ -27,6 +28,9 @@ pub enum Quantity {
     StatusWord,
     /// Counter of the packed frame; of no axis, `axis` is 0.
     Counter,
+    /// What the EtherCAT network said of itself in the cycle: AL status, and whether the working
+    /// counters are the expected ones.
+    NetworkState,
 }
 
 impl fmt::Display for Quantity {
@@ -37,6 +41,7 @@ impl fmt::Display for Quantity {
             Self::Reference => "reference",
             Self::StatusWord => "status word",
             Self::Counter => "counter",
+            Self::NetworkState => "network state",
         })
     }
 }
@@ -123,6 +128,7 @@ pub struct CompiledLayout {
     torque_timing: SignalTiming,
     reference_at_next_sync: bool,
     cycles_by: CyclesBy,
+    process_data: Option<ProcessData>,
 }
 
 impl CompiledLayout {
@@ -158,7 +164,29 @@ impl CompiledLayout {
             torque_timing,
             reference_at_next_sync,
             cycles_by,
+            process_data: None,
         }
+    }
+
+    pub(super) fn with_process_data(self, process_data: ProcessData) -> Self {
+        Self { process_data: Some(process_data), ..self }
+    }
+
+    /// How EtherCAT datagrams become the frames of the plan; nothing where they come as they are.
+    pub fn process_data(&self) -> Option<&ProcessData> {
+        self.process_data.as_ref()
+    }
+
+    /// What the layout reads, as text: a line for each message and each datagram.
+    pub fn described(&self) -> String {
+        let message = |message: &MessagePlan| {
+            let signals = message.extractions.iter().map(|e| e.signal.name.as_str());
+            let signals: Vec<&str> = signals.collect();
+            format!("{} {}: {}\n", message.format.id, message.format.name, signals.join(" "))
+        };
+        let datagrams = self.process_data.iter().flat_map(|data| &data.datagrams);
+        let datagrams = datagrams.map(|datagram| format!("{datagram:?}\n"));
+        self.messages.iter().map(message).chain(datagrams).collect()
     }
 
     /// How bus cycles are counted.

@@ -1,0 +1,11 @@
+//! EtherCAT on the wire: the packets of a capture, and the datagrams in a packet.
+//!
+//! Captures come from anywhere: no length in them is trusted.
+
+mod capture;
+mod datagram;
+
+pub use capture::{Capture, CaptureError, Packet};
+pub(crate) use datagram::{
+    AL_STATUS, BRD, Datagram, EthercatFrame, FMMU, FPRD, FPRW, FPWR, LRD, LRW, LWR, MAILBOX,
+};

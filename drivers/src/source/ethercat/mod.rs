@@ -1,0 +1,11 @@
+//! EtherCAT as a source: process data of captures and of a tap, as the frames that their layout plans.
+
+mod clock;
+mod decode;
+mod error;
+mod file;
+mod seen;
+
+pub use error::EthercatError;
+pub use file::CaptureSource;
+pub use seen::Seen;
