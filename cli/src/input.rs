@@ -139,7 +139,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
-/// log (candump, ASC, TRC) or an MCAP recording; without a bus, a table too.
+/// log (candump, ASC, TRC), an MCAP recording or a capture of EtherCAT; without a bus, a table too.
 pub(super) fn read_input(
     path: &Path,
     cell: &Cell,
@@ -154,7 +154,8 @@ pub(super) fn read_input(
     let has_bus = cell.bus().is_ok();
     let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
     let is_table = is_text || is_parquet(path);
-    if is_table || !(has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is)) {
+    if is_table || !(has_bus || ["log", "asc", "trc", "mcap", "pcap", "pcapng"].into_iter().any(is))
+    {
         // Such a cell says how far the rows of its tables are apart.
         let stated = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
         return read_table(path, stated, cell.sample_rate_hz(), cell.columns.as_ref())

@@ -1,4 +1,4 @@
-//! `didim replay`: a candump log or an MCAP recording through the very same pipeline as `run`.
+//! `didim replay`: a log, an MCAP recording or a capture through the very same pipeline as `run`.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE")]
     cell: PathBuf,
-    /// The candump log, the MCAP recording, or the folder of a ring
+    /// The candump log, the MCAP recording, the capture of EtherCAT (pcap, pcapng), or the folder of a ring
     log: PathBuf,
     /// Store the results in this folder, as `run` does; else only the last one is shown
     #[arg(long, value_name = "FOLDER")]
@@ -43,7 +43,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read_decided(&arguments.cell).map_err(CliError::configuration)?;
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
-    let source = open_log(&arguments.log).map_err(CliError::failed)?;
+    let layout = &cell.bus().map_err(CliError::configuration)?.layout;
+    let source = open_log(&arguments.log, Some(layout)).map_err(CliError::failed)?;
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let paths = &one_run.paths;
     let last = LastIdentification::default();

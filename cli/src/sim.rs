@@ -81,6 +81,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             })?;
             played.unwrap_or_default()
         }
+        BusAddress::Pcap(_) => {
+            let why = "pcap: is read, not written; use log:FILE, which has the same frames";
+            return Err(CliError::Usage(why.to_owned()));
+        }
         BusAddress::InProcess => {
             return Err(CliError::Usage(
                 "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),

@@ -23,16 +23,18 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
                 listens = true;
                 interface(bus, machine, name.as_str(), findings);
             }
-            BusAddress::Log(file) if !file.is_file() => findings.push(Finding::error(
-                SOURCE,
-                format!("{source}: there is no such file"),
-                "correct the path, which is relative to the cell file",
-            )),
-            BusAddress::Log(_) => {}
+            BusAddress::Log(file) | BusAddress::Pcap(file) if !file.is_file() => {
+                findings.push(Finding::error(
+                    SOURCE,
+                    format!("{source}: there is no such file"),
+                    "correct the path, which is relative to the cell file",
+                ))
+            }
+            BusAddress::Log(_) | BusAddress::Pcap(_) => {}
             BusAddress::InProcess => findings.push(Finding::error(
                 SOURCE,
                 format!("{source}: not a bus of `didim run`"),
-                "write can:INTERFACE or log:FILE",
+                "write can:INTERFACE, log:FILE or pcap:FILE",
             )),
         }
     }

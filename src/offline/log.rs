@@ -1,4 +1,4 @@
-//! Candump logs and MCAP recordings of the bus: the same frames, layout and assembly as live.
+//! Logs, MCAP recordings and captures of the bus: the same frames, layout and assembly as live.
 
 use std::path::{Path, PathBuf};
 
@@ -60,7 +60,7 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole candump log or MCAP recording, motor side, cut where bus cycles are missing.
+/// Reads a whole log, MCAP recording or capture, motor side, cut where bus cycles are missing.
 ///
 /// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
 /// measurement begins with the second one.
@@ -130,7 +130,7 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<Vec<JointSample>, LogError
             }
         }
     };
-    let mut of_log = Samples::new(open_log(path)?, bus.assembler(), BATCH)
+    let mut of_log = Samples::new(open_log(path, Some(&bus.layout))?, bus.assembler(), BATCH)
         .with_tap(Some(Box::new(list_identifiers)));
     // A vector that grows stands there twice.
     let room = Room::of_bytes(3 * size_of::<JointSample>());

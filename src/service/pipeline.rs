@@ -157,7 +157,7 @@ fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions
 
 /// Where `didim run` keeps recordings: what a log brings is recorded already.
 pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
-    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
+    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     let sources = &cell.bus().ok()?.sources;
     let (options, folder) = recordings(cell, paths).filter(|_| !sources.iter().any(is_log))?;
     Some(ArchiverOptions { folder, recordings: options.clone() })
@@ -252,19 +252,19 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
     for address in &bus.sources {
         match address {
             BusAddress::Can(name) => interfaces.push(*name),
-            BusAddress::Log(file) if bus.sources.len() == 1 => {
+            BusAddress::Log(file) | BusAddress::Pcap(file) if bus.sources.len() == 1 => {
                 return Ok(OpenedSource {
-                    source: open_log(file)?,
+                    source: open_log(file, Some(&bus.layout))?,
                     pace: Pace::Replay,
                     receive_buffer: None,
                 });
             }
-            BusAddress::Log(_) => {
-                return Err(PipelineError::Sources("a log must be the only bus"));
+            BusAddress::Log(_) | BusAddress::Pcap(_) => {
+                return Err(PipelineError::Sources("a log or a capture must be the only bus"));
             }
             BusAddress::InProcess => {
                 return Err(PipelineError::Sources(
-                    "inproc: is the bus of `didim demo`; name can:INTERFACE or log:FILE",
+                    "inproc: is the bus of `didim demo`; name can:INTERFACE, log:FILE or pcap:FILE",
                 ));
             }
         }
