@@ -175,6 +175,11 @@ fn startup(inputs: &[u32]) -> Pcapng {
 
 const INPUTS: [u32; 4] = [0x6041_0010, 0x6064_0020, 0x6077_0010, 0x60F4_0020];
 
+/// A cycle: the time of the distributed clock, and process data.
+fn cycle() -> [Datagram; 2] {
+    [registered(14, 1001, 0x0910, &[0; 8]), process_data()]
+}
+
 fn process_data() -> Datagram {
     Datagram { command: 12, index: 7, address: 0x0100_0000, data: vec![0; 40], working_counter: 6 }
 }
@@ -182,7 +187,7 @@ fn process_data() -> Datagram {
 #[test]
 fn a_start_up_tells_what_an_eni_file_does() {
     let mut capture = startup(&INPUTS);
-    capture.exchange(START_NS, &[process_data()]);
+    capture.exchange(START_NS, &cycle());
     let learnt = learnt(&capture).unwrap();
     assert_eq!(learnt.process_data(), layout().process_data());
     let of = |layout: &CompiledLayout| read(TRAPS, layout).unwrap().0;
@@ -201,7 +206,7 @@ fn a_mapping_in_one_transfer_is_read_too() {
     for (drive, station) in [(0, 1001), (1, 1002)] {
         capture.unit(station, 1, (0x0100_0010 + 12 * drive, 12), 1);
     }
-    capture.exchange(START_NS, &[process_data()]);
+    capture.exchange(START_NS, &cycle());
     assert_eq!(learnt(&capture).unwrap().process_data(), layout().process_data());
 }
 
@@ -243,7 +248,7 @@ fn a_refused_download_changes_nothing() {
     let mut capture = startup(&INPUTS);
     let request = [0x23, 0x00, 0x1A, 3, 0x20, 0, 0x6C, 0x60];
     capture.sdo(1001, &request, &[0x80, 0x00, 0x1A, 3, 0, 0, 2, 6]);
-    capture.exchange(START_NS, &[process_data()]);
+    capture.exchange(START_NS, &cycle());
     assert_eq!(learnt(&capture).unwrap().process_data(), layout().process_data());
 }
 
@@ -382,7 +387,7 @@ fn no_damage_makes_it_panic() {
     }
     assert!(refused > 100, "{refused}");
     let mut whole = startup(&INPUTS);
-    whole.exchange(START_NS, &[process_data()]);
+    whole.exchange(START_NS, &cycle());
     let mut refused = 0;
     for _ in 0..500 {
         let mut damaged = whole.clone();

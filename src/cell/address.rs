@@ -1,4 +1,5 @@
-//! Where a bus is: `can:vcan0`, `log:file.log`, `pcap:file.pcapng` or `inproc:`.
+//! Where a bus is: `can:vcan0`, `log:file.log`, `pcap:file.pcapng`,
+//! `ethercat:eth1` or `inproc:`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -19,6 +20,8 @@ pub enum BusAddress {
     Log(PathBuf),
     /// A capture of EtherCAT.
     Pcap(PathBuf),
+    /// An interface at a tap of EtherCAT.
+    Ethercat(InterfaceName),
     /// The bus inside this process, on which the simulated arm speaks.
     InProcess,
 }
@@ -27,7 +30,9 @@ pub enum BusAddress {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusAddressError {
     /// No known scheme in front: write one of those there are.
-    #[error("`{0}` is not a bus; write can:INTERFACE, log:FILE, pcap:FILE or inproc:")]
+    #[error(
+        "`{0}` is not a bus; write can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:"
+    )]
     Scheme(String),
     /// The part behind the scheme is missing or not allowed.
     #[error("`{address}` is not a bus: {reason}")]
@@ -52,13 +57,19 @@ impl FromStr for BusAddress {
 
     fn from_str(address: &str) -> Result<Self, Self::Err> {
         let name = |reason| BusAddressError::Name { address: address.to_owned(), reason };
+        let interface_name = |interface| {
+            InterfaceName::new(interface).map_err(|source| BusAddressError::Interface {
+                address: address.to_owned(),
+                source,
+            })
+        };
         match address.split_once(':') {
             Some(("can", "")) => Err(name("the interface's name is missing, as in can:can0")),
-            Some(("can", interface)) => {
-                InterfaceName::new(interface).map(Self::Can).map_err(|source| {
-                    BusAddressError::Interface { address: address.to_owned(), source }
-                })
+            Some(("can", interface)) => interface_name(interface).map(Self::Can),
+            Some(("ethercat", "")) => {
+                Err(name("the interface's name is missing, as in ethercat:eth1"))
             }
+            Some(("ethercat", interface)) => interface_name(interface).map(Self::Ethercat),
             Some(("log", "")) => Err(name("the file's name is missing, as in log:drive.log")),
             Some(("log", file)) => Ok(Self::Log(PathBuf::from(file))),
             Some(("pcap", "")) => Err(name("the file's name is missing, as in pcap:tap.pcapng")),
@@ -88,7 +99,7 @@ pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
         type Value = Vec<BusAddress>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a bus, can:INTERFACE, log:FILE, pcap:FILE or inproc:, or a list of them")
+            f.write_str("a bus, can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:, or a list")
         }
 
         fn visit_str<E: Error>(self, address: &str) -> Result<Self::Value, E> {
@@ -108,6 +119,7 @@ impl fmt::Display for BusAddress {
         match self {
             Self::Can(interface) => write!(f, "can:{interface}"),
             Self::Log(file) => write!(f, "log:{}", file.display()),
+            Self::Ethercat(interface) => write!(f, "ethercat:{interface}"),
             Self::Pcap(file) => write!(f, "pcap:{}", file.display()),
             Self::InProcess => f.write_str("inproc:"),
         }
@@ -120,7 +132,9 @@ mod tests {
 
     #[test]
     fn addresses_are_read_and_printed_alike() {
-        for text in ["can:vcan0", "log:/tmp/a b.log", "pcap:/tmp/a b.pcapng", "inproc:"] {
+        for text in
+            ["can:vcan0", "ethercat:eth1", "log:/tmp/a b.log", "pcap:/tmp/a b.pcapng", "inproc:"]
+        {
             assert_eq!(text.parse::<BusAddress>().unwrap().to_string(), text);
         }
     }
@@ -134,6 +148,8 @@ mod tests {
             ("can:an-interface-name-too-long", "15"),
             ("log:", "is missing"),
             ("pcap:", "is missing"),
+            ("ethercat:", "is missing"),
+            ("ethercat:a/b", "a/b"),
             ("inproc:x", "nothing may follow"),
             ("tcp:host", "can:INTERFACE"),
         ] {

@@ -74,9 +74,9 @@ fn check_kind(
     let is_ethercat = layout.process_data().is_some();
     let problem = sources.iter().find_map(|source| match source {
         BusAddress::Can(_) if is_ethercat => Some(format!(
-            "`{source}` is CAN, and the layout is of EtherCAT; write pcap:FILE, or give the layout `dbc` or `nodes`"
+            "`{source}` is CAN, and the layout is of EtherCAT; write ethercat:INTERFACE or pcap:FILE, or give the layout `dbc` or `nodes`"
         )),
-        BusAddress::Pcap(_) if !is_ethercat => Some(format!(
+        BusAddress::Pcap(_) | BusAddress::Ethercat(_) if !is_ethercat => Some(format!(
             "`{source}` is EtherCAT, and the layout is of CAN; give it `eni` or `startup`, and `slaves`"
         )),
         _ => None,

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use didim_drivers::source::{
-    InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
+    InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError, TapSource,
 };
 
 use crate::archive::store::WindowProvenance;
@@ -259,12 +259,25 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
                     receive_buffer: None,
                 });
             }
-            BusAddress::Log(_) | BusAddress::Pcap(_) => {
-                return Err(PipelineError::Sources("a log or a capture must be the only bus"));
+            BusAddress::Ethercat(name) if bus.sources.len() == 1 => {
+                let asked = bus.receive_buffer_bytes;
+                let source =
+                    TapSource::open(*name, &bus.layout, asked).map_err(SourceError::from)?;
+                let receive_buffer = Some(ReceiveBuffer {
+                    asked_bytes: asked.into(),
+                    granted_bytes: source.receive_buffer_bytes().into(),
+                });
+                let source = Box::new(source);
+                return Ok(OpenedSource { source, pace: Pace::Live, receive_buffer });
+            }
+            BusAddress::Log(_) | BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
+                return Err(PipelineError::Sources(
+                    "a log, a capture or a tap must be the only bus",
+                ));
             }
             BusAddress::InProcess => {
                 return Err(PipelineError::Sources(
-                    "inproc: is the bus of `didim demo`; name can:INTERFACE, log:FILE or pcap:FILE",
+                    "inproc: is the bus of `didim demo`; name can:INTERFACE, ethercat:INTERFACE, log:FILE or pcap:FILE",
                 ));
             }
         }

@@ -9,22 +9,23 @@ pub(crate) const BRD: u8 = 7;
 pub(crate) const LRD: u8 = 10;
 pub(crate) const LWR: u8 = 11;
 pub(crate) const LRW: u8 = 12;
-const ARMW: u8 = 13;
-const FRMW: u8 = 14;
+pub(crate) const ARMW: u8 = 13;
+pub(crate) const FRMW: u8 = 14;
 
 /// Register: the AL status, one byte of state and error.
 pub(crate) const AL_STATUS: u16 = 0x0130;
 /// Registers: sixteen memory management units of 16 bytes.
 pub(crate) const FMMU: core::ops::Range<u16> = 0x0600..0x0700;
 /// Register: the system time of the distributed clock \[ns\].
-const SYSTEM_TIME: u16 = 0x0910;
+pub(crate) const SYSTEM_TIME: u16 = 0x0910;
 /// Where the memory of a slave begins; mailboxes lie in it.
 pub(crate) const MAILBOX: u16 = 0x1000;
 
 /// Destination and source address of an Ethernet frame \[bytes\].
 const ADDRESSES: usize = 12;
 const VLAN: u16 = 0x8100;
-const ETHERCAT: u16 = 0x88A4;
+/// The EtherType of EtherCAT.
+pub(crate) const ETHERCAT: u16 = 0x88A4;
 /// The type of EtherCAT frame that holds datagrams.
 const DATAGRAMS: u16 = 1;
 /// Before the data of a datagram: command, index, address, length, interrupt \[bytes\].

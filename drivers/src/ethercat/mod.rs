@@ -7,5 +7,6 @@ mod datagram;
 
 pub use capture::{Capture, CaptureError, Packet};
 pub(crate) use datagram::{
-    AL_STATUS, BRD, Datagram, EthercatFrame, FMMU, FPRD, FPRW, FPWR, LRD, LRW, LWR, MAILBOX,
+    AL_STATUS, ARMW, BRD, Datagram, ETHERCAT, EthercatFrame, FMMU, FPRD, FPRW, FPWR, FRMW, LRD,
+    LRW, LWR, MAILBOX, SYSTEM_TIME,
 };

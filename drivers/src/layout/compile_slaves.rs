@@ -265,7 +265,7 @@ fn process_data(
     gathered: Vec<(usize, Direction, Gathered)>,
     file: &Path,
 ) -> Result<ProcessData, NetworkError> {
-    let mut datagrams = Vec::new();
+    let (mut datagrams, mut clock) = (Vec::new(), false);
     for (number, command) in network.commands.iter().enumerate() {
         let of = |wanted: Direction| {
             let own = gathered
@@ -277,6 +277,9 @@ fn process_data(
         if inputs.is_empty() && outputs.is_empty() {
             continue;
         }
+        if datagrams.is_empty() {
+            clock = command.with_clock;
+        }
         let (address, length) = (command.address, usize::from(command.length));
         let expected = command.expected;
         let expected =
@@ -284,5 +287,5 @@ fn process_data(
         let command = command.command;
         datagrams.push(ProcessDatagram { command, address, length, expected, inputs, outputs });
     }
-    Ok(ProcessData { datagrams })
+    Ok(ProcessData { datagrams, clock })
 }

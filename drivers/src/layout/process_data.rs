@@ -31,6 +31,8 @@ pub(crate) const WRONG_COUNTER: u8 = 0x80;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProcessData {
     pub(crate) datagrams: Vec<ProcessDatagram>,
+    /// Whether the distributed clock's time comes with the first of them.
+    pub(crate) clock: bool,
 }
 
 /// One of them.

@@ -2,6 +2,7 @@
 
 mod ethercat;
 mod in_process;
+mod listening;
 pub mod mcap;
 mod socket_can;
 mod text_log;
@@ -9,7 +10,7 @@ mod text_log;
 use core::time::Duration;
 
 pub use self::mcap::{McapError, McapSource, McapWriter};
-pub use ethercat::{CaptureSource, EthercatError, Seen};
+pub use ethercat::{CaptureSource, EthercatError, Seen, TapSource};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
 pub use socket_can::{
     LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,

@@ -23,7 +23,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 Other("text, or a list of texts"),
                 "",
                 Required,
-                "Where the frames come from: `\"can:INTERFACE\"`, `\"log:FILE\"` (candump), `\"pcap:FILE\"` (EtherCAT) or `\"inproc:\"` (the simulated arm in the same process). \
+                "Where the frames come from: `\"can:INTERFACE\"`, `\"log:FILE\"` (candump), `\"ethercat:INTERFACE\"` and `\"pcap:FILE\"` (a tap and a capture of EtherCAT) or `\"inproc:\"` (the simulated arm in the same process). \
                  A list of `can:` where several interfaces carry parts of one layout.",
             ),
             key(

@@ -8,11 +8,20 @@ use super::super::eds::Object;
 use super::super::field::Encoding;
 use super::super::spec::SlaveSpec;
 use super::{Area, Command, Network, NetworkError, Slave};
-use crate::ethercat::{LRD, LRW, LWR};
+use crate::ethercat::{ARMW, FRMW, LRD, LRW, LWR, SYSTEM_TIME};
 
 /// An ENI file: its name for errors.
 struct Eni<'a> {
     file: &'a Path,
+}
+
+/// A cyclic datagram, as far as it matters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Kind {
+    ProcessData(Command),
+    /// The time of the distributed clock.
+    Clock,
+    Other,
 }
 
 /// Reads the slaves that a layout names, and the cyclic datagrams.
@@ -121,30 +130,44 @@ impl Eni<'_> {
     /// The datagrams of process data that are sent in OP, in the order of sending.
     fn commands(&self, config: Node<'_, '_>) -> Result<Vec<Command>, NetworkError> {
         let mut commands = Vec::new();
-        let cyclic = children(config, "Cyclic").flat_map(|cyclic| children(cyclic, "Frame"));
-        for node in cyclic.flat_map(|frame| children(frame, "Cmd")) {
-            let mut states = children(node, "State").map(text_of).peekable();
-            let in_operation = states.peek().is_none() || states.any(|state| state == "OP");
-            let command: u8 = self.number(self.required(node, "Cmd")?)?;
-            if !in_operation || !matches!(command, LRD | LWR | LRW) {
-                continue;
-            }
-            let length = match (child(node, "DataLength"), child(node, "Data")) {
-                (Some(length), _) => self.number(length)?,
-                (None, Some(data)) => u16::try_from(text_of(data).len() / 2).unwrap_or(u16::MAX),
-                (None, None) => return Err(self.wrong(node, "has no DataLength".into())),
-            };
-            let image = |tag| child(node, tag).map_or(Ok(0), |node| self.number::<u32>(node));
-            commands.push(Command {
-                command,
-                address: self.number(self.required(node, "Addr")?)?,
-                length,
-                input_bit: 8 * u64::from(image("InputOffs")?),
-                output_bit: 8 * u64::from(image("OutputOffs")?),
-                expected: child(node, "Cnt").map(|count| self.number(count)).transpose()?,
-            });
+        for frame in children(config, "Cyclic").flat_map(|cyclic| children(cyclic, "Frame")) {
+            let of_frame = children(frame, "Cmd").map(|node| self.command(node));
+            let of_frame: Vec<_> = of_frame.collect::<Result<_, _>>()?;
+            let with_clock = of_frame.contains(&Kind::Clock);
+            commands.extend(of_frame.into_iter().filter_map(|kind| match kind {
+                Kind::ProcessData(command) => Some(Command { with_clock, ..command }),
+                Kind::Clock | Kind::Other => None,
+            }));
         }
         Ok(commands)
+    }
+
+    fn command(&self, node: Node<'_, '_>) -> Result<Kind, NetworkError> {
+        let mut states = children(node, "State").map(text_of).peekable();
+        let in_operation = states.peek().is_none() || states.any(|state| state == "OP");
+        let command: u8 = self.number(self.required(node, "Cmd")?)?;
+        if in_operation && matches!(command, ARMW | FRMW) {
+            let register: u16 = self.number(self.required(node, "Ado")?)?;
+            return Ok(if register == SYSTEM_TIME { Kind::Clock } else { Kind::Other });
+        }
+        if !in_operation || !matches!(command, LRD | LWR | LRW) {
+            return Ok(Kind::Other);
+        }
+        let length = match (child(node, "DataLength"), child(node, "Data")) {
+            (Some(length), _) => self.number(length)?,
+            (None, Some(data)) => u16::try_from(text_of(data).len() / 2).unwrap_or(u16::MAX),
+            (None, None) => return Err(self.wrong(node, "has no DataLength".into())),
+        };
+        let image = |tag| child(node, tag).map_or(Ok(0), |node| self.number::<u32>(node));
+        Ok(Kind::ProcessData(Command {
+            command,
+            address: self.number(self.required(node, "Addr")?)?,
+            length,
+            input_bit: 8 * u64::from(image("InputOffs")?),
+            output_bit: 8 * u64::from(image("OutputOffs")?),
+            expected: child(node, "Cnt").map(|count| self.number(count)).transpose()?,
+            with_clock: false,
+        }))
     }
 
     fn required<'n, 'd>(

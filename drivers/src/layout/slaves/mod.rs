@@ -66,6 +66,8 @@ pub(super) struct Command {
     pub(super) output_bit: u64,
     /// The working counter when every slave takes part.
     pub(super) expected: Option<u16>,
+    /// Whether its frame has the distributed clock's time too.
+    pub(super) with_clock: bool,
 }
 
 impl Area {

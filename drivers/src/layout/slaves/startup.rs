@@ -44,8 +44,8 @@ struct Learnt {
     /// By station: a download that its slave has not confirmed.
     asked: BTreeMap<u16, Transfer>,
     fmmus: BTreeMap<(u16, u16), Fmmu>,
-    /// Command, address and length, in the order of their first coming.
-    commands: Vec<(u8, u32, u16)>,
+    /// Command, address, length and whether the clock comes with them, in the order of their first coming.
+    commands: Vec<(u8, u32, u16, bool)>,
 }
 
 /// Values of one SDO: of a sub-index, or of all from it on.
@@ -67,9 +67,9 @@ pub(in crate::layout) fn learn<R: BufRead>(
         match capture.next_packet() {
             Ok(Some(packet)) => {
                 let frame = EthercatFrame::parse(packet.bytes).filter(|frame| frame.returning);
-                for datagram in frame.iter().flat_map(EthercatFrame::datagrams) {
-                    learnt.datagram(&datagram);
-                }
+                let all = || frame.iter().flat_map(EthercatFrame::datagrams);
+                let with_clock = all().any(|datagram| datagram.system_time().is_some());
+                all().for_each(|datagram| learnt.datagram(&datagram, with_clock));
             }
             Ok(None) => break,
             Err(error) => return Err(error.into()),
@@ -81,7 +81,7 @@ pub(in crate::layout) fn learn<R: BufRead>(
 }
 
 impl Learnt {
-    fn datagram(&mut self, datagram: &Datagram<'_>) {
+    fn datagram(&mut self, datagram: &Datagram<'_>, with_clock: bool) {
         if datagram.working_counter == 0 {
             return;
         }
@@ -89,8 +89,11 @@ impl Learnt {
         if datagram.is_logical() {
             let length = u16::try_from(datagram.data.len()).unwrap_or(u16::MAX);
             let seen = (datagram.command, datagram.address, length);
-            if !self.commands.contains(&seen) && self.commands.len() < MOST_COMMANDS {
-                self.commands.push(seen);
+            let is_seen = |(a, b, c, _): &(u8, u32, u16, bool)| (*a, *b, *c) == seen;
+            if let Some(known) = self.commands.iter_mut().find(|known| is_seen(known)) {
+                known.3 |= with_clock;
+            } else if self.commands.len() < MOST_COMMANDS {
+                self.commands.push((seen.0, seen.1, seen.2, with_clock));
             }
         } else if is_write && FMMU.contains(&datagram.register()) {
             self.units(datagram);
@@ -259,7 +262,7 @@ impl Learnt {
     }
 
     fn commands(&self) -> Vec<Command> {
-        let command = |(command, address, length): &(u8, u32, u16)| {
+        let command = |(command, address, length, with_clock): &(u8, u32, u16, bool)| {
             let first_bit = 8 * u64::from(*address);
             Command {
                 command: *command,
@@ -268,6 +271,7 @@ impl Learnt {
                 input_bit: first_bit,
                 output_bit: first_bit,
                 expected: Some(self.expected(*command, *address, *length)),
+                with_clock: *with_clock,
             }
         };
         self.commands.iter().map(command).collect()

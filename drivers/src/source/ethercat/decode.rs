@@ -41,6 +41,11 @@ impl Decoder {
         }
     }
 
+    /// Whether the stamps are carried on by the distributed clock.
+    pub(super) fn has_clock(&self) -> bool {
+        self.plan.clock
+    }
+
     pub(super) fn seen(&self) -> Seen {
         self.seen
     }
@@ -65,7 +70,9 @@ impl Decoder {
         let (mut system, mut state) = (None, 0);
         for datagram in ethernet.datagrams() {
             self.seen.returned(&datagram);
-            system = system.or(datagram.system_time());
+            if self.plan.clock {
+                system = system.or(datagram.system_time());
+            }
             if datagram.command == BRD
                 && datagram.register() == AL_STATUS
                 && datagram.working_counter > 0
@@ -85,6 +92,11 @@ impl Decoder {
             let stamp_ns =
                 *stamp_ns.get_or_insert_with(|| self.clock.stamp_ns(captured_ns, system));
             self.seen.taken += 1;
+            let frames = 1 + plan.inputs.len() + plan.outputs.len();
+            if self.ready.len() + frames > self.ready.capacity() {
+                // The same datagram again in one frame.
+                continue;
+            }
             if number == 0 {
                 self.ready.push_back(frame(&SYNC, &[], None).at(stamp_ns));
             }

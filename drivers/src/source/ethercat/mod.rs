@@ -5,7 +5,9 @@ mod decode;
 mod error;
 mod file;
 mod seen;
+mod tap;
 
 pub use error::EthercatError;
 pub use file::CaptureSource;
 pub use seen::Seen;
+pub use tap::TapSource;
