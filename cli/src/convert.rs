@@ -1,4 +1,5 @@
-//! `didim convert`: between a table, a candump log and an MCAP recording of a cell's bus.
+//! `didim convert`: between a table, a candump log and an MCAP recording of a cell's bus, and from a
+//! capture of EtherCAT.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ pub(super) struct Arguments {
     /// The cell whose layout and gains the frames of the log have
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
-    /// The input: a table (CSV, Parquet), a candump log or an MCAP recording
+    /// The input: a table (CSV, Parquet), a candump log, an MCAP recording or a capture of EtherCAT (pcap, pcapng)
     input: PathBuf,
     /// The output: a CSV experiment (*.csv), an MCAP recording (*.mcap) or a candump log
     output: PathBuf,
@@ -53,8 +54,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             return Err(CliError::Usage("--sample-rate is for tables only".into()));
         }
         if to_mcap {
-            let cell = (&*cell.name, &*cell.configuration_sha256);
-            given.named(write_mcap(input, output, cell))?;
+            given.named(write_mcap(input, output, &cell))?;
         } else {
             given.named(write_candump(input, output))?;
         }

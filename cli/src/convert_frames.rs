@@ -11,6 +11,7 @@ use didim_drivers::source::{
 
 use super::CliError;
 use super::output::write_whole;
+use didim::cell::Cell;
 use didim::live::recording::open_log;
 
 /// Frames taken at a time.
@@ -37,16 +38,13 @@ pub(super) fn write_candump(input: &Path, output: &Path) -> Result<(), CliError>
     })
 }
 
-/// A candump log, or a whole ring, as one MCAP recording.
-pub(super) fn write_mcap(
-    input: &Path,
-    output: &Path,
-    (cell, configuration): (&str, &str),
-) -> Result<(), CliError> {
-    let mut source = open_log(input).map_err(CliError::failed)?;
+/// A log, a capture of the cell's bus, or a whole ring, as one MCAP recording.
+pub(super) fn write_mcap(input: &Path, output: &Path, cell: &Cell) -> Result<(), CliError> {
+    let layout = cell.bus().ok().map(|bus| &bus.layout);
+    let mut source = open_log(input, layout).map_err(CliError::failed)?;
     write_whole(output, |out| {
         // A log names its interfaces as it goes; a recording has to know them at its beginning.
-        let mut names = open_log(input).map_err(CliError::failed)?;
+        let mut names = open_log(input, layout).map_err(CliError::failed)?;
         let mut batch: Vec<Frame> = Vec::with_capacity(BATCH);
         while names.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
         {
@@ -54,8 +52,8 @@ pub(super) fn write_mcap(
         }
         let info = McapInfo {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            cell: cell.to_owned(),
-            configuration: configuration.to_owned(),
+            cell: cell.name.clone(),
+            configuration: cell.configuration_sha256.clone(),
             interfaces: names.interfaces().to_vec(),
             ..McapInfo::default()
         };

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
-    /// The experiment: a table (CSV, Parquet), or a log (candump, ASC, TRC) or an MCAP recording of the cell's bus; given again,
+    /// The experiment: a table (CSV, Parquet), or a log (candump, ASC, TRC), an MCAP recording or a capture of the cell's bus; given again,
     /// further ones of the same arm, for one identification
     #[arg(long, value_name = "FILE", required = true)]
     input: Vec<PathBuf>,

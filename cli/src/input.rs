@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use clap::Args;
+use didim_drivers::ethercat::Capture;
 use didim_drivers::source::TextLog;
 
 use super::CliError;
@@ -151,7 +152,7 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// What comes as a stream is told by its first bytes. A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
-/// log (candump, ASC, TRC) or an MCAP recording; without a bus, a table too.
+/// log (candump, ASC, TRC), an MCAP recording or a capture of EtherCAT; without a bus, a table too.
 pub(super) fn read_input(
     input: &Input,
     cell: &Cell,
@@ -173,8 +174,8 @@ fn read_file(input: &Input, cell: &Cell, sample_rate_hz: Option<f64>) -> Result<
     let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
     let is_table = is_text || is_parquet(path);
     let is_log = match input.is_stream() {
-        true => is_mcap(path) || TextLog::is_one(path),
-        false => has_bus || ["log", "asc", "trc", "mcap"].into_iter().any(is),
+        true => is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path),
+        false => has_bus || ["log", "asc", "trc", "mcap", "pcap", "pcapng"].into_iter().any(is),
     };
     if is_table || !is_log {
         // Such a cell says how far the rows of its tables are apart.

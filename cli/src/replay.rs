@@ -1,4 +1,4 @@
-//! `didim replay`: a candump log or an MCAP recording through the very same pipeline as `run`.
+//! `didim replay`: a log, an MCAP recording or a capture through the very same pipeline as `run`.
 
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
-    /// The candump log, the MCAP recording, or the folder of a ring
+    /// The candump log, the MCAP recording, the capture of EtherCAT (pcap, pcapng), or the folder of a ring
     log: PathBuf,
     /// Store the results in this folder, as `run` does; else only the last one is shown
     #[arg(long, value_name = "FOLDER")]
@@ -49,7 +49,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
     let input = Input::open(log)?;
-    let source = input.named(open_log(input.path()).map_err(CliError::failed))?;
+    let layout = &cell.bus().map_err(CliError::configuration)?.layout;
+    let source = input.named(open_log(input.path(), Some(layout)).map_err(CliError::failed))?;
     let since_1970_ns = source.since_1970_ns();
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::failed)?;
     let paths = &one_run.paths;

@@ -94,6 +94,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             })?;
             played.unwrap_or_default()
         }
+        BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
+            let why =
+                "EtherCAT is listened to; use log:FILE, which has the frames of its process data";
+            return Err(CliError::Usage(why.to_owned()));
+        }
         // Refused above.
         BusAddress::InProcess => Played::default(),
     };

@@ -6,6 +6,7 @@
 
 pub mod assemble;
 pub mod clock;
+pub mod ethercat;
 pub mod frame;
 pub mod layout;
 pub mod samples;

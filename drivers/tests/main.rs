@@ -15,6 +15,7 @@ mod assemble_period;
 mod assemble_random;
 mod can_arms;
 mod eds;
+mod ethercat;
 mod layout;
 mod mcap;
 mod samples;

@@ -87,7 +87,9 @@ impl CycleEncoder {
         for role in [Role::Sync, Role::Sample, Role::Target] {
             self.layout.encode(role, &values, stamp_ns, frames)?;
         }
-        if self.layout.sampled_by() == SampledBy::Sync && !self.layout.at_arrival() {
+        // What comes in one datagram of EtherCAT comes at once.
+        let one_by_one = self.layout.process_data().is_none() && !self.layout.at_arrival();
+        if one_by_one && self.layout.sampled_by() == SampledBy::Sync {
             // The instant is the SYNC's arrival; what follows arrives one after the other.
             let mut arrival_ns = stamp_ns;
             for frame in frames.iter_mut().skip(before + 1) {

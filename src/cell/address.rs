@@ -1,4 +1,5 @@
-//! Where a bus is: `can:vcan0`, `log:file.log` or `inproc:`.
+//! Where a bus is: `can:vcan0`, `log:file.log`, `pcap:file.pcapng`,
+//! `ethercat:eth1` or `inproc:`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -17,6 +18,10 @@ pub enum BusAddress {
     Can(InterfaceName),
     /// A candump log.
     Log(PathBuf),
+    /// A capture of EtherCAT.
+    Pcap(PathBuf),
+    /// An interface at a tap of EtherCAT.
+    Ethercat(InterfaceName),
     /// The bus inside this process, on which the simulated arm speaks.
     InProcess,
 }
@@ -24,8 +29,10 @@ pub enum BusAddress {
 /// A bus address that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusAddressError {
-    /// No known scheme in front: write one of the three.
-    #[error("`{0}` is not a bus; write can:INTERFACE, log:FILE or inproc:")]
+    /// No known scheme in front: write one of those there are.
+    #[error(
+        "`{0}` is not a bus; write can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:"
+    )]
     Scheme(String),
     /// The part behind the scheme is missing or not allowed.
     #[error("`{address}` is not a bus: {reason}")]
@@ -50,15 +57,23 @@ impl FromStr for BusAddress {
 
     fn from_str(address: &str) -> Result<Self, Self::Err> {
         let name = |reason| BusAddressError::Name { address: address.to_owned(), reason };
+        let interface_name = |interface| {
+            InterfaceName::new(interface).map_err(|source| BusAddressError::Interface {
+                address: address.to_owned(),
+                source,
+            })
+        };
         match address.split_once(':') {
             Some(("can", "")) => Err(name("the interface's name is missing, as in can:can0")),
-            Some(("can", interface)) => {
-                InterfaceName::new(interface).map(Self::Can).map_err(|source| {
-                    BusAddressError::Interface { address: address.to_owned(), source }
-                })
+            Some(("can", interface)) => interface_name(interface).map(Self::Can),
+            Some(("ethercat", "")) => {
+                Err(name("the interface's name is missing, as in ethercat:eth1"))
             }
+            Some(("ethercat", interface)) => interface_name(interface).map(Self::Ethercat),
             Some(("log", "")) => Err(name("the file's name is missing, as in log:drive.log")),
             Some(("log", file)) => Ok(Self::Log(PathBuf::from(file))),
+            Some(("pcap", "")) => Err(name("the file's name is missing, as in pcap:tap.pcapng")),
+            Some(("pcap", file)) => Ok(Self::Pcap(PathBuf::from(file))),
             Some(("inproc", "")) => Ok(Self::InProcess),
             Some(("inproc", _)) => Err(name("nothing may follow inproc:")),
             _ => Err(BusAddressError::Scheme(address.to_owned())),
@@ -84,7 +99,7 @@ pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
         type Value = Vec<BusAddress>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a bus, can:INTERFACE, log:FILE or inproc:, or a list of them")
+            f.write_str("a bus, can:INTERFACE, ethercat:INTERFACE, log:FILE, pcap:FILE or inproc:, or a list")
         }
 
         fn visit_str<E: Error>(self, address: &str) -> Result<Self::Value, E> {
@@ -104,6 +119,8 @@ impl fmt::Display for BusAddress {
         match self {
             Self::Can(interface) => write!(f, "can:{interface}"),
             Self::Log(file) => write!(f, "log:{}", file.display()),
+            Self::Ethercat(interface) => write!(f, "ethercat:{interface}"),
+            Self::Pcap(file) => write!(f, "pcap:{}", file.display()),
             Self::InProcess => f.write_str("inproc:"),
         }
     }
@@ -115,7 +132,9 @@ mod tests {
 
     #[test]
     fn addresses_are_read_and_printed_alike() {
-        for text in ["can:vcan0", "log:/tmp/a b.log", "inproc:"] {
+        for text in
+            ["can:vcan0", "ethercat:eth1", "log:/tmp/a b.log", "pcap:/tmp/a b.pcapng", "inproc:"]
+        {
             assert_eq!(text.parse::<BusAddress>().unwrap().to_string(), text);
         }
     }
@@ -128,6 +147,9 @@ mod tests {
             ("can:a/b", "a/b"),
             ("can:an-interface-name-too-long", "15"),
             ("log:", "is missing"),
+            ("pcap:", "is missing"),
+            ("ethercat:", "is missing"),
+            ("ethercat:a/b", "a/b"),
             ("inproc:x", "nothing may follow"),
             ("tcp:host", "can:INTERFACE"),
         ] {

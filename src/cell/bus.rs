@@ -43,6 +43,7 @@ impl CellBus {
         if let Some(joints) = joints.filter(|joints| layout.axes() != *joints) {
             return Err(CellError::Axes { file: cell.to_path_buf(), axes: layout.axes(), joints });
         }
+        check_kind(cell, &section.source, &layout)?;
         let scales = Scales::new(&section.drives, &layout)
             .map_err(|source| CellError::Drives { file: cell.to_path_buf(), source })?;
         let folder = cell.parent().unwrap_or(Path::new(""));
@@ -64,10 +65,33 @@ impl CellBus {
     }
 }
 
-/// A log named in a cell file lies relative to that file.
+/// A log has the frames of any layout; a bus and a capture have those of their kind.
+fn check_kind(
+    cell: &Path,
+    sources: &[BusAddress],
+    layout: &CompiledLayout,
+) -> Result<(), CellError> {
+    let is_ethercat = layout.process_data().is_some();
+    let problem = sources.iter().find_map(|source| match source {
+        BusAddress::Can(_) if is_ethercat => Some(format!(
+            "`{source}` is CAN, and the layout is of EtherCAT; write ethercat:INTERFACE or pcap:FILE, or give the layout `dbc` or `nodes`"
+        )),
+        BusAddress::Pcap(_) | BusAddress::Ethercat(_) if !is_ethercat => Some(format!(
+            "`{source}` is EtherCAT, and the layout is of CAN; give it `eni` or `startup`, and `slaves`"
+        )),
+        _ => None,
+    });
+    problem.map_or(Ok(()), |problem| {
+        let (file, key) = (cell.to_path_buf(), "bus.source".to_owned());
+        Err(CellError::Value { file, line: None, key, problem })
+    })
+}
+
+/// A file named as a bus in a cell file lies relative to that file.
 fn resolve(address: &BusAddress, folder: &Path) -> BusAddress {
     match address {
         BusAddress::Log(file) => BusAddress::Log(folder.join(file)),
+        BusAddress::Pcap(file) => BusAddress::Pcap(folder.join(file)),
         other => other.clone(),
     }
 }

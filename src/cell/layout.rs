@@ -1,8 +1,10 @@
-//! The layout of a cell with the files that it names: a DBC file, or the device files of its nodes.
+//! The layout of a cell with the files that it names: a DBC file, the device files of its nodes, or the
+//! description of its EtherCAT network.
 
 use std::path::Path;
 
-use didim_drivers::layout::{CompiledLayout, LayoutSpec};
+use didim_drivers::ethercat::Capture;
+use didim_drivers::layout::{CompiledLayout, LayoutError, LayoutSpec};
 
 use super::{CellError, Library};
 
@@ -15,25 +17,40 @@ pub(super) fn read(
     let folder = cell.parent().unwrap_or(Path::new(""));
     let named =
         |key| move |source| CellError::Named { cell: cell.into(), key, source: Box::new(source) };
-    let (texts, with, compiled) = match (&spec.dbc, spec.nodes.is_empty()) {
-        (None, true) => {
+    let refused =
+        |with: &Path, source| CellError::Layout { file: cell.into(), with: with.into(), source };
+    let (texts, with, compiled) = match (&spec.dbc, &spec.eni, &spec.startup) {
+        (None, None, None) if spec.nodes.is_empty() => {
             return Err(CellError::Value {
                 file: cell.into(),
                 line: None,
                 key: "bus.layout".to_owned(),
-                problem:
-                    "names neither a `dbc` file nor the device files of its `nodes`; give one \
-                          of them"
-                        .to_owned(),
+                problem: "names neither a `dbc` file, nor the device files of its `nodes`, nor an `eni` file or a \
+                          `startup` of its `slaves`; give one of them"
+                    .to_owned(),
             });
         }
-        (Some(dbc), _) => {
+        (Some(dbc), ..) => {
             let path = folder.join(dbc);
             let text = library.read(&path).map_err(named("bus.layout.dbc"))?;
             let compiled = CompiledLayout::compile(&text, spec);
             (vec![("bus.dbc".to_owned(), text)], path, compiled)
         }
-        (None, false) => {
+        (None, Some(eni), _) => {
+            let path = folder.join(eni);
+            let text = library.read_device_file(&path).map_err(named("bus.layout.eni"))?;
+            let compiled = CompiledLayout::compile_eni(&text, spec);
+            (vec![("network.eni.xml".to_owned(), text)], path, compiled)
+        }
+        (None, None, Some(startup)) => {
+            let path = folder.join(startup);
+            let capture = Capture::open(&path).map_err(LayoutError::from);
+            let compiled = capture.and_then(|open| CompiledLayout::compile_startup(open, spec));
+            let text = compiled.as_ref().map(CompiledLayout::described).unwrap_or_default();
+            // A capture is no text: what it told is kept.
+            (vec![("network.txt".to_owned(), text)], path, compiled)
+        }
+        (None, None, None) => {
             let files = spec.nodes.iter().filter_map(|node| node.file());
             let texts = files
                 .map(|file| library.read_device_file(&folder.join(file)))
@@ -46,10 +63,6 @@ pub(super) fn read(
             (named.collect(), folder.to_path_buf(), compiled)
         }
     };
-    let layout = compiled.map_err(|source| CellError::Layout {
-        file: cell.into(),
-        with,
-        source: Box::new(source),
-    })?;
+    let layout = compiled.map_err(|source| refused(&with, Box::new(source)))?;
     Ok((layout, texts))
 }

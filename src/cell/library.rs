@@ -12,11 +12,13 @@ pub const SHIPPED: &[(&str, &str)] = &[
     ("config/robots/tx40-physical.toml", include_str!("../../config/robots/tx40-physical.toml")),
     ("config/dbc/cia402_six_axes.dbc", include_str!("../../config/dbc/cia402_six_axes.dbc")),
     ("config/eds/cia402_drive.eds", include_str!("../../config/eds/cia402_drive.eds")),
+    ("config/eni/cia402_six_drives.xml", include_str!("../../config/eni/cia402_six_drives.xml")),
     ("config/dbc/packed_fd_six_axes.dbc", include_str!("../../config/dbc/packed_fd_six_axes.dbc")),
     ("config/cells/tx40-packed-fd.toml", include_str!("../../config/cells/tx40-packed-fd.toml")),
     ("config/cells/tx40-paper.toml", include_str!("../../config/cells/tx40-paper.toml")),
     ("config/cells/tx40-cia402.toml", include_str!("../../config/cells/tx40-cia402.toml")),
     ("config/cells/tx40-cia402-eds.toml", include_str!("../../config/cells/tx40-cia402-eds.toml")),
+    ("config/cells/tx40-ethercat.toml", include_str!("../../config/cells/tx40-ethercat.toml")),
 ];
 
 /// A place to read configuration files from.
@@ -47,7 +49,7 @@ impl Library {
         text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
     }
 
-    /// The text of an EDS or DCF file. Many are not in UTF-8; what else they hold is names and
+    /// The text of an EDS, DCF or ENI file. Many are not in UTF-8; what else they hold is names and
     /// comments, so that a character that cannot be read does no harm.
     ///
     /// # Errors

@@ -23,22 +23,48 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, machine: &Machine, findings: &mu
                 listens = true;
                 interface(bus, machine, name.as_str(), findings);
             }
-            BusAddress::Log(file) if !file.is_file() => findings.push(Finding::error(
-                SOURCE,
-                format!("{source}: there is no such file"),
-                "correct the path, which is relative to the cell file",
-            )),
-            BusAddress::Log(_) => {}
+            BusAddress::Log(file) | BusAddress::Pcap(file) if !file.is_file() => {
+                findings.push(Finding::error(
+                    SOURCE,
+                    format!("{source}: there is no such file"),
+                    "correct the path, which is relative to the cell file",
+                ))
+            }
+            BusAddress::Log(_) | BusAddress::Pcap(_) => {}
+            BusAddress::Ethercat(name) => tap(machine, name.as_str(), findings),
             BusAddress::InProcess => findings.push(Finding::error(
                 SOURCE,
                 format!("{source}: not a bus of `didim run`"),
-                "write can:INTERFACE or log:FILE",
+                "write can:INTERFACE, ethercat:INTERFACE, log:FILE or pcap:FILE",
             )),
         }
     }
     if listens {
         receive_buffer(cell, bus, machine, findings);
     }
+}
+
+/// The interface at a tap of EtherCAT.
+fn tap(machine: &Machine, name: &str, findings: &mut Vec<Finding>) {
+    let place = format!("ethercat:{name}");
+    findings.extend(match machine.interface(name) {
+        None => Some(Finding::error(
+            SOURCE,
+            format!("{place}: there is no such interface on this machine"),
+            "`ip link` lists those there are; for a cell of another machine: --elsewhere",
+        )),
+        Some(interface) if interface.is_can => Some(Finding::error(
+            SOURCE,
+            format!("{place}: a CAN interface"),
+            "name the Ethernet interface at the tap",
+        )),
+        Some(interface) if !interface.is_up => Some(Finding::warning(
+            SOURCE,
+            format!("{place}: the interface is down; no frame comes until it is up"),
+            format!("ip link set {name} up"),
+        )),
+        Some(_) => None,
+    });
 }
 
 fn interface(bus: &CellBus, machine: &Machine, name: &str, findings: &mut Vec<Finding>) {

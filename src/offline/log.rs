@@ -1,4 +1,4 @@
-//! Candump logs and MCAP recordings of the bus: the same frames, layout and assembly as live.
+//! Logs, MCAP recordings and captures of the bus: the same frames, layout and assembly as live.
 
 use std::path::{Path, PathBuf};
 
@@ -60,7 +60,7 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole candump log or MCAP recording, motor side, cut where bus cycles are missing.
+/// Reads a whole log, MCAP recording or capture, motor side, cut where bus cycles are missing.
 ///
 /// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
 /// measurement begins with the second one.
@@ -134,7 +134,7 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), L
             }
         }
     };
-    let source = open_log(path)?;
+    let source = open_log(path, Some(&bus.layout))?;
     let since_1970_ns = source.since_1970_ns();
     let mut of_log =
         Samples::new(source, bus.assembler(), BATCH).with_tap(Some(Box::new(list_identifiers)));

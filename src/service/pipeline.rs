@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use didim_drivers::source::{
-    InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError,
+    InterfaceName, SocketCanOptions, SocketCanSource, Source, SourceError, TapSource,
 };
 
 use crate::archive::store::WindowProvenance;
@@ -157,7 +157,7 @@ fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions
 
 /// Where `didim run` keeps recordings: what a log brings is recorded already.
 pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
-    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_));
+    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     let sources = &cell.bus().ok()?.sources;
     let (options, folder) = recordings(cell, paths).filter(|_| !sources.iter().any(is_log))?;
     Some(ArchiverOptions { folder, recordings: options.clone() })
@@ -262,19 +262,32 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
     for address in &bus.sources {
         match address {
             BusAddress::Can(name) => interfaces.push(*name),
-            BusAddress::Log(file) if bus.sources.len() == 1 => {
+            BusAddress::Log(file) | BusAddress::Pcap(file) if bus.sources.len() == 1 => {
                 return Ok(OpenedSource {
-                    source: open_log(file)?,
+                    source: open_log(file, Some(&bus.layout))?,
                     pace: Pace::Replay,
                     receive_buffer: None,
                 });
             }
-            BusAddress::Log(_) => {
-                return Err(PipelineError::Sources("a log must be the only bus"));
+            BusAddress::Ethercat(name) if bus.sources.len() == 1 => {
+                let asked = bus.receive_buffer_bytes;
+                let source =
+                    TapSource::open(*name, &bus.layout, asked).map_err(SourceError::from)?;
+                let receive_buffer = Some(ReceiveBuffer {
+                    asked_bytes: asked.into(),
+                    granted_bytes: source.receive_buffer_bytes().into(),
+                });
+                let source = Box::new(source);
+                return Ok(OpenedSource { source, pace: Pace::Live, receive_buffer });
+            }
+            BusAddress::Log(_) | BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
+                return Err(PipelineError::Sources(
+                    "a log, a capture or a tap must be the only bus",
+                ));
             }
             BusAddress::InProcess => {
                 return Err(PipelineError::Sources(
-                    "inproc: is the bus of `didim demo`; name can:INTERFACE or log:FILE",
+                    "inproc: is the bus of `didim demo`; name can:INTERFACE, ethercat:INTERFACE, log:FILE or pcap:FILE",
                 ));
             }
         }

@@ -22,7 +22,7 @@ const ORDER: [(&str, &str); 9] = [
         "core/src/identification",
         "friction cutoff cross_validation identify closed_loop equation_error torque_along payload prediction judgement observation given",
     ),
-    ("drivers/src", "samples assemble source socket clock units layout frame"),
+    ("drivers/src", "samples assemble source socket clock units layout ethercat frame"),
     ("src", "proposal check service report offline cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency"),

@@ -62,9 +62,9 @@ fn it_has_its_sections_in_order_and_says_what_the_result_says() {
             let value = parameter["value"].as_f64().unwrap();
             assert!((shown - value).abs() <= 0.5 * sigma, "{name}: {shown} for {value}");
         }
-        // Two panels per joint, and one of the convergence.
+        // Three panels per joint, and one of the convergence.
         let panels = html.matches("<svg class=\"panel\"").count();
-        assert_eq!(panels, if method == "didim" { 13 } else { 12 });
+        assert_eq!(panels, if method == "didim" { 19 } else { 18 });
     }
 }
 

@@ -152,7 +152,7 @@ pub(crate) struct Configuration(Folder);
 impl Configuration {
     pub(crate) fn new() -> Self {
         let folder = Folder::new();
-        for part in ["cells", "robots", "dbc", "eds"] {
+        for part in ["cells", "robots", "dbc", "eds", "eni"] {
             std::fs::create_dir(folder.path(part)).unwrap();
             for entry in std::fs::read_dir(shipped(part)).unwrap() {
                 let entry = entry.unwrap();

@@ -104,6 +104,14 @@ causes! {
         CounterGap => counter_gap,
         /// A frame of an axis did not come; or did not before, where its signals are interpolated.
         MissingAxis => missing_axis,
+        /// A slave of EtherCAT was in INIT, PREOP or BOOT, or reported an error (AL status). Remedy: look
+        /// at the master.
+        NotOperational => not_operational,
+        /// A slave of EtherCAT was in SAFEOP: its drive takes no outputs.
+        SafeOperational => safe_operational,
+        /// The working counter of a datagram was not the expected one: a slave had not taken part, and which
+        /// one cannot be told. Remedy: look at cables and slaves.
+        WorkingCounter => working_counter,
         /// Two frames of one message said different things in one cycle.
         Contradiction => contradiction,
         /// A drive was not in the state "operation enabled" (CiA 402), or not in that of the layout's
@@ -151,7 +159,7 @@ pub struct Losses {
     /// Samples taken without a reference although the layout has one: it was missing or stale.
     pub samples_without_reference: u64,
     /// Cycles lost in which every drive said that it is not enabled: at rest, not in trouble. They are
-    /// part of [`CycleLosses::not_enabled`].
+    /// part of [`CycleLosses::not_enabled`] and [`CycleLosses::safe_operational`].
     pub cycles_idle: u64,
     /// Frames not used.
     pub frames: FrameLosses,

@@ -280,7 +280,8 @@ impl State {
         match sample {
             Err(cause) => {
                 self.losses.cycles.count(cause, 1);
-                let idle = cause == CycleCause::NotEnabled && cycle.is_idle(self.axes);
+                let at_rest = matches!(cause, CycleCause::NotEnabled | CycleCause::SafeOperational);
+                let idle = at_rest && cycle.is_idle(self.axes);
                 self.losses.cycles_idle += u64::from(idle);
                 let frames = cycle.frames + cycle.references.frames;
                 self.losses.frames.count(FrameCause::CycleLost, frames);

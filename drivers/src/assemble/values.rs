@@ -3,7 +3,9 @@
 use didim_core::MAX_JOINTS;
 
 use super::losses::CycleCause;
-use crate::layout::{MessagePlan, Quantity};
+use crate::layout::{
+    AL_ERROR, BELOW_SAFE_OPERATIONAL, MessagePlan, Quantity, SAFE_OPERATIONAL, WRONG_COUNTER,
+};
 
 /// The bits of a CiA 402 status word (6041h) that tell the state, and "operation enabled".
 const STATE_MASK: u16 = 0x6F;
@@ -54,6 +56,12 @@ pub(super) fn read_values(
                 values.counter = extraction.signal.field.bits(payload);
                 continue;
             }
+            Quantity::NetworkState => {
+                if let Some(cause) = network_fault(extraction.signal.field.bits(payload)) {
+                    fault = first(fault, cause);
+                }
+                continue;
+            }
             Quantity::Enabled => {
                 // Put down as the status word that says the same.
                 let is = extraction.signal.field.bits(payload) == u64::from(enabled);
@@ -83,6 +91,19 @@ pub(super) fn read_values(
         }
     }
     fault
+}
+
+/// What the state of an EtherCAT network costs a cycle.
+fn network_fault(state: u64) -> Option<CycleCause> {
+    let state = u8::try_from(state).unwrap_or(0);
+    // The states of all slaves in one byte, one over the other.
+    if state & (BELOW_SAFE_OPERATIONAL | AL_ERROR) != 0 {
+        Some(CycleCause::NotOperational)
+    } else if state & SAFE_OPERATIONAL != 0 {
+        Some(CycleCause::SafeOperational)
+    } else {
+        (state & WRONG_COUNTER != 0).then_some(CycleCause::WorkingCounter)
+    }
 }
 
 /// The cause that is counted when two cost the same cycle.

@@ -22,6 +22,9 @@ impl CompiledLayout {
         if !spec.nodes.is_empty() {
             return refuse("nodes", "names device files; give them or `dbc`, not both".into());
         }
+        if !spec.slaves.is_empty() {
+            return refuse("slaves", "are of an ENI file or a start-up, not of `dbc`".into());
+        }
         check_no_objects(spec)?;
         let patterns = patterns(spec)?;
         // A pattern per axis: their number has to be one of an arm's before anything is made of it.
@@ -164,9 +167,10 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("reference.unit", reference.is_some_and(|r| r.unit.is_some())),
     ];
     match keys.into_iter().find(|(_, given)| *given) {
-        Some((key, _)) => {
-            refuse(key, "is for `nodes` only; a DBC file has `signal` and units".into())
-        }
+        Some((key, _)) => refuse(
+            key,
+            "is for `nodes` and `slaves` only; a DBC file has `signal` and units".into(),
+        ),
         None => Ok(()),
     }
 }
@@ -284,7 +288,9 @@ fn add(
 /// A status word is a word and a counter counts: neither has a scale.
 pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
     let fault = match quantity {
-        Quantity::Position | Quantity::Torque | Quantity::Reference => None,
+        Quantity::Position | Quantity::Torque | Quantity::Reference | Quantity::NetworkState => {
+            None
+        }
         Quantity::StatusWord | Quantity::Enabled | Quantity::Counter
             if signal.field.encoding() != Encoding::Unsigned
                 || signal.field.scale() != (1.0, 0.0) =>

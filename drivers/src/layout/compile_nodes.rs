@@ -12,12 +12,12 @@ use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
 
 /// One object that the layout asks every node for.
-struct Wanted<'a> {
-    key: &'static str,
-    quantity: Quantity,
-    object: Object,
-    unit: &'a str,
-    direction: Direction,
+pub(super) struct Wanted<'a> {
+    pub(super) key: &'static str,
+    pub(super) quantity: Quantity,
+    pub(super) object: Object,
+    pub(super) unit: &'a str,
+    pub(super) direction: Direction,
 }
 
 /// A device file, read, with its PDOs.
@@ -54,12 +54,13 @@ impl CompiledLayout {
 }
 
 /// Keys that only a layout from a DBC file has.
-fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
+pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     if spec.sync.is_some() {
-        return refuse("sync", "is object 1005h of the device files; leave it out".into());
+        let reason = "is object 1005h of the device files, and the cycle of EtherCAT; leave it out";
+        return refuse("sync", reason.into());
     }
     if spec.counter.is_some() {
-        return refuse("counter", "is for packed frames; PDOs go by the SYNC".into());
+        return refuse("counter", "is for packed frames; PDOs go by the cycle".into());
     }
     let signals = [
         ("position.signal", spec.position.signal.is_some()),
@@ -69,9 +70,10 @@ fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("except", !spec.except.is_empty()),
     ];
     match signals.into_iter().find(|(_, given)| *given) {
-        Some((key, _)) => {
-            refuse(key, "names a signal of a DBC file; with `nodes` use `object`".into())
-        }
+        Some((key, _)) => refuse(
+            key,
+            "names a signal of a DBC file; with `nodes` and `slaves` use `object`".into(),
+        ),
         None if at_arrival(spec) => {
             refuse("position.valid", "\"arrival\" is for a bus without SYNC; PDOs go by it".into())
         }
@@ -79,7 +81,7 @@ fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
     }
 }
 
-fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
+pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> {
     let one = |key, unit_key, quantity, object: Option<&str>, unit, direction| {
         let Some(object) = object else {
             return refuse(key, "missing: name the object, as \"6064:00\"".into());

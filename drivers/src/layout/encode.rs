@@ -5,6 +5,7 @@ use didim_core::MAX_JOINTS;
 
 use super::field::DoesNotFit;
 use super::plan::{CompiledLayout, MessagePlan, Quantity, Role};
+use super::process_data::OPERATIONAL;
 use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
 
 /// What one axis puts on the bus in one cycle, in the units of the DBC file.
@@ -81,6 +82,7 @@ impl MessagePlan {
                 Quantity::Torque => axis.torque,
                 Quantity::Reference => axis.reference,
                 Quantity::StatusWord | Quantity::Enabled => f64::from(axis.status_word),
+                Quantity::NetworkState => f64::from(OPERATIONAL),
                 Quantity::Counter => {
                     // `insert` keeps the low bits: a counter starts again at 2^width.
                     extraction.signal.field.insert(&mut payload, values.counter);

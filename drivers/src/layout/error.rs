@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::ethercat::CaptureError;
+
 /// Why a DBC file and a layout do not make a plan. Every variant names what is wrong and where;
 /// `line` counts from 1 in the DBC file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -103,6 +105,9 @@ pub enum LayoutError {
     /// A device file of the layout's nodes does not make a plan.
     #[error(transparent)]
     Eds(#[from] super::eds::EdsError),
+    /// The description of the layout's EtherCAT slaves does not make a plan.
+    #[error(transparent)]
+    Network(#[from] super::slaves::NetworkError),
     /// A key of the layout has a value that makes no sense.
     #[error("`{key}`: {reason}")]
     Key {
@@ -111,6 +116,12 @@ pub enum LayoutError {
         /// What is wrong, and what would be right.
         reason: String,
     },
+}
+
+impl From<CaptureError> for LayoutError {
+    fn from(error: CaptureError) -> Self {
+        Self::Network(error.into())
+    }
 }
 
 struct At(Option<usize>);

@@ -4,12 +4,13 @@
 //! positions, torques and references, and when each is valid. Both are read once, at start, and
 //! compiled to a [`CompiledLayout`]: a table from identifier to message and, per message, the bits of
 //! each signal. CiA 402 is a DBC file, not code; or the device files of the drives (EDS, DCF), whose
-//! PDOs are read the same way.
+//! PDOs are read the same way; or the description of an EtherCAT network (ENI).
 //!
 //! Values here are in the units of the DBC file; [`crate::units`] makes them SI.
 
 mod compile;
 mod compile_nodes;
+mod compile_slaves;
 mod contents;
 mod dbc;
 mod eds;
@@ -17,6 +18,8 @@ mod encode;
 mod error;
 mod field;
 mod plan;
+mod process_data;
+mod slaves;
 mod spec;
 
 pub use contents::{CarriedObject, DeviceContents};
@@ -26,7 +29,13 @@ pub use encode::{AxisValues, CycleValues, EncodeError};
 pub use error::LayoutError;
 pub use field::{ByteOrder, DoesNotFit, EXACT_BITS, Encoding, Field};
 pub use plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Unreadable};
+pub use process_data::ProcessData;
+pub(crate) use process_data::{
+    AL_ERROR, AL_STATUS_BITS, BELOW_SAFE_OPERATIONAL, Gathered, ProcessDatagram, SAFE_OPERATIONAL,
+    SYNC, WRONG_COUNTER,
+};
+pub use slaves::NetworkError;
 pub use spec::{
     CyclesBy, EnabledSpec, ExceptSpec, LayoutSpec, NodeSpec, PositionSpec, PositionValidity,
-    ReferenceSpec, ReferenceValidity, SignalNames, TorqueSpec, TorqueValidity,
+    ReferenceSpec, ReferenceValidity, SignalNames, SlaveSpec, TorqueSpec, TorqueValidity,
 };

@@ -6,6 +6,7 @@ use didim_core::identification::SignalTiming;
 
 use super::dbc::{MessageFormat, SignalFormat};
 use super::field::Field;
+use super::process_data::ProcessData;
 use super::spec::CyclesBy;
 use crate::frame::{Frame, FrameId, FrameKind};
 
@@ -30,6 +31,9 @@ pub enum Quantity {
     Enabled,
     /// Counter of the packed frame; of no axis, `axis` is 0.
     Counter,
+    /// What the EtherCAT network said of itself in the cycle: AL status, and whether the working
+    /// counters are the expected ones.
+    NetworkState,
 }
 
 impl fmt::Display for Quantity {
@@ -41,6 +45,7 @@ impl fmt::Display for Quantity {
             Self::StatusWord => "status word",
             Self::Enabled => "state",
             Self::Counter => "counter",
+            Self::NetworkState => "network state",
         })
     }
 }
@@ -141,6 +146,7 @@ pub struct CompiledLayout {
     period_ns: f64,
     validity: Validity,
     cycles_by: CyclesBy,
+    process_data: Option<ProcessData>,
 }
 
 impl CompiledLayout {
@@ -165,7 +171,38 @@ impl CompiledLayout {
                 FrameId::Extended(id) => extended.push((id, k)),
             }
         }
-        Self { messages, standard, extended, sampled_by, axes, period_ns, validity, cycles_by }
+        Self {
+            messages,
+            standard,
+            extended,
+            sampled_by,
+            axes,
+            period_ns,
+            validity,
+            cycles_by,
+            process_data: None,
+        }
+    }
+
+    pub(super) fn with_process_data(self, process_data: ProcessData) -> Self {
+        Self { process_data: Some(process_data), ..self }
+    }
+
+    /// How EtherCAT datagrams become the frames of the plan; nothing where they come as they are.
+    pub fn process_data(&self) -> Option<&ProcessData> {
+        self.process_data.as_ref()
+    }
+
+    /// What the layout reads, as text: a line for each message and each datagram.
+    pub fn described(&self) -> String {
+        let message = |message: &MessagePlan| {
+            let signals = message.extractions.iter().map(|e| e.signal.name.as_str());
+            let signals: Vec<&str> = signals.collect();
+            format!("{} {}: {}\n", message.format.id, message.format.name, signals.join(" "))
+        };
+        let datagrams = self.process_data.iter().flat_map(|data| &data.datagrams);
+        let datagrams = datagrams.map(|datagram| format!("{datagram:?}\n"));
+        self.messages.iter().map(message).chain(datagrams).collect()
     }
 
     /// How bus cycles are counted.

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 /// The table `[bus.layout]` of a cell file: which signals of which DBC file are the arm's.
 ///
 /// A signal is named `Message.Signal`; `{axis}` stands for the number of the axis, from 1, or a list
-/// names each axis' own ([`SignalNames`]). With `nodes` it is an object of every node's dictionary, as
-/// `6064:00`, and its unit. Every signal says when it is valid, relative to the instant of its sample:
-/// the SYNC, or the arrival of the packed frame.
+/// names each axis' own ([`SignalNames`]). With `nodes` or `slaves` it is an object of every drive's
+/// dictionary, as `6064:00`, and its unit. Every signal says when it is valid, relative to the instant of
+/// its sample: the SYNC, or the arrival of the packed frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayoutSpec {
@@ -21,6 +21,15 @@ pub struct LayoutSpec {
     /// The nodes of CANopen drives with their device files, one per axis, in the order of the axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<NodeSpec>,
+    /// The ENI file of an EtherCAT network, relative to the cell file; or `startup`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eni: Option<PathBuf>,
+    /// A capture that holds the start-up of an EtherCAT network, relative to the cell file; or `eni`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub startup: Option<PathBuf>,
+    /// The EtherCAT slaves, one per axis, in the order of the axes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub slaves: Vec<SlaveSpec>,
     /// Number of axes.
     pub axes: usize,
     /// The nominal period of the bus cycle \[µs\]; or `rate_hz`, not both.
@@ -86,6 +95,21 @@ impl NodeSpec {
     }
 }
 
+/// One entry of `slaves`: an EtherCAT drive, or one axis of it.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SlaveSpec {
+    /// Its name in the ENI file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Its configured station address, in place of the name or beside it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub address: Option<u16>,
+    /// Added to the index of every object, as in [`NodeSpec`].
+    #[serde(default)]
+    pub object_offset: u16,
+}
+
 /// How bus cycles are counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -139,10 +163,10 @@ pub struct PositionSpec {
     /// `Message.Signal` of the DBC file, with `{axis}` or of each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes`: index and sub-index of the object, as `6064:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object, as `6064:00`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes`: the unit of the object, which a device file does not tell.
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// When it is valid.
@@ -166,10 +190,10 @@ pub struct TorqueSpec {
     /// `Message.Signal` of the DBC file, with `{axis}` or of each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes`: index and sub-index of the object, as `6064:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object, as `6064:00`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes`: the unit of the object, which a device file does not tell.
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// When it is valid.
@@ -221,10 +245,10 @@ pub struct ReferenceSpec {
     /// `Message.Signal` of the DBC file, with `{axis}` or of each axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<SignalNames>,
-    /// With `nodes`: index and sub-index of the object, as `6064:00`.
+    /// With `nodes` or `slaves`: index and sub-index of the object, as `6064:00`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<String>,
-    /// With `nodes`: the unit of the object, which a device file does not tell.
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// When it is valid.

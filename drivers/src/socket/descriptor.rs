@@ -1,4 +1,4 @@
-//! A raw CAN socket and the state of a network device.
+//! Raw sockets of CAN and of Ethernet, and the state of a network device.
 
 #![allow(unsafe_code, reason = "socket, bind, setsockopt, getsockopt, shutdown, ioctl")]
 
@@ -11,22 +11,61 @@ use crate::frame::interface::InterfaceName;
 #[allow(clippy::cast_possible_truncation, reason = "C declares AF_CAN (29) wider than its field")]
 const FAMILY: libc::sa_family_t = libc::AF_CAN as libc::sa_family_t;
 
-/// A CAN_RAW socket. It has no way to send; where the kernel can shut the write side, it is shut.
-#[derive(Debug)]
-pub(crate) struct CanSocket(OwnedFd);
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "C declares AF_PACKET (17) wider than its field"
+)]
+const PACKET_FAMILY: libc::sa_family_t = libc::AF_PACKET as libc::sa_family_t;
 
-impl CanSocket {
-    /// An unbound socket: it receives nothing before [`Self::bind`].
-    pub(crate) fn new() -> io::Result<Self> {
+/// Of `linux/if_packet.h`: what the host itself sends is not received; and every frame is, whoever it is for.
+const PACKET_IGNORE_OUTGOING: libc::c_int = 23;
+const PACKET_ADD_MEMBERSHIP: libc::c_int = 1;
+const PACKET_MR_PROMISC: u16 = 1;
+
+/// A raw socket. It has no way to send; where the kernel can shut the write side, it is shut.
+#[derive(Debug)]
+pub(crate) struct Socket(OwnedFd);
+
+impl Socket {
+    /// An unbound socket of CAN: it receives nothing before [`Self::bind_can`].
+    pub(crate) fn can() -> io::Result<Self> {
+        Self::new(libc::PF_CAN, libc::CAN_RAW)
+    }
+
+    /// An unbound socket of Ethernet (packet(7)): it receives nothing before [`Self::bind_packets`]. It takes
+    /// CAP_NET_RAW.
+    pub(crate) fn packets() -> io::Result<Self> {
+        Self::new(libc::PF_PACKET, 0)
+    }
+
+    fn new(family: libc::c_int, protocol: libc::c_int) -> io::Result<Self> {
         let flags = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
         // SAFETY: takes no pointers.
-        let descriptor = check(unsafe { libc::socket(libc::PF_CAN, flags, libc::CAN_RAW) })?;
+        let descriptor = check(unsafe { libc::socket(family, flags, protocol) })?;
         // SAFETY: the kernel just made this descriptor and nobody else knows it.
         Ok(Self(unsafe { OwnedFd::from_raw_fd(descriptor) }))
     }
 
+    /// Starts to receive what others send of one protocol (an EtherType) on the device of this index,
+    /// whoever it is for.
+    pub(crate) fn bind_packets(&self, device: libc::c_int, protocol: u16) -> io::Result<()> {
+        self.set(libc::SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)?;
+        let [low, high] = PACKET_MR_PROMISC.to_ne_bytes();
+        // `struct packet_mreq`: the device, the kind with a length of address, and no address.
+        let everything = [device.cast_unsigned(), u32::from_ne_bytes([low, high, 0, 0]), 0, 0];
+        self.set_all(libc::SOL_PACKET, PACKET_ADD_MEMBERSHIP, &everything)?;
+        // SAFETY: sockaddr_ll is plain integers; all zeros is a valid value.
+        let mut address: libc::sockaddr_ll = unsafe { core::mem::zeroed() };
+        address.sll_family = PACKET_FAMILY;
+        address.sll_protocol = protocol.to_be();
+        address.sll_ifindex = device;
+        let length = socklen::<libc::sockaddr_ll>();
+        // SAFETY: the address lives through the call and its length is that of its type.
+        check(unsafe { libc::bind(self.raw(), (&raw const address).cast(), length) }).map(drop)
+    }
+
     /// Starts to receive from the device of this index.
-    pub(crate) fn bind(&self, device: libc::c_int) -> io::Result<()> {
+    pub(crate) fn bind_can(&self, device: libc::c_int) -> io::Result<()> {
         // SAFETY: sockaddr_can is plain integers; all zeros is a valid value.
         let mut address: libc::sockaddr_can = unsafe { core::mem::zeroed() };
         address.can_family = FAMILY;
@@ -76,6 +115,14 @@ impl CanSocket {
         Ok(value)
     }
 
+    /// For tests of the receiving side, which need somebody who sends.
+    #[cfg(test)]
+    pub(crate) fn send(&self, packet: &[u8]) -> io::Result<()> {
+        // SAFETY: the slice lives through the call, and the kernel only reads it.
+        let sent = unsafe { libc::send(self.raw(), packet.as_ptr().cast(), packet.len(), 0) };
+        if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+    }
+
     pub(super) fn raw(&self) -> libc::c_int {
         self.0.as_raw_fd()
     }
@@ -94,7 +141,7 @@ pub(crate) struct DeviceState {
 
 /// Asks through a socket for the device of this name; ENODEV when there is none.
 /// Allocates nothing.
-pub(crate) fn device_state(socket: &CanSocket, name: InterfaceName) -> io::Result<DeviceState> {
+pub(crate) fn device_state(socket: &Socket, name: InterfaceName) -> io::Result<DeviceState> {
     // SAFETY: ifreq is integers and byte arrays; all zeros is a valid value.
     let mut request: libc::ifreq = unsafe { core::mem::zeroed() };
     // A name has at most 15 bytes: the sixteenth stays zero.

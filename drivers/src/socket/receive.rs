@@ -4,7 +4,7 @@
 
 use std::io;
 
-use super::CanSocket;
+use super::Socket;
 use super::control::{CONTROL_BYTES, ControlData};
 use crate::frame::MAX_PAYLOAD;
 
@@ -12,14 +12,17 @@ use crate::frame::MAX_PAYLOAD;
 const BATCH: usize = 64;
 
 /// Bytes of `struct canfd_frame`; a classic frame has its first 16.
-const FRAME_BYTES: usize = 8 + MAX_PAYLOAD;
+const CAN_BYTES: usize = 8 + MAX_PAYLOAD;
+
+/// Bytes of the longest Ethernet frame: 1500 with its header, and room for tags.
+pub(crate) const PACKET_BYTES: usize = 1536;
 
 /// Where the kernel puts one frame. Aligned for `struct cmsghdr`.
 #[derive(Clone, Copy)]
 #[repr(C, align(8))]
-struct Slot {
+struct Slot<const BYTES: usize> {
     control: [u8; CONTROL_BYTES],
-    frame: [u8; FRAME_BYTES],
+    frame: [u8; BYTES],
     /// Written bytes of `frame`.
     length: usize,
     /// Written bytes of `control`.
@@ -27,18 +30,20 @@ struct Slot {
     flags: libc::c_int,
 }
 
-const EMPTY: Slot = Slot {
-    control: [0; CONTROL_BYTES],
-    frame: [0; FRAME_BYTES],
-    length: 0,
-    control_length: 0,
-    flags: 0,
-};
+impl<const BYTES: usize> Slot<BYTES> {
+    const EMPTY: Self = Self {
+        control: [0; CONTROL_BYTES],
+        frame: [0; BYTES],
+        length: 0,
+        control_length: 0,
+        flags: 0,
+    };
+}
 
 /// One received message as the kernel described it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Message<'a> {
-    /// `struct can_frame` or `struct canfd_frame`, told apart by its length.
+    /// `struct can_frame` or `struct canfd_frame`, told apart by its length; or an Ethernet frame.
     pub(crate) bytes: &'a [u8],
     /// Sent by this host (MSG_DONTROUTE), through this or another socket.
     pub(crate) sent_here: bool,
@@ -47,20 +52,20 @@ pub(crate) struct Message<'a> {
 }
 
 /// Frames taken from one socket and not yet handed out. All memory is made at the start.
-pub(crate) struct ReceiveBuffer {
-    slots: Box<[Slot]>,
+pub(crate) struct ReceiveBuffer<const BYTES: usize = CAN_BYTES> {
+    slots: Box<[Slot<BYTES>]>,
     filled: usize,
     next: usize,
 }
 
-impl ReceiveBuffer {
+impl<const BYTES: usize> ReceiveBuffer<BYTES> {
     pub(crate) fn new() -> Self {
-        Self { slots: vec![EMPTY; BATCH].into_boxed_slice(), filled: 0, next: 0 }
+        Self { slots: vec![Slot::EMPTY; BATCH].into_boxed_slice(), filled: 0, next: 0 }
     }
 
     /// Takes what waits in the socket, without waiting, after the last frames are used up.
     #[allow(clippy::unnecessary_cast, reason = "the types differ between C libraries")]
-    pub(crate) fn fill(&mut self, socket: &CanSocket) -> io::Result<()> {
+    pub(crate) fn fill(&mut self, socket: &Socket) -> io::Result<()> {
         (self.filled, self.next) = (0, 0);
         // SAFETY: iovec and mmsghdr are integers and pointers; zero and null are valid values.
         let mut vectors: [libc::iovec; BATCH] = unsafe { core::mem::zeroed() };
@@ -69,7 +74,7 @@ impl ReceiveBuffer {
         let parts = headers.iter_mut().zip(&mut vectors).zip(&mut self.slots);
         for ((header, vector), slot) in parts {
             vector.iov_base = slot.frame.as_mut_ptr().cast();
-            vector.iov_len = FRAME_BYTES;
+            vector.iov_len = BYTES;
             header.msg_hdr.msg_iov = vector;
             header.msg_hdr.msg_iovlen = 1;
             header.msg_hdr.msg_control = slot.control.as_mut_ptr().cast();
@@ -92,7 +97,7 @@ impl ReceiveBuffer {
             return Err(io::Error::last_os_error());
         };
         for (slot, header) in self.slots.iter_mut().zip(&headers).take(received) {
-            slot.length = (header.msg_len as usize).min(FRAME_BYTES);
+            slot.length = (header.msg_len as usize).min(BYTES);
             slot.control_length = (header.msg_hdr.msg_controllen as usize).min(CONTROL_BYTES);
             slot.flags = header.msg_hdr.msg_flags;
         }

@@ -5,13 +5,13 @@
 use core::time::Duration;
 use std::io;
 
-use super::CanSocket;
+use super::Socket;
 use crate::frame::interface::MAX_INTERFACES;
 
 /// Waits until a socket has a frame or an error, or the time is up; without sockets it sleeps.
 /// An interruption by a signal counts as the end of the wait.
 pub(crate) fn wait_readable<'a>(
-    sockets: impl Iterator<Item = &'a CanSocket>,
+    sockets: impl Iterator<Item = &'a Socket>,
     timeout: Duration,
 ) -> io::Result<()> {
     let unused = libc::pollfd { fd: -1, events: libc::POLLIN, revents: 0 };

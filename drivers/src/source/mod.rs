@@ -1,6 +1,8 @@
 //! Where frames come from: one trait that can only receive.
 
+mod ethercat;
 mod in_process;
+mod listening;
 pub mod mcap;
 mod socket_can;
 mod text_log;
@@ -8,6 +10,7 @@ mod text_log;
 use core::time::Duration;
 
 pub use self::mcap::{McapError, McapSource, McapWriter};
+pub use ethercat::{CaptureSource, EthercatError, Seen, TapSource};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
 pub use socket_can::{
     LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,
@@ -87,7 +90,8 @@ pub struct SourceCounters {
     /// Times an interface had vanished and was opened again.
     pub reopened: u64,
     /// Frames passed over: of an interface that was not asked for, or of a kind that is not
-    /// understood (CAN XL).
+    /// understood (CAN XL). With EtherCAT, packets that bring no process data of the layout, such as
+    /// those of mailboxes.
     pub passed_over: u64,
     /// Frames without a stamp of the kernel, stamped when they were read instead.
     pub stamped_late: u64,
@@ -122,6 +126,9 @@ pub enum SourceError {
     /// A recording could not be read.
     #[error(transparent)]
     Mcap(#[from] McapError),
+    /// A capture, or a tap of EtherCAT, failed.
+    #[error(transparent)]
+    Ethercat(#[from] EthercatError),
     /// A SocketCAN interface failed.
     #[error(transparent)]
     SocketCan(#[from] SocketCanError),
@@ -135,6 +142,7 @@ impl SourceError {
             Self::NoRoom => true,
             Self::TextLog(error) => error.is_recoverable(),
             Self::Mcap(error) => error.is_recoverable(),
+            Self::Ethercat(error) => error.is_recoverable(),
             Self::SocketCan(error) => error.is_recoverable(),
         }
     }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 pub(crate) mod bus;
+pub(crate) mod ethercat;
 
 use didim_drivers::layout::CompiledLayout;
 

@@ -6,11 +6,13 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use didim_drivers::ethercat::Capture;
 use didim_drivers::frame::Frame;
+use didim_drivers::layout::CompiledLayout;
 use didim_drivers::source::mcap::{FileEnd, MAGIC, McapScan};
 use didim_drivers::source::{
-    InterfaceName, McapError, McapSource, Received, Source, SourceCounters, SourceError,
-    StampClock, TextLog,
+    CaptureSource, InterfaceName, McapError, McapSource, Received, Source, SourceCounters,
+    SourceError, StampClock, TextLog,
 };
 
 use super::ring::segments;
@@ -22,18 +24,25 @@ pub fn is_mcap(path: &Path) -> bool {
     read.is_ok() && magic == MAGIC
 }
 
-/// Opens a candump log, an MCAP recording, or the folder of a ring as one long recording.
+/// Opens a candump log, an MCAP recording, the folder of a ring as one long recording, or a capture of
+/// EtherCAT, whose frames are those that the layout makes of it.
 ///
 /// A recording without an end is read up to its last whole chunk, and a warning says so.
 ///
 /// # Errors
 /// [`SourceError`]: it cannot be opened.
-pub fn open_log(path: &Path) -> Result<Box<dyn Source>, SourceError> {
+pub fn open_log(
+    path: &Path,
+    layout: Option<&CompiledLayout>,
+) -> Result<Box<dyn Source>, SourceError> {
     if path.is_dir() {
         return Ok(Box::new(RingSource::open(path)?));
     }
     if is_mcap(path) {
         return Ok(Box::new(open_recording(path, &[])?));
+    }
+    if Capture::is_one(path) {
+        return Ok(Box::new(CaptureSource::open(path, layout)?));
     }
     Ok(Box::new(TextLog::open(path, &[])?))
 }

@@ -132,7 +132,8 @@ impl RecordedWindow {
         path: &Path,
         assembler: Assembler,
     ) -> Result<Option<u64>, SourceError> {
-        for sample in Samples::new(open_log(path)?, assembler, BATCH) {
+        let source = open_log(path, Some(assembler.layout()))?;
+        for sample in Samples::new(source, assembler, BATCH) {
             let sample = sample?;
             if sample.stamp_ns == self.first_stamp_ns {
                 return Ok(self.first_sequence.checked_sub(sample.sequence));

@@ -10,8 +10,8 @@ use super::data::HELD;
 const SIGNAL: &str = "With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1; or a list of one for each axis.";
 const NAMES: &str = "text, or a list of texts";
 const OBJECT: &str =
-    "With `nodes`: index and sub-index of the object in hexadecimal, as `6064:00`.";
-const UNIT: &str = "With `nodes`: the unit of the object, which a device file does not tell; the gains are checked against it.";
+    "With `nodes` or `slaves`: index and sub-index of the object in hexadecimal, as `6064:00`.";
+const UNIT: &str = "With `nodes` or `slaves`: the unit of the object, which their files do not tell; the gains are checked against it.";
 const INTEGER: &str = "Its signal of the DBC file, as of `position`: an unsigned integer of at most 16 bits, with factor 1 and offset 0. Its bits may be \
                        those of other signals.";
 const PROVENANCE: &str = "Where the numbers come from: a data sheet with its page, an object read from the drive, a measurement. Never empty.";
@@ -27,7 +27,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 Other("text, or a list of texts"),
                 "",
                 Required,
-                "Where the frames come from: `\"can:INTERFACE\"`, `\"log:FILE\"` (candump) or `\"inproc:\"` (the simulated arm in the same process). \
+                "Where the frames come from: `\"can:INTERFACE\"`, `\"log:FILE\"` (candump), `\"ethercat:INTERFACE\"` and `\"pcap:FILE\"` (a tap and a capture of EtherCAT) or `\"inproc:\"` (the simulated arm in the same process). \
                  A list of `can:` where several interfaces carry parts of one layout.",
             ),
             key(
@@ -66,15 +66,15 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         heading: "[bus.layout]",
         path: "bus.layout",
-        about: "Which signals of the DBC file or of the device files are the arm's. Each states when it is valid, relative to the instant of the \
-                sample: the SYNC, or the arrival of the packed frame.",
+        about: "Which signals of the DBC file, of the device files or of the EtherCAT network are the arm's. Each states when it is valid, relative to the instant of the \
+                sample: the SYNC, or the arrival of the packed frame, or the cycle of EtherCAT.",
         keys: &[
             key(
                 "dbc",
                 File,
                 "",
-                Optional("`nodes` describe the frames"),
-                "The DBC file. A layout has `dbc` or `nodes`.",
+                Optional("`nodes` or `slaves` describe the frames"),
+                "The DBC file. A layout has `dbc`, `nodes` or `slaves`.",
             ),
             key(
                 "nodes",
@@ -82,6 +82,27 @@ pub(super) const SECTIONS: &[Section] = &[
                 "",
                 Default("[]"),
                 "The CANopen drives with their device files, one entry for each axis, in their order; in place of `dbc`, `sync` and `counter`.",
+            ),
+            key(
+                "eni",
+                File,
+                "",
+                Optional("`startup` describes the slaves"),
+                "The ENI file by which the EtherCAT master was configured. `slaves` need it, or `startup`.",
+            ),
+            key(
+                "startup",
+                File,
+                "",
+                Optional("`eni` describes the slaves"),
+                "A capture that begins before the EtherCAT master starts and ends when the drives run: what the master told the slaves is learnt from it.",
+            ),
+            key(
+                "slaves",
+                Tables,
+                "",
+                Default("[]"),
+                "The EtherCAT drives, one entry for each axis, in their order; in place of `dbc`, `sync` and `counter`.",
             ),
             key("axes", Whole, "", Required, "Number of axes."),
             key(
@@ -216,6 +237,29 @@ pub(super) const SECTIONS: &[Section] = &[
         example: "[bus.layout]\nexcept = [{ signal = \"Feedback_{axis}.Register\", is = [0x33, 0x55, 0xAA] }]",
     },
     Section {
+        heading: "bus.layout.slaves",
+        path: "bus.layout.slaves.0",
+        about: "One EtherCAT drive, or one axis of a drive of several. An entry has `name`, `address` or both.",
+        keys: &[
+            key("name", Text, "", Optional("`address` says which"), "Its name in the ENI file."),
+            key(
+                "address",
+                Whole,
+                "",
+                Optional("`name` says which"),
+                "Its station address, as the master configured it; the only one that a `startup` knows.",
+            ),
+            key(
+                "object_offset",
+                Whole,
+                "",
+                Default("0"),
+                "Added to the index of every object: 0x800 for the second axis of a drive of several (CiA 402), which is listed once for each axis.",
+            ),
+        ],
+        example: "[bus.layout]\neni = \"arm.xml\"\nstartup = \"startup.pcapng\"\nslaves = [\n  { name = \"Axis_1\" },\n  { address = 1002, object_offset = 0x800 },\n]",
+    },
+    Section {
         heading: "bus.layout.position",
         path: "bus.layout.position",
         about: "The measured position of the motor.",
@@ -274,7 +318,7 @@ pub(super) const SECTIONS: &[Section] = &[
                 "",
                 Required,
                 "When it takes effect: `\"instant\"`, in the sample whose cycle carries it, as one that the drive reports; `\"next-sync\"`, in the next \
-                 sample, as a synchronous RPDO (CiA 301); `\"arrival\"`, as of the position.",
+                 sample, as a synchronous RPDO (CiA 301) and an output of EtherCAT; `\"arrival\"`, as of the position.",
             ),
         ],
         example: "[bus.layout]\nreference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }",

@@ -2,16 +2,17 @@
 
 use core::time::Duration;
 use std::io;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 use super::error::SocketCanError;
 use super::open::{Opened, open};
 use super::options::SocketCanOptions;
 use crate::clock::HardwareClock;
 use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
-use crate::socket::{CanSocket, Message, ReceiveBuffer, device_state};
+use crate::socket::{Message, ReceiveBuffer, Socket, device_state};
 use crate::source::InterfaceName;
 use crate::source::SourceCounters;
+use crate::source::listening::{DropCounter, realtime_now_ns, stamp_ns};
 
 /// Waits between attempts to open an interface that vanished: doubled from the first to the last.
 const FIRST_RETRY: Duration = Duration::from_millis(20);
@@ -106,7 +107,7 @@ impl Link {
     }
 
     /// What to wait on; nothing while the interface is gone.
-    pub(super) fn socket(&self) -> Option<&CanSocket> {
+    pub(super) fn socket(&self) -> Option<&Socket> {
         self.opened.as_ref().map(|opened| &opened.socket)
     }
 
@@ -262,34 +263,6 @@ impl core::fmt::Debug for Link {
     }
 }
 
-/// The kernel's drop counter of one socket, unwrapped.
-#[derive(Debug, Default)]
-struct DropCounter {
-    last: u32,
-}
-
-impl DropCounter {
-    /// Frames dropped since the last reading.
-    fn advance(&mut self, total: u32) -> u64 {
-        let new = total.wrapping_sub(core::mem::replace(&mut self.last, total));
-        u64::from(new)
-    }
-}
-
-/// CLOCK_REALTIME of the arrival, by the controller's clock where it has one.
-fn stamp_ns(message: &Message<'_>, hardware: &mut Option<HardwareClock>) -> Option<u64> {
-    let software = message.control.software_ns?;
-    Some(match message.control.hardware_ns {
-        Some(stamp) => hardware.get_or_insert_default().realtime_ns(stamp, software),
-        None => software,
-    })
-}
-
-fn realtime_now_ns() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
-}
-
 /// A message as `struct can_frame` (16 bytes) or `struct canfd_frame` (72 bytes) has it: the
 /// identifier with its flags, the length, the FD flags, two bytes of padding, the data.
 fn decode(message: &Message<'_>) -> Result<Frame, FrameError> {
@@ -331,15 +304,6 @@ mod tests {
 
     fn message(bytes: &[u8]) -> Message<'_> {
         Message { bytes, sent_here: false, control: ControlData::default() }
-    }
-
-    #[test]
-    fn the_drop_counter_is_exact_across_its_wrap() {
-        let mut drops = DropCounter::default();
-        assert_eq!(drops.advance(5), 5);
-        assert_eq!(drops.advance(5), 0);
-        assert_eq!(drops.advance(u32::MAX), u64::from(u32::MAX) - 5);
-        assert_eq!(drops.advance(2), 3);
     }
 
     proptest! {

@@ -6,13 +6,14 @@ use std::io;
 use super::error::{SocketCanError, existing_interfaces};
 use super::options::SocketCanOptions;
 use crate::frame::FrameId;
-use crate::socket::{CanSocket, DeviceState, device_state};
+use crate::socket::{DeviceState, Socket, device_state};
 use crate::source::InterfaceName;
+use crate::source::listening::{ask_for_stamps_and_drops, set_receive_buffer};
 
 /// What [`open`] brought about.
 #[derive(Debug)]
 pub(super) struct Opened {
-    pub(super) socket: CanSocket,
+    pub(super) socket: Socket,
     pub(super) device: DeviceState,
     pub(super) receive_buffer_bytes: u32,
 }
@@ -23,7 +24,7 @@ pub(super) fn open(
     options: &SocketCanOptions,
 ) -> Result<Opened, SocketCanError> {
     let failed = |what| move |source: io::Error| system_error(interface, what, source);
-    let socket = CanSocket::new().map_err(failed("open a CAN socket"))?;
+    let socket = Socket::can().map_err(failed("open a CAN socket"))?;
     let device = device_state(&socket, interface).map_err(failed("find the device"))?;
     // A device of another kind can have any MTU; whether it is one shows in `bind`.
     if options.fd && usize::try_from(device.mtu).is_ok_and(|mtu| mtu == libc::CAN_MTU) {
@@ -32,7 +33,7 @@ pub(super) fn open(
     set_options(&socket, options).map_err(failed("set the socket's options"))?;
     let receive_buffer_bytes = set_receive_buffer(&socket, options.receive_buffer_bytes)
         .map_err(failed("set the receive buffer"))?;
-    socket.bind(device.index).map_err(|source| match source.raw_os_error() {
+    socket.bind_can(device.index).map_err(|source| match source.raw_os_error() {
         // It was there a moment ago: the kernel says so of devices that are not CAN.
         Some(libc::ENODEV) if device_state(&socket, interface).is_ok() => {
             SocketCanError::NotCan { interface, existing: existing_interfaces() }
@@ -42,17 +43,10 @@ pub(super) fn open(
     Ok(Opened { socket, device, receive_buffer_bytes })
 }
 
-fn set_options(socket: &CanSocket, options: &SocketCanOptions) -> io::Result<()> {
+fn set_options(socket: &Socket, options: &SocketCanOptions) -> io::Result<()> {
     socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, u32::from(options.fd))?;
     socket.set(libc::SOL_CAN_RAW, libc::CAN_RAW_ERR_FILTER, libc::CAN_ERR_MASK)?;
-    socket.set(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1)?;
-    let stamps = libc::SOF_TIMESTAMPING_RX_SOFTWARE
-        | libc::SOF_TIMESTAMPING_SOFTWARE
-        | libc::SOF_TIMESTAMPING_RX_HARDWARE
-        | libc::SOF_TIMESTAMPING_RAW_HARDWARE;
-    if socket.set(libc::SOL_SOCKET, libc::SO_TIMESTAMPING, stamps).is_err() {
-        socket.set(libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, 1)?;
-    }
+    ask_for_stamps_and_drops(socket)?;
     let Some(ids) = &options.ids else { return Ok(()) };
     let most = usize::try_from(libc::CAN_RAW_FILTER_MAX).unwrap_or(0);
     if ids.len() > most {
@@ -69,19 +63,6 @@ fn data_frames_of(id: &FrameId) -> libc::can_filter {
         FrameId::Extended(id) => (id | libc::CAN_EFF_FLAG, libc::CAN_EFF_MASK),
     };
     libc::can_filter { can_id, can_mask: mask | libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG }
-}
-
-/// Asks for a buffer of this size and returns what was granted \[bytes\].
-fn set_receive_buffer(socket: &CanSocket, wanted: u32) -> io::Result<u32> {
-    // The kernel doubles what it is told, for its own book-keeping, and reports the double.
-    let half = (wanted / 2).min(u32::MAX >> 2);
-    let force = socket.set(libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, half);
-    if force.is_err() {
-        // Without CAP_NET_ADMIN the kernel cuts it to net.core.rmem_max, without a word.
-        socket.set(libc::SOL_SOCKET, libc::SO_RCVBUF, half)?;
-    }
-    let granted = socket.get(libc::SOL_SOCKET, libc::SO_RCVBUF)?;
-    Ok(u32::try_from(granted).unwrap_or(0))
 }
 
 fn system_error(interface: InterfaceName, what: &'static str, source: io::Error) -> SocketCanError {

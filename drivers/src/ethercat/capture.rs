@@ -1,0 +1,408 @@
+//! Packets of a capture file: pcap (of libpcap, tcpdump) and pcapng (of Wireshark, dumpcap).
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+
+/// The longest block that is read, header and all \[bytes\]; longer ones of a kind that is not read
+/// are passed over.
+const MAX_BLOCK: u32 = 1 << 20;
+/// Interfaces of one section.
+const MAX_INTERFACES: usize = 256;
+/// Link type: Ethernet.
+const ETHERNET: u16 = 1;
+
+/// Blocks of pcapng.
+const SECTION: u32 = 0x0A0D_0D0A;
+const INTERFACE: u32 = 1;
+const SIMPLE_PACKET: u32 = 3;
+const PACKET: u32 = 6;
+/// The bytes that tell the order of bytes in a section.
+const ORDER: [u8; 4] = [0x4D, 0x3C, 0x2B, 0x1A];
+/// Options of an interface: the resolution of its stamps, and what is added to them \[s\].
+const RESOLUTION: u16 = 9;
+const OFFSET: u16 = 14;
+
+/// The first bytes of pcap with stamps in µs and in ns, little endian.
+const MICROSECONDS: [u8; 4] = [0xD4, 0xC3, 0xB2, 0xA1];
+const NANOSECONDS: [u8; 4] = [0x4D, 0x3C, 0xB2, 0xA1];
+
+/// Why a capture cannot be read. Every variant names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// The file cannot be opened: check the path and its permissions.
+    #[error("cannot open the capture {path}: {source}; check the path and the permissions", path = path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Reading failed.
+    #[error("{path}, byte {offset}: cannot read further: {source}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Where the block begins.
+        offset: u64,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file begins otherwise. Record with tcpdump, dumpcap or Wireshark.
+    #[error(
+        "{path} is no capture: it begins neither like pcap nor like pcapng; record with tcpdump, dumpcap \
+         or Wireshark, and unpack it where it is compressed",
+        path = path.display()
+    )]
+    NotCapture {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The capture was cut off in the middle of writing.
+    #[error(
+        "{path}, byte {offset}: the capture is cut off in the middle of a packet; write the whole \
+         packets to another file: `editcap {path} WHOLE.pcapng`",
+        path = path.display()
+    )]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Where the block begins.
+        offset: u64,
+    },
+    /// A block contradicts itself.
+    #[error("{path}, byte {offset}: {what}; the file is damaged from there on: record it anew", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where the block begins.
+        offset: u64,
+        /// What is wrong.
+        what: &'static str,
+    },
+}
+
+/// One packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Packet<'a> {
+    /// When it was captured \[ns since 1970\].
+    pub stamp_ns: u64,
+    /// An Ethernet frame from its destination address on, as much of it as was captured.
+    pub bytes: &'a [u8],
+}
+
+/// The packets of a capture, in the order of the file, in bounded memory.
+#[derive(Debug)]
+pub struct Capture<R = BufReader<File>> {
+    reader: R,
+    path: PathBuf,
+    /// Bytes read so far.
+    read: u64,
+    /// Where the block that is read begins.
+    offset: u64,
+    block: Vec<u8>,
+    format: Format,
+    big_endian: bool,
+    interfaces: Vec<Interface>,
+    passed_over: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Unknown,
+    Pcap,
+    Pcapng,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Interface {
+    is_ethernet: bool,
+    /// Stamps to one second.
+    per_second: u64,
+    offset_s: i64,
+}
+
+impl Capture {
+    /// Opens a capture.
+    ///
+    /// # Errors
+    /// [`CaptureError::Open`].
+    pub fn open(path: &Path) -> Result<Self, CaptureError> {
+        match File::open(path) {
+            Ok(file) => Ok(Self::new(BufReader::new(file), path)),
+            Err(source) => Err(CaptureError::Open { path: path.into(), source }),
+        }
+    }
+
+    /// Whether a file begins like a capture.
+    pub fn is_one(path: &Path) -> bool {
+        let mut first = [0; 4];
+        let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+        read.is_ok() && first_bytes(first).is_some()
+    }
+}
+
+impl<R: BufRead> Capture<R> {
+    /// Reads a capture from anything; `path` is what errors call it.
+    pub fn new(reader: R, path: &Path) -> Self {
+        Self {
+            reader,
+            path: path.into(),
+            read: 0,
+            offset: 0,
+            block: Vec::new(),
+            format: Format::Unknown,
+            big_endian: false,
+            interfaces: Vec::new(),
+            passed_over: 0,
+        }
+    }
+
+    /// What errors call it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Packets that are not of an Ethernet, or have no stamp.
+    pub fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+
+    /// The next packet; nothing at the end.
+    ///
+    /// # Errors
+    /// See [`CaptureError`]; there is nothing to go on with.
+    pub fn next_packet(&mut self) -> Result<Option<Packet<'_>>, CaptureError> {
+        if self.format == Format::Unknown {
+            self.begin()?;
+        }
+        let found = match self.format {
+            Format::Pcapng => self.next_of_pcapng()?,
+            _ => self.next_of_pcap()?,
+        };
+        Ok(found
+            .and_then(|(stamp_ns, place)| Some(Packet { stamp_ns, bytes: self.block.get(place)? })))
+    }
+
+    /// Reads what tells the format.
+    fn begin(&mut self) -> Result<(), CaptureError> {
+        let first = self.reader.fill_buf().map(|bytes| bytes.first_chunk().copied());
+        let first = first.map_err(|source| self.unreadable(source))?;
+        let Some((format, big_endian, per_second)) = first.and_then(first_bytes) else {
+            return Err(CaptureError::NotCapture { path: self.path.clone() });
+        };
+        (self.format, self.big_endian) = (format, big_endian);
+        if format == Format::Pcap {
+            if !self.take(24)? {
+                return Err(self.truncated());
+            }
+            let is_ethernet = self.u16(if big_endian { 22 } else { 20 })? == ETHERNET;
+            self.interfaces.push(Interface { is_ethernet, per_second, offset_s: 0 });
+        }
+        Ok(())
+    }
+
+    fn next_of_pcap(&mut self) -> Result<Option<Found>, CaptureError> {
+        while self.take_header(16)? {
+            let (seconds, fraction, length) = (self.u32(0)?, self.u32(4)?, self.u32(8)?);
+            let Some(interface) = self.interfaces.first().copied() else { return Ok(None) };
+            if length > MAX_BLOCK {
+                return Err(self.damaged("a packet is longer than any frame"));
+            }
+            if !self.take(length)? && length > 0 {
+                return Err(self.truncated());
+            }
+            if interface.is_ethernet {
+                let fraction_ns = u64::from(fraction) * (1_000_000_000 / interface.per_second);
+                let stamp_ns = u64::from(seconds) * 1_000_000_000 + fraction_ns;
+                return Ok(Some((stamp_ns, 0..self.block.len())));
+            }
+            self.passed_over += 1;
+        }
+        Ok(None)
+    }
+
+    fn next_of_pcapng(&mut self) -> Result<Option<Found>, CaptureError> {
+        while self.take_header(8)? {
+            let header = self.block.clone();
+            if header.starts_with(&SECTION.to_le_bytes()) {
+                self.section(&header)?;
+                continue;
+            }
+            let (kind, length) = (self.u32(0)?, self.u32(4)?);
+            if length < 12 || !length.is_multiple_of(4) {
+                return Err(self.damaged("a block has an impossible length"));
+            }
+            if !matches!(kind, INTERFACE | SIMPLE_PACKET | PACKET) {
+                self.skip(length - 8)?;
+                continue;
+            }
+            self.body(length)?;
+            match kind {
+                INTERFACE => self.interface()?,
+                SIMPLE_PACKET => self.passed_over += 1,
+                _ => {
+                    if let Some(found) = self.packet()? {
+                        return Ok(Some(found));
+                    }
+                    self.passed_over += 1;
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// The body of a block whose header is read, checked against the length at its end.
+    fn body(&mut self, length: u32) -> Result<(), CaptureError> {
+        if length > MAX_BLOCK {
+            return Err(self.damaged("a packet is longer than any frame"));
+        }
+        if !self.take(length - 8)? {
+            return Err(self.truncated());
+        }
+        let end = self.block.len() - 4;
+        if self.u32(end)? != length {
+            return Err(self.damaged("a block ends with another length than it begins with"));
+        }
+        self.block.truncate(end);
+        Ok(())
+    }
+
+    /// A section begins: its order of bytes, and interfaces of its own.
+    fn section(&mut self, header: &[u8]) -> Result<(), CaptureError> {
+        if !self.take(4)? {
+            return Err(self.truncated());
+        }
+        self.big_endian = match &self.block {
+            order if order[..] == ORDER => false,
+            order if order.iter().rev().eq(&ORDER) => true,
+            _ => return Err(self.damaged("a section has no order of bytes")),
+        };
+        self.interfaces.clear();
+        self.block = header.to_vec();
+        let length = self.u32(4)?;
+        if length < 28 || !length.is_multiple_of(4) {
+            return Err(self.damaged("a section begins with an impossible length"));
+        }
+        self.skip(length - 12)
+    }
+
+    fn interface(&mut self) -> Result<(), CaptureError> {
+        if self.interfaces.len() == MAX_INTERFACES {
+            return Err(self.damaged("a section has more interfaces than any capture"));
+        }
+        let is_ethernet = self.u16(0)? == ETHERNET;
+        let mut interface = Interface { is_ethernet, per_second: 1_000_000, offset_s: 0 };
+        let mut at = 8;
+        while at + 4 <= self.block.len() {
+            let (code, length) = (self.u16(at)?, usize::from(self.u16(at + 2)?));
+            let value = self.block.get(at + 4..at + 4 + length).unwrap_or_default();
+            match (code, value) {
+                (0, _) => break,
+                (RESOLUTION, &[power]) => {
+                    let base: u64 = if power & 0x80 == 0 { 10 } else { 2 };
+                    let per_second = base.checked_pow(u32::from(power & 0x7F));
+                    let Some(per_second) = per_second else {
+                        return Err(self.damaged("an interface has an impossible resolution"));
+                    };
+                    interface.per_second = per_second;
+                }
+                (OFFSET, _) if length == 8 => {
+                    let (low, high) = (self.u32(at + 4)?, self.u32(at + 8)?);
+                    let (low, high) = if self.big_endian { (high, low) } else { (low, high) };
+                    interface.offset_s = (u64::from(high) << 32 | u64::from(low)).cast_signed();
+                }
+                _ => {}
+            }
+            at += 4 + length.next_multiple_of(4);
+        }
+        self.interfaces.push(interface);
+        Ok(())
+    }
+
+    /// Where a packet lies in its block; nothing where it is not of an Ethernet.
+    fn packet(&self) -> Result<Option<Found>, CaptureError> {
+        let number = usize::try_from(self.u32(0)?).unwrap_or(usize::MAX);
+        let Some(interface) = self.interfaces.get(number) else {
+            return Err(self.damaged("a packet is of an interface that was not described"));
+        };
+        let count = u64::from(self.u32(4)?) << 32 | u64::from(self.u32(8)?);
+        let length = usize::try_from(self.u32(12)?).unwrap_or(usize::MAX);
+        let end = length.saturating_add(20);
+        if end > self.block.len() {
+            return Err(self.damaged("a packet is longer than its block"));
+        }
+        let ns = u128::from(count) * 1_000_000_000 / u128::from(interface.per_second);
+        let ns = u64::try_from(ns).unwrap_or(u64::MAX);
+        let stamp_ns = ns.saturating_add_signed(interface.offset_s.saturating_mul(1_000_000_000));
+        Ok(interface.is_ethernet.then_some((stamp_ns, 20..end)))
+    }
+
+    /// As [`Self::take`], where a block begins.
+    fn take_header(&mut self, length: u32) -> Result<bool, CaptureError> {
+        self.offset = self.read;
+        self.take(length)
+    }
+
+    /// Reads so many bytes to `block`; false where the file ends before the first of them.
+    fn take(&mut self, length: u32) -> Result<bool, CaptureError> {
+        self.block.clear();
+        let mut part = self.reader.by_ref().take(length.into());
+        let read = part.read_to_end(&mut self.block);
+        let read = read.map_err(|source| self.unreadable(source))? as u64;
+        if read > 0 && read < u64::from(length) {
+            return Err(self.truncated());
+        }
+        self.read += read;
+        Ok(read > 0)
+    }
+
+    fn skip(&mut self, length: u32) -> Result<(), CaptureError> {
+        let mut part = self.reader.by_ref().take(length.into());
+        let skipped = io::copy(&mut part, &mut io::sink());
+        let skipped = skipped.map_err(|source| self.unreadable(source))?;
+        self.read += skipped;
+        if skipped < u64::from(length) { Err(self.truncated()) } else { Ok(()) }
+    }
+
+    fn u16(&self, at: usize) -> Result<u16, CaptureError> {
+        let bytes = self.block.get(at..).and_then(|rest| rest.first_chunk().copied());
+        let bytes = bytes.ok_or_else(|| self.damaged("a block is shorter than its kind"))?;
+        Ok(if self.big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
+    }
+
+    fn u32(&self, at: usize) -> Result<u32, CaptureError> {
+        let bytes = self.block.get(at..).and_then(|rest| rest.first_chunk().copied());
+        let bytes = bytes.ok_or_else(|| self.damaged("a block is shorter than its kind"))?;
+        Ok(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+    }
+
+    fn unreadable(&self, source: io::Error) -> CaptureError {
+        CaptureError::Read { path: self.path.clone(), offset: self.offset, source }
+    }
+
+    fn truncated(&self) -> CaptureError {
+        CaptureError::Truncated { path: self.path.clone(), offset: self.offset }
+    }
+
+    fn damaged(&self, what: &'static str) -> CaptureError {
+        CaptureError::Damaged { path: self.path.clone(), offset: self.offset, what }
+    }
+}
+
+/// A stamp \[ns\], and where the packet lies in the block.
+type Found = (u64, core::ops::Range<usize>);
+
+/// The format, whether it is big endian, and stamps to one second; nothing where it is no capture.
+fn first_bytes(first: [u8; 4]) -> Option<(Format, bool, u64)> {
+    let mut little = first;
+    little.reverse();
+    match (first, little) {
+        (first, _) if first == SECTION.to_le_bytes() => Some((Format::Pcapng, false, 0)),
+        (MICROSECONDS, _) => Some((Format::Pcap, false, 1_000_000)),
+        (NANOSECONDS, _) => Some((Format::Pcap, false, 1_000_000_000)),
+        (_, MICROSECONDS) => Some((Format::Pcap, true, 1_000_000)),
+        (_, NANOSECONDS) => Some((Format::Pcap, true, 1_000_000_000)),
+        _ => None,
+    }
+}

@@ -1,0 +1,149 @@
+//! An Ethernet frame as EtherCAT datagrams (ETG.1000, part 4). Nothing is copied.
+
+/// Commands of datagrams: read, write, both at once; by station address (F), of all slaves (B), at a
+/// logical address (L); read by one slave and written to those after it (ARMW, FRMW).
+pub(crate) const FPRD: u8 = 4;
+pub(crate) const FPWR: u8 = 5;
+pub(crate) const FPRW: u8 = 6;
+pub(crate) const BRD: u8 = 7;
+pub(crate) const LRD: u8 = 10;
+pub(crate) const LWR: u8 = 11;
+pub(crate) const LRW: u8 = 12;
+pub(crate) const ARMW: u8 = 13;
+pub(crate) const FRMW: u8 = 14;
+
+/// Register: the AL status, one byte of state and error.
+pub(crate) const AL_STATUS: u16 = 0x0130;
+/// Registers: sixteen memory management units of 16 bytes.
+pub(crate) const FMMU: core::ops::Range<u16> = 0x0600..0x0700;
+/// Register: the system time of the distributed clock \[ns\].
+pub(crate) const SYSTEM_TIME: u16 = 0x0910;
+/// Where the memory of a slave begins; mailboxes lie in it.
+pub(crate) const MAILBOX: u16 = 0x1000;
+
+/// Destination and source address of an Ethernet frame \[bytes\].
+const ADDRESSES: usize = 12;
+const VLAN: u16 = 0x8100;
+/// The EtherType of EtherCAT.
+pub(crate) const ETHERCAT: u16 = 0x88A4;
+/// The type of EtherCAT frame that holds datagrams.
+const DATAGRAMS: u16 = 1;
+/// Before the data of a datagram: command, index, address, length, interrupt \[bytes\].
+const HEADER: usize = 10;
+const COUNTER: usize = 2;
+
+/// One datagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Datagram<'a> {
+    pub(crate) command: u8,
+    /// The master's mark: that of the outgoing datagram in the returning one.
+    pub(crate) index: u8,
+    /// A logical address; or the station's in the low half, the register's in the high one.
+    pub(crate) address: u32,
+    pub(crate) data: &'a [u8],
+    /// How many slaves took part, by the rules of the command.
+    pub(crate) working_counter: u16,
+}
+
+impl Datagram<'_> {
+    /// The address of the station, where the command has one.
+    pub(crate) fn station(&self) -> u16 {
+        let [low, high, ..] = self.address.to_le_bytes();
+        u16::from_le_bytes([low, high])
+    }
+
+    /// The register, where the command has one.
+    pub(crate) fn register(&self) -> u16 {
+        let [.., low, high] = self.address.to_le_bytes();
+        u16::from_le_bytes([low, high])
+    }
+
+    /// Whether it reads or writes process data.
+    pub(crate) fn is_logical(&self) -> bool {
+        matches!(self.command, LRD | LWR | LRW)
+    }
+
+    /// The distributed clock's time as it passed its reference \[ns\] and its bits, 32 or 64.
+    pub(crate) fn system_time(&self) -> Option<(u64, u8)> {
+        let is_clock = matches!(self.command, ARMW | FRMW) && self.register() == SYSTEM_TIME;
+        if !is_clock || self.working_counter == 0 {
+            return None;
+        }
+        match (<[u8; 8]>::try_from(self.data), <[u8; 4]>::try_from(self.data)) {
+            (Ok(bytes), _) => Some((u64::from_le_bytes(bytes), 64)),
+            (_, Ok(bytes)) => Some((u32::from_le_bytes(bytes).into(), 32)),
+            _ => None,
+        }
+    }
+}
+
+/// A whole Ethernet frame of EtherCAT datagrams.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EthercatFrame<'a> {
+    /// Whether it has been through the slaves: the first one sets the second lowest bit of the source
+    /// address. Only then its inputs are theirs.
+    pub(crate) returning: bool,
+    datagrams: &'a [u8],
+}
+
+impl<'a> EthercatFrame<'a> {
+    /// Nothing where it is no such frame, or not all of one.
+    pub(crate) fn parse(packet: &'a [u8]) -> Option<Self> {
+        let returning = packet.get(6)? & 2 != 0;
+        let mut at = ADDRESSES;
+        if big(packet, at)? == VLAN {
+            at += 4;
+        }
+        if big(packet, at)? != ETHERCAT {
+            return None;
+        }
+        let header = little(packet, at + 2)?;
+        let length = usize::from(header & 0x7FF);
+        // What follows the length pads the frame to 60 bytes.
+        let datagrams = packet.get(at + 4..)?.get(..length)?;
+        let frame = Self { returning, datagrams };
+        (header >> 12 == DATAGRAMS && frame.is_whole()).then_some(frame)
+    }
+
+    /// Its datagrams, in their order.
+    pub(crate) fn datagrams(&self) -> impl Iterator<Item = Datagram<'a>> + use<'a> {
+        let mut rest = Some(self.datagrams);
+        core::iter::from_fn(move || {
+            let (datagram, after) = split(rest?)?;
+            rest = after;
+            Some(datagram)
+        })
+    }
+
+    fn is_whole(&self) -> bool {
+        let mut rest = Some(self.datagrams);
+        while let Some(bytes) = rest {
+            let Some((_, after)) = split(bytes) else { return false };
+            rest = after;
+        }
+        true
+    }
+}
+
+/// The first datagram, and what follows it where more do.
+fn split(bytes: &[u8]) -> Option<(Datagram<'_>, Option<&[u8]>)> {
+    let word = little(bytes, 6)?;
+    let end = HEADER + usize::from(word & 0x7FF);
+    let datagram = Datagram {
+        command: *bytes.first()?,
+        index: *bytes.get(1)?,
+        address: u32::from_le_bytes(*bytes.get(2..)?.first_chunk()?),
+        data: bytes.get(HEADER..end)?,
+        working_counter: little(bytes, end)?,
+    };
+    let more = word & 0x8000 != 0;
+    Some((datagram, if more { Some(bytes.get(end + COUNTER..)?) } else { None }))
+}
+
+fn little(bytes: &[u8], at: usize) -> Option<u16> {
+    Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+fn big(bytes: &[u8], at: usize) -> Option<u16> {
+    Some(u16::from_be_bytes(*bytes.get(at..)?.first_chunk()?))
+}

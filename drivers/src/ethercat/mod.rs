@@ -1,0 +1,12 @@
+//! EtherCAT on the wire: the packets of a capture, and the datagrams in a packet.
+//!
+//! Captures come from anywhere: no length in them is trusted.
+
+mod capture;
+mod datagram;
+
+pub use capture::{Capture, CaptureError, Packet};
+pub(crate) use datagram::{
+    AL_STATUS, ARMW, BRD, Datagram, ETHERCAT, EthercatFrame, FMMU, FPRD, FPRW, FPWR, FRMW, LRD,
+    LRW, LWR, MAILBOX, SYSTEM_TIME,
+};

@@ -1,0 +1,295 @@
+//! A specification and a description of its EtherCAT network to a plan.
+
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+
+use super::compile::{check_integer, finish, refuse};
+use super::compile_nodes::{Wanted, check_keys, wanted};
+use super::dbc::{MessageFormat, SignalFormat};
+use super::eds::{Direction, Object};
+use super::error::LayoutError;
+use super::field::{ByteOrder, Encoding, Field};
+use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
+use super::process_data::{Gathered, INPUTS_ID, OUTPUTS_ID, ProcessData, ProcessDatagram, SYNC_ID};
+use super::slaves::{Area, Entry, Network, NetworkError, Slave, encoding_of, learn, read_eni};
+use super::spec::LayoutSpec;
+use crate::ethercat::{Capture, LRD, LRW, LWR};
+use crate::frame::{FrameId, MAX_PAYLOAD};
+
+impl CompiledLayout {
+    /// Compiles the text of an ENI file and a specification to a plan.
+    ///
+    /// # Errors
+    /// [`LayoutError`] says what does not fit, and where.
+    pub fn compile_eni(text: &str, spec: &LayoutSpec) -> Result<Self, LayoutError> {
+        let file = spec.eni.clone().unwrap_or_default();
+        check(spec)?;
+        compile(&read_eni(text, &file, &spec.slaves)?, spec, file)
+    }
+
+    /// As [`Self::compile_eni`], from a capture of the start-up.
+    ///
+    /// # Errors
+    /// [`LayoutError`] says what does not fit, and where.
+    pub fn compile_startup<R: BufRead>(
+        capture: Capture<R>,
+        spec: &LayoutSpec,
+    ) -> Result<Self, LayoutError> {
+        let file = capture.path().to_owned();
+        check(spec)?;
+        if let Some(slave) = spec.slaves.iter().find(|slave| slave.address.is_none()) {
+            let reason = format!(
+                "{}: a start-up knows no names; give `address`, the station address, in place of `name`",
+                slave.label()
+            );
+            return refuse("slaves", reason);
+        }
+        compile(&learn(capture, &spec.slaves)?, spec, file)
+    }
+}
+
+fn check(spec: &LayoutSpec) -> Result<(), LayoutError> {
+    check_keys(spec)?;
+    if spec.slaves.len() != spec.axes {
+        let reason = format!("{} for {} axes; give one per axis", spec.slaves.len(), spec.axes);
+        return refuse("slaves", reason);
+    }
+    if spec.eni.is_some() && spec.startup.is_some() {
+        return refuse("eni", "and `startup` describe the same; give one of them".into());
+    }
+    match spec.slaves.iter().find(|slave| slave.name.is_none() && slave.address.is_none()) {
+        Some(_) => refuse("slaves", "an entry has neither `name` nor `address`".into()),
+        None => Ok(()),
+    }
+}
+
+/// An object that was found: where, and as what.
+struct Found {
+    /// Of which datagram.
+    command: usize,
+    /// From its first bit.
+    bit: u64,
+    bits: u64,
+    encoding: Encoding,
+    name: String,
+}
+
+fn compile(
+    network: &Network,
+    spec: &LayoutSpec,
+    file: PathBuf,
+) -> Result<CompiledLayout, LayoutError> {
+    let wanted = wanted(spec)?;
+    let sync = MessageFormat { name: "SYNC".to_owned(), id: SYNC_ID, fd: false, length: 0 };
+    let mut messages = vec![MessagePlan {
+        format: sync,
+        role: Role::Sync,
+        extractions: Vec::new(),
+        except: Vec::new(),
+    }];
+    let mut gathered = Vec::new();
+    // What is not mapped is told before what nobody can find: the first is the arm's, the second the file's.
+    for (wanted, (axis, slave)) in pairs(&wanted, network) {
+        entry(wanted, area(slave, wanted.direction), spec, axis, (&slave.name, &file))?;
+    }
+    for (axis, slave) in network.slaves.iter().enumerate() {
+        for direction in [Direction::Transmit, Direction::Receive] {
+            let of_direction = wanted.iter().filter(|wanted| wanted.direction == direction);
+            let found = of_direction
+                .map(|wanted| {
+                    let who = (slave.name.as_str(), file.as_path());
+                    Ok((wanted, find(wanted, area(slave, direction), network, spec, axis, who)?))
+                })
+                .collect::<Result<Vec<_>, LayoutError>>()?;
+            if !found.is_empty() {
+                let (message, command, frame) = message(axis, direction, &slave.name, &found)?;
+                messages.push(message);
+                gathered.push((command, direction, frame));
+            }
+        }
+    }
+    let process_data = process_data(network, gathered, &file)?;
+    Ok(finish(messages, spec)?.with_process_data(process_data))
+}
+
+fn pairs<'a>(
+    wanted: &'a [Wanted<'a>],
+    network: &'a Network,
+) -> impl Iterator<Item = (&'a Wanted<'a>, (usize, &'a Slave))> {
+    wanted.iter().flat_map(|wanted| network.slaves.iter().enumerate().map(move |s| (wanted, s)))
+}
+
+fn area(slave: &Slave, direction: Direction) -> &Area {
+    match direction {
+        Direction::Transmit => &slave.inputs,
+        Direction::Receive => &slave.outputs,
+    }
+}
+
+fn name_of(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Transmit => "inputs",
+        Direction::Receive => "outputs",
+    }
+}
+
+/// The entry of an object in an area.
+fn entry(
+    wanted: &Wanted<'_>,
+    area: &Area,
+    spec: &LayoutSpec,
+    axis: usize,
+    (slave, file): (&str, &Path),
+) -> Result<Entry, NetworkError> {
+    let offset = spec.slaves.get(axis).map_or(0, |slave| slave.object_offset);
+    let object = Object { index: wanted.object.index.wrapping_add(offset), sub: wanted.object.sub };
+    if let Some(entry) = area.entries.iter().find(|entry| entry.object == object) {
+        return Ok(*entry);
+    }
+    if let (true, Err(why)) = (area.entries.is_empty(), &area.first_bit) {
+        return Err(why.clone());
+    }
+    Err(NetworkError::NotMapped {
+        file: file.to_owned(),
+        key: wanted.key,
+        whose: format!("{} of slave {slave}", name_of(wanted.direction)),
+        object: object.to_string(),
+        carried: area.entries.iter().map(|entry| entry.object.to_string()).collect(),
+    })
+}
+
+fn find(
+    wanted: &Wanted<'_>,
+    area: &Area,
+    network: &Network,
+    spec: &LayoutSpec,
+    axis: usize,
+    (slave, file): (&str, &Path),
+) -> Result<Found, NetworkError> {
+    let entry = entry(wanted, area, spec, axis, (slave, file))?;
+    let object = entry.object;
+    let wrong = |problem: &str| NetworkError::Object {
+        file: file.to_owned(),
+        slave: slave.to_owned(),
+        object: object.to_string(),
+        problem: problem.to_owned(),
+    };
+    let encoding = entry.encoding.or_else(|| encoding_of(object)).ok_or_else(|| {
+        wrong("neither the file nor CiA 402 says whether it is signed; name an ENI file with its DataType")
+    })?;
+    let first = area.first_bit.clone()? + entry.first_bit;
+    let reads = wanted.direction == Direction::Transmit;
+    let place = network.commands.iter().enumerate().find_map(|(command, datagram)| {
+        let kinds = if reads { [LRD, LRW] } else { [LWR, LRW] };
+        let start = if reads { datagram.input_bit } else { datagram.output_bit };
+        let end = start + 8 * u64::from(datagram.length);
+        let within =
+            kinds.contains(&datagram.command) && first >= start && first + entry.bits <= end;
+        within.then(|| (command, first - start))
+    });
+    let (command, bit) = place.ok_or_else(|| NetworkError::NotCyclic {
+        file: file.to_owned(),
+        direction: name_of(wanted.direction),
+        slave: slave.to_owned(),
+        remedy: "take a file of the running configuration, with the cyclic data of OP",
+    })?;
+    let name = format!("{slave}.{object}");
+    Ok(Found { command, bit, bits: entry.bits, encoding, name })
+}
+
+/// The frame of an axis in one direction: what it is to the plan, of which datagram it is, and how it is
+/// put together.
+fn message(
+    axis: usize,
+    direction: Direction,
+    slave: &str,
+    found: &[(&Wanted<'_>, Found)],
+) -> Result<(MessagePlan, usize, Gathered), LayoutError> {
+    let reads = direction == Direction::Transmit;
+    let first = if reads { INPUTS_ID } else { OUTPUTS_ID };
+    let id = FrameId::Standard(first + u16::try_from(axis).unwrap_or(0));
+    let mut extractions = Vec::new();
+    let mut parts = Vec::new();
+    let field = |at: usize, bit: u64, bits: u64, encoding| {
+        let start = 8 * at as u64 + bit % 8;
+        let order = ByteOrder::LittleEndian;
+        Field::new(start, bits, order, encoding, (1.0, 0.0), MAX_PAYLOAD)
+    };
+    let mut length = 0;
+    let mut command = None;
+    let wrong = |name: &str, reason: &str| LayoutError::Signal {
+        signal: name.to_owned(),
+        line: None,
+        reason: reason.to_owned(),
+    };
+    let mut put = |quantity, unit: &str, name: String, field: Option<Field>| {
+        let field = field.ok_or_else(|| wrong(&name, "1 to 64 bits can be read"))?;
+        let signal = SignalFormat { name, field, unit: unit.to_owned(), range: None };
+        check_integer(quantity, &signal)?;
+        extractions.push(Extraction { quantity, axis, signal });
+        Ok::<_, LayoutError>(())
+    };
+    if reads {
+        let name = format!("{slave}.network state");
+        put(Quantity::NetworkState, "", name, field(0, 0, 8, Encoding::Unsigned))?;
+        length = 1;
+    }
+    for (wanted, found) in found {
+        if *command.get_or_insert(found.command) != found.command {
+            return Err(wrong(
+                &found.name,
+                "lies in another datagram than what the layout takes beside it",
+            ));
+        }
+        let bytes = (found.bit % 8 + found.bits).div_ceil(8);
+        let (first, bytes) = (found.bit / 8, usize::try_from(bytes).unwrap_or(MAX_PAYLOAD));
+        if length + bytes > MAX_PAYLOAD {
+            return Err(wrong(&found.name, "does not fit a frame of 64 bytes"));
+        }
+        put(
+            wanted.quantity,
+            wanted.unit,
+            found.name.clone(),
+            field(length, found.bit, found.bits, found.encoding),
+        )?;
+        parts.push((usize::try_from(first).unwrap_or(usize::MAX), length, bytes));
+        length += bytes;
+    }
+    let name = format!("{} of {slave}", name_of(direction));
+    let length = u8::try_from(length).unwrap_or(u8::MAX);
+    let format = MessageFormat { name, id, fd: true, length };
+    let gathered = Gathered { id, length: format.wire_length(), parts };
+    let message = MessagePlan { format, role: Role::Sample, extractions, except: Vec::new() };
+    Ok((message, command.unwrap_or(0), gathered))
+}
+
+/// The datagrams that carry frames of the plan.
+fn process_data(
+    network: &Network,
+    gathered: Vec<(usize, Direction, Gathered)>,
+    file: &Path,
+) -> Result<ProcessData, NetworkError> {
+    let (mut datagrams, mut clock) = (Vec::new(), false);
+    for (number, command) in network.commands.iter().enumerate() {
+        let of = |wanted: Direction| {
+            let own = gathered
+                .iter()
+                .filter(move |(n, direction, _)| (*n, *direction) == (number, wanted));
+            own.map(|(_, _, frame)| frame.clone()).collect::<Vec<_>>()
+        };
+        let (inputs, outputs) = (of(Direction::Transmit), of(Direction::Receive));
+        if inputs.is_empty() && outputs.is_empty() {
+            continue;
+        }
+        if datagrams.is_empty() {
+            clock = command.with_clock;
+        }
+        let (address, length) = (command.address, usize::from(command.length));
+        let expected = command.expected;
+        let expected =
+            expected.ok_or_else(|| NetworkError::NoCounter { file: file.to_owned(), address })?;
+        let command = command.command;
+        datagrams.push(ProcessDatagram { command, address, length, expected, inputs, outputs });
+    }
+    Ok(ProcessData { datagrams, clock })
+}

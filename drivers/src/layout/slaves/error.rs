@@ -1,0 +1,133 @@
+//! Why a description of a network was refused.
+
+use std::path::PathBuf;
+
+use crate::ethercat::CaptureError;
+
+/// Why an ENI file, or a start-up, does not make a plan. Every variant names the file as the layout
+/// names it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NetworkError {
+    /// Not XML, or not an ENI.
+    #[error("{}: {problem}; export the ENI file of the master's configuration", file.display())]
+    NotEni {
+        /// The file.
+        file: PathBuf,
+        /// What the parser said, with its line.
+        problem: String,
+    },
+    /// A value of the ENI cannot be used.
+    #[error("{}: line {line}, {element}: {problem}; export the ENI file anew", file.display())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: u32,
+        /// The element.
+        element: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// No such slave.
+    #[error("{}: there is no slave {wanted}; it has {}; correct `slaves`, or take the file of this arm", file.display(), Listed(.found))]
+    NoSlave {
+        /// The file.
+        file: PathBuf,
+        /// Name or address that the layout asks for.
+        wanted: String,
+        /// Names and addresses in the file.
+        found: Vec<String>,
+    },
+    /// The process data of a slave carry no object of the layout.
+    #[error(
+        "{}: `{key}`: the {whose} do not carry {object}; they carry {}; add it to the \
+         PDO in the master's configuration, and export or record anew",
+        file.display(), Listed(.carried)
+    )]
+    NotMapped {
+        /// The file.
+        file: PathBuf,
+        /// The key of the layout.
+        key: &'static str,
+        /// Inputs or outputs, and of which slave.
+        whose: String,
+        /// The object, `6077:00`.
+        object: String,
+        /// What is mapped.
+        carried: Vec<String>,
+    },
+    /// The start-up does not hold what a slave needs.
+    #[error(
+        "{}: the capture does not hold {what} of slave {slave}; record from before the master starts until \
+         the drives run, or name the ENI file in place of `startup`",
+        file.display()
+    )]
+    NotLearnt {
+        /// The file.
+        file: PathBuf,
+        /// The slave.
+        slave: String,
+        /// What is missing.
+        what: String,
+    },
+    /// No cyclic datagram goes over the process data of a slave.
+    #[error(
+        "{}: no cyclic datagram (LRD, LWR, LRW) goes over the {direction} of slave {slave}; {remedy}",
+        file.display()
+    )]
+    NotCyclic {
+        /// The file.
+        file: PathBuf,
+        /// Inputs or outputs.
+        direction: &'static str,
+        /// The slave.
+        slave: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Nobody says what the working counter has to be.
+    #[error(
+        "{}: the cyclic datagram at address {address:#010X} has no expected working counter (Cnt), without \
+         which inputs of a drive that did not answer cannot be told from good ones; have the master check \
+         working counters, and export anew",
+        file.display()
+    )]
+    NoCounter {
+        /// The file.
+        file: PathBuf,
+        /// The logical address.
+        address: u32,
+    },
+    /// An object cannot be read as it is mapped.
+    #[error("{}: {object} of slave {slave}: {problem}", file.display())]
+    Object {
+        /// The file.
+        file: PathBuf,
+        /// The slave.
+        slave: String,
+        /// The object.
+        object: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+    /// The capture cannot be read.
+    #[error("{problem}")]
+    Capture {
+        /// What is wrong, with the file and the remedy.
+        problem: String,
+    },
+}
+
+impl From<CaptureError> for NetworkError {
+    fn from(error: CaptureError) -> Self {
+        Self::Capture { problem: error.to_string() }
+    }
+}
+
+struct Listed<'a>(&'a [String]);
+
+impl core::fmt::Display for Listed<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        if self.0.is_empty() { f.write_str("nothing") } else { f.write_str(&self.0.join(", ")) }
+    }
+}

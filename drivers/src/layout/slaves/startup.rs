@@ -1,0 +1,317 @@
+//! The network as a master told its slaves at the start: PDO assignment and mapping by SDO (ETG.1000,
+//! part 6; ETG.1020), FMMUs, and the cyclic datagrams that follow.
+
+use std::collections::BTreeMap;
+use std::io::BufRead;
+use std::path::Path;
+
+use super::super::eds::Object;
+use super::super::spec::SlaveSpec;
+use super::{Area, Command, Network, NetworkError, Slave, encoding_of};
+use crate::ethercat::{
+    Capture, Datagram, EthercatFrame, FMMU, FPRD, FPRW, FPWR, LRD, LRW, LWR, MAILBOX,
+};
+
+/// Objects of all slaves that are kept at most, and cyclic datagrams.
+const MOST_OBJECTS: usize = 1 << 16;
+const MOST_COMMANDS: usize = 256;
+
+/// The mailbox protocol CANopen over EtherCAT, and its services.
+const COE: u8 = 3;
+const SDO_REQUEST: u16 = 2;
+const SDO_RESPONSE: u16 = 3;
+
+/// What the outputs and the inputs of a slave consist of.
+const OUTPUTS: u16 = 0x1C12;
+const INPUTS: u16 = 0x1C13;
+
+/// A memory management unit: where its slave takes part in logical memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Fmmu {
+    address: u32,
+    bytes: u16,
+    /// It covers whole bytes.
+    whole: bool,
+    reads: bool,
+    writes: bool,
+}
+
+/// What was seen so far.
+#[derive(Default)]
+struct Learnt {
+    /// By station, index, sub-index: the latest value.
+    objects: BTreeMap<(u16, u16, u8), u32>,
+    /// By station: a download that its slave has not confirmed.
+    asked: BTreeMap<u16, Transfer>,
+    fmmus: BTreeMap<(u16, u16), Fmmu>,
+    /// Command, address, length and whether the clock comes with them, in the order of their first coming.
+    commands: Vec<(u8, u32, u16, bool)>,
+}
+
+/// Values of one SDO: of a sub-index, or of all from it on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Transfer {
+    index: u16,
+    sub: u8,
+    complete: bool,
+    data: Vec<u8>,
+}
+
+/// Reads the slaves that a layout names, and the cyclic datagrams.
+pub(in crate::layout) fn learn<R: BufRead>(
+    mut capture: Capture<R>,
+    wanted: &[SlaveSpec],
+) -> Result<Network, NetworkError> {
+    let mut learnt = Learnt::default();
+    loop {
+        match capture.next_packet() {
+            Ok(Some(packet)) => {
+                let frame = EthercatFrame::parse(packet.bytes).filter(|frame| frame.returning);
+                let all = || frame.iter().flat_map(EthercatFrame::datagrams);
+                let with_clock = all().any(|datagram| datagram.system_time().is_some());
+                all().for_each(|datagram| learnt.datagram(&datagram, with_clock));
+            }
+            Ok(None) => break,
+            Err(error) => return Err(error.into()),
+        }
+    }
+    let file = capture.path();
+    let slaves = wanted.iter().map(|spec| learnt.slave(spec, file)).collect::<Result<_, _>>()?;
+    Ok(Network { slaves, commands: learnt.commands() })
+}
+
+impl Learnt {
+    fn datagram(&mut self, datagram: &Datagram<'_>, with_clock: bool) {
+        if datagram.working_counter == 0 {
+            return;
+        }
+        let is_write = matches!(datagram.command, FPWR | FPRW);
+        if datagram.is_logical() {
+            let length = u16::try_from(datagram.data.len()).unwrap_or(u16::MAX);
+            let seen = (datagram.command, datagram.address, length);
+            let is_seen = |(a, b, c, _): &(u8, u32, u16, bool)| (*a, *b, *c) == seen;
+            if let Some(known) = self.commands.iter_mut().find(|known| is_seen(known)) {
+                known.3 |= with_clock;
+            } else if self.commands.len() < MOST_COMMANDS {
+                self.commands.push((seen.0, seen.1, seen.2, with_clock));
+            }
+        } else if is_write && FMMU.contains(&datagram.register()) {
+            self.units(datagram);
+        } else if datagram.register() >= MAILBOX && (is_write || datagram.command == FPRD) {
+            self.mailbox(datagram);
+        }
+    }
+
+    /// A write to one or several memory management units.
+    fn units(&mut self, datagram: &Datagram<'_>) {
+        let offset = datagram.register() - FMMU.start;
+        if !offset.is_multiple_of(16) {
+            return;
+        }
+        for (number, unit) in (offset / 16..16).zip(datagram.data.chunks_exact(16)) {
+            let place = (datagram.station(), number);
+            let [a, b, c, d, l, m, start_bit, stop_bit, _, _, _, kind, active, ..] = *unit else {
+                continue;
+            };
+            if active & 1 == 0 {
+                self.fmmus.remove(&place);
+                continue;
+            }
+            let unit = Fmmu {
+                address: u32::from_le_bytes([a, b, c, d]),
+                bytes: u16::from_le_bytes([l, m]),
+                whole: start_bit == 0 && stop_bit == 7,
+                reads: kind & 1 != 0,
+                writes: kind & 2 != 0,
+            };
+            if self.fmmus.len() < MOST_OBJECTS {
+                self.fmmus.insert(place, unit);
+            }
+        }
+    }
+
+    /// A mailbox message with an SDO.
+    fn mailbox(&mut self, datagram: &Datagram<'_>) -> Option<()> {
+        let station = datagram.station();
+        let (header, rest) = datagram.data.split_first_chunk::<6>()?;
+        let length = usize::from(u16::from_le_bytes([header[0], header[1]]));
+        let message = rest.get(..length).filter(|_| header[5] & 0x0F == COE)?;
+        let service = u16::from_le_bytes(*message.first_chunk()?) >> 12;
+        let [command, low, high, sub] = *message.get(2..)?.first_chunk()?;
+        let index = u16::from_le_bytes([low, high]);
+        // What is done, by the highest three bits.
+        match (service, command >> 5) {
+            (SDO_REQUEST, 1) => {
+                self.asked.remove(&station);
+                let data = data_of(command, message.get(6..)?)?;
+                let complete = command & 0x10 != 0;
+                let asked = Transfer { index, sub, complete, data: data.to_vec() };
+                if is_kept(index) && self.asked.len() < MOST_OBJECTS {
+                    self.asked.insert(station, asked);
+                }
+            }
+            (SDO_RESPONSE, 3) => {
+                let asked = self.asked.remove(&station)?;
+                if (asked.index, asked.sub) == (index, sub) {
+                    self.keep(station, &asked);
+                }
+            }
+            (SDO_RESPONSE, 2) => {
+                let data = data_of(command, message.get(6..)?)?.to_vec();
+                let complete = command & 0x10 != 0;
+                self.keep(station, &Transfer { index, sub, complete, data });
+            }
+            (SDO_REQUEST, 4) => drop(self.asked.remove(&station)),
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn keep(&mut self, station: u16, transfer: &Transfer) {
+        let Transfer { index, sub, complete, data } = transfer;
+        if !is_kept(*index) {
+            return;
+        }
+        let value = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, b| word << 8 | u32::from(*b));
+        let mut put = |sub, value| {
+            if self.objects.len() < MOST_OBJECTS {
+                self.objects.insert((station, *index, sub), value);
+            }
+        };
+        if !complete {
+            return put(*sub, value(data.get(..4).unwrap_or(data)));
+        }
+        // Sub-index 0 has a byte that fills it up to a word.
+        let entries = match (*sub, data.as_slice()) {
+            (0, [count, _, entries @ ..]) => {
+                put(0, (*count).into());
+                entries
+            }
+            (1, entries) => entries,
+            _ => return,
+        };
+        let size = if matches!(*index, INPUTS | OUTPUTS) { 2 } else { 4 };
+        for (sub, entry) in (1..=u8::MAX).zip(entries.chunks_exact(size)) {
+            put(sub, value(entry));
+        }
+    }
+
+    fn slave(&self, spec: &SlaveSpec, file: &Path) -> Result<Slave, NetworkError> {
+        let known = |station: &u16| self.objects.keys().any(|(other, ..)| other == station);
+        let Some(station) = spec.address.filter(known) else {
+            let mut found: Vec<u16> = self.objects.keys().map(|(station, ..)| *station).collect();
+            found.dedup();
+            return Err(NetworkError::NoSlave {
+                file: file.to_owned(),
+                wanted: spec.label(),
+                found: found.iter().map(ToString::to_string).collect(),
+            });
+        };
+        let area = |assignment| {
+            self.area(station, assignment).unwrap_or_else(|what| {
+                let (file, slave) = (file.to_owned(), spec.label());
+                Area::unknown(NetworkError::NotLearnt { file, slave, what })
+            })
+        };
+        let place = |area: Area, reads: bool| {
+            let first_bit = area.first_bit.and_then(|bits| {
+                self.address(station, bits, reads).ok_or_else(|| NetworkError::NotLearnt {
+                    file: file.to_owned(),
+                    slave: spec.label(),
+                    what: format!(
+                        "one FMMU over the {bits} bits of the {}",
+                        if reads { "inputs" } else { "outputs" }
+                    ),
+                })
+            });
+            Area { first_bit, ..area }
+        };
+        let name = spec.label();
+        let (inputs, outputs) = (place(area(INPUTS), true), place(area(OUTPUTS), false));
+        Ok(Slave { name, inputs, outputs })
+    }
+
+    /// What the assigned PDOs carry, with the number of bits in place of the first one; or what is missing.
+    fn area(&self, station: u16, assignment: u16) -> Result<Area, String> {
+        let value = |index: u16, sub: u8| self.objects.get(&(station, index, sub)).copied();
+        let need = |index, sub| value(index, sub).ok_or_else(|| format!("{index:04X}:{sub:02X}"));
+        let low_byte = |word: u32| word.to_le_bytes()[0];
+        let mut mapped = Vec::new();
+        for sub in 1..=low_byte(need(assignment, 0)?) {
+            let [low, high, ..] = need(assignment, sub)?.to_le_bytes();
+            let pdo = u16::from_le_bytes([low, high]);
+            for sub in 1..=low_byte(need(pdo, 0)?) {
+                let [bits, sub, low, high] = need(pdo, sub)?.to_le_bytes();
+                let object = Object { index: u16::from_le_bytes([low, high]), sub };
+                mapped.push((object, u64::from(bits), encoding_of(object)));
+            }
+        }
+        let bits = mapped.iter().map(|(_, bits, _)| bits).sum();
+        Ok(Area::of(mapped, Ok(bits)))
+    }
+
+    /// The first bit in logical memory of an area of so many bits, where one unit covers just it.
+    fn address(&self, station: u16, bits: u64, reads: bool) -> Option<u64> {
+        let of_station = self.fmmus.range((station, 0)..=(station, u16::MAX)).map(|(_, unit)| unit);
+        let mut fitting = of_station.filter(|unit| {
+            let right = if reads { unit.reads } else { unit.writes };
+            right && unit.whole && u64::from(unit.bytes) == bits.div_ceil(8)
+        });
+        let (Some(unit), None) = (fitting.next(), fitting.next()) else { return None };
+        Some(8 * u64::from(unit.address))
+    }
+
+    fn commands(&self) -> Vec<Command> {
+        let command = |(command, address, length, with_clock): &(u8, u32, u16, bool)| {
+            let first_bit = 8 * u64::from(*address);
+            Command {
+                command: *command,
+                address: *address,
+                length: *length,
+                input_bit: first_bit,
+                output_bit: first_bit,
+                expected: Some(self.expected(*command, *address, *length)),
+                with_clock: *with_clock,
+            }
+        };
+        self.commands.iter().map(command).collect()
+    }
+
+    /// Each slave counts once for what it gives and once for what it takes, twice where one datagram
+    /// does both.
+    fn expected(&self, command: u8, address: u32, length: u16) -> u16 {
+        let end = u64::from(address) + u64::from(length);
+        let mut by_station: BTreeMap<u16, (u16, u16)> = BTreeMap::new();
+        for ((station, _), unit) in &self.fmmus {
+            let unit_end = u64::from(unit.address) + u64::from(unit.bytes);
+            if u64::from(unit.address) < end && unit_end > u64::from(address) {
+                let (gives, takes) = by_station.entry(*station).or_default();
+                *gives |= u16::from(unit.reads);
+                *takes |= u16::from(unit.writes);
+            }
+        }
+        let count = |(gives, takes): &(u16, u16)| match command {
+            LRD => *gives,
+            LWR => *takes,
+            LRW => gives + 2 * takes,
+            _ => 0,
+        };
+        by_station.values().map(count).fold(0, u16::saturating_add)
+    }
+}
+
+/// Objects that describe PDOs.
+fn is_kept(index: u16) -> bool {
+    matches!(index, OUTPUTS | INPUTS | 0x1600..=0x17FF | 0x1A00..=0x1BFF)
+}
+
+/// The data of a transfer in one message; nothing of one in segments.
+fn data_of(command: u8, data: &[u8]) -> Option<&[u8]> {
+    let (is_expedited, has_size) = (command & 2 != 0, command & 1 != 0);
+    if is_expedited {
+        let unused = if has_size { usize::from(command >> 2 & 3) } else { 0 };
+        return data.get(..4 - unused);
+    }
+    let size = usize::try_from(u32::from_le_bytes(*data.first_chunk()?)).ok()?;
+    data.get(4..)?.get(..size)
+}

@@ -1,0 +1,164 @@
+//! Packets to the frames of a plan: a pure state machine.
+
+use std::collections::VecDeque;
+
+use super::Seen;
+use super::clock::CycleClock;
+use crate::ethercat::{AL_STATUS, BRD, Datagram, EthercatFrame};
+use crate::frame::{Direction, Frame, FrameKind, MAX_PAYLOAD};
+use crate::layout::{AL_STATUS_BITS, Gathered, ProcessData, ProcessDatagram, SYNC, WRONG_COUNTER};
+
+/// Makes frames of packets. Nothing is allocated after [`Decoder::new`].
+#[derive(Debug)]
+pub(super) struct Decoder {
+    plan: ProcessData,
+    /// Per datagram of the plan: the index of the latest that went out.
+    sent: Vec<Option<u8>>,
+    /// Per datagram of the plan: the frames of its outputs, as they went out.
+    outputs: Vec<Vec<Frame>>,
+    /// The AL status of all slaves, as it was read last.
+    al_status: u8,
+    clock: CycleClock,
+    ready: VecDeque<Frame>,
+    seen: Seen,
+}
+
+impl Decoder {
+    pub(super) fn new(plan: ProcessData) -> Self {
+        let frames = |datagram: &ProcessDatagram| datagram.inputs.len() + datagram.outputs.len();
+        let most = 1 + plan.datagrams.iter().map(frames).sum::<usize>();
+        let outputs = plan.datagrams.iter().map(|datagram| {
+            datagram.outputs.iter().map(|gathered| frame(gathered, &[], None)).collect()
+        });
+        Self {
+            sent: vec![None; plan.datagrams.len()],
+            outputs: outputs.collect(),
+            al_status: 0,
+            clock: CycleClock::default(),
+            ready: VecDeque::with_capacity(most),
+            seen: Seen::default(),
+            plan,
+        }
+    }
+
+    /// Whether the stamps are carried on by the distributed clock.
+    pub(super) fn has_clock(&self) -> bool {
+        self.plan.clock
+    }
+
+    pub(super) fn seen(&self) -> Seen {
+        self.seen
+    }
+
+    /// The next frame that is ready.
+    pub(super) fn poll_frame(&mut self) -> Option<Frame> {
+        self.ready.pop_front()
+    }
+
+    /// Takes one packet, captured at `captured_ns`. Poll all frames before the next: those that were not
+    /// taken are dropped. False where it is neither on its way out nor brings process data.
+    pub(super) fn handle_packet(&mut self, packet: &[u8], captured_ns: u64) -> bool {
+        self.ready.clear();
+        self.seen.packets += 1;
+        let Some(ethernet) = EthercatFrame::parse(packet) else { return false };
+        self.seen.frame(&ethernet);
+        if !ethernet.returning {
+            ethernet.datagrams().for_each(|datagram| self.goes_out(&datagram));
+            return true;
+        }
+        // What concerns the whole frame may come after the process data.
+        let (mut system, mut state) = (None, 0);
+        for datagram in ethernet.datagrams() {
+            self.seen.returned(&datagram);
+            if self.plan.clock {
+                system = system.or(datagram.system_time());
+            }
+            if datagram.command == BRD
+                && datagram.register() == AL_STATUS
+                && datagram.working_counter > 0
+                && let Some(status) = datagram.data.first()
+            {
+                self.al_status = status & AL_STATUS_BITS;
+            }
+            let expected = self.plan.find(&datagram).map(|(_, plan)| plan.expected);
+            if expected.is_some_and(|expected| expected != datagram.working_counter) {
+                state |= WRONG_COUNTER;
+            }
+        }
+        state |= self.al_status;
+        let mut stamp_ns = None;
+        for datagram in ethernet.datagrams() {
+            let Some((number, plan)) = self.plan.find(&datagram) else { continue };
+            let stamp_ns =
+                *stamp_ns.get_or_insert_with(|| self.clock.stamp_ns(captured_ns, system));
+            self.seen.taken += 1;
+            let frames = 1 + plan.inputs.len() + plan.outputs.len();
+            if self.ready.len() + frames > self.ready.capacity() {
+                // The same datagram again in one frame.
+                continue;
+            }
+            if number == 0 {
+                self.ready.push_back(frame(&SYNC, &[], None).at(stamp_ns));
+            }
+            for gathered in &plan.inputs {
+                let inputs = frame(gathered, datagram.data, Some(state));
+                self.ready.push_back(inputs.at(stamp_ns));
+            }
+            let sent = self.sent.get_mut(number).and_then(Option::take);
+            if sent == Some(datagram.index) {
+                let outputs = self.outputs.get(number).into_iter().flatten();
+                self.ready.extend(outputs.map(|frame| frame.at(stamp_ns)));
+            }
+        }
+        stamp_ns.is_some()
+    }
+
+    /// Keeps the outputs until they come back: only then it is known that the slaves have them.
+    fn goes_out(&mut self, datagram: &Datagram<'_>) {
+        let Some((number, plan)) = self.plan.find(datagram) else { return };
+        if let (Some(frames), Some(sent)) =
+            (self.outputs.get_mut(number), self.sent.get_mut(number))
+        {
+            *sent = Some(datagram.index);
+            for (place, gathered) in frames.iter_mut().zip(&plan.outputs) {
+                *place = frame(gathered, datagram.data, None);
+            }
+        }
+    }
+}
+
+impl ProcessData {
+    /// The datagram of the plan that this one is, with its number.
+    fn find(&self, datagram: &Datagram<'_>) -> Option<(usize, &ProcessDatagram)> {
+        self.datagrams.iter().enumerate().find(|(_, plan)| {
+            plan.command == datagram.command
+                && plan.address == datagram.address
+                && plan.length == datagram.data.len()
+        })
+    }
+}
+
+/// A frame of a datagram's data, led by the state of the network where it has one.
+fn frame(gathered: &Gathered, data: &[u8], state: Option<u8>) -> Frame {
+    let mut payload = [0; MAX_PAYLOAD];
+    if let (Some(state), Some(first)) = (state, payload.first_mut()) {
+        *first = state;
+    }
+    for (from, to, bytes) in &gathered.parts {
+        let from = data.get(*from..).and_then(|rest| rest.get(..*bytes));
+        let to = payload.get_mut(*to..).and_then(|rest| rest.get_mut(..*bytes));
+        if let (Some(from), Some(to)) = (from, to) {
+            to.copy_from_slice(from);
+        }
+    }
+    let fd = FrameKind::Fd { bit_rate_switch: false, error_state_indicator: false };
+    Frame {
+        stamp_ns: 0,
+        interface: 0,
+        id: gathered.id,
+        kind: if gathered.length == 0 { FrameKind::Classic } else { fd },
+        direction: Direction::Received,
+        length: gathered.length,
+        payload,
+    }
+}

@@ -1,0 +1,130 @@
+//! A capture as a source: read as fast as it is asked for, in constant memory.
+
+use core::time::Duration;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use super::EthercatError;
+use super::decode::Decoder;
+use crate::ethercat::Capture;
+use crate::frame::Frame;
+use crate::layout::CompiledLayout;
+use crate::source::{
+    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
+};
+
+/// What the one interface of a capture is called.
+const INTERFACE: &str = "ethercat";
+
+/// The process data of a capture (pcap, pcapng), as frames of a layout.
+///
+/// It never waits and is never silent. A capture without process data is an error at its end.
+#[derive(Debug)]
+pub struct CaptureSource<R = BufReader<File>> {
+    capture: Capture<R>,
+    decoder: Decoder,
+    interfaces: Vec<InterfaceName>,
+    ended: bool,
+    /// Reported by the next call, after the frames before it.
+    failure: Option<EthercatError>,
+    counters: SourceCounters,
+}
+
+impl CaptureSource {
+    /// Opens a capture, to be read by a layout.
+    ///
+    /// # Errors
+    /// [`EthercatError::NoPlan`], [`EthercatError::Capture`].
+    pub fn open(path: &Path, layout: Option<&CompiledLayout>) -> Result<Self, EthercatError> {
+        Self::new(Capture::open(path)?, layout)
+    }
+}
+
+impl<R: BufRead> CaptureSource<R> {
+    /// As [`CaptureSource::open`], of anything.
+    ///
+    /// # Errors
+    /// [`EthercatError::NoPlan`].
+    pub fn new(
+        capture: Capture<R>,
+        layout: Option<&CompiledLayout>,
+    ) -> Result<Self, EthercatError> {
+        let Some(plan) = layout.and_then(CompiledLayout::process_data) else {
+            return Err(EthercatError::NoPlan { place: capture.path().display().to_string() });
+        };
+        Ok(Self {
+            capture,
+            decoder: Decoder::new(plan.clone()),
+            interfaces: InterfaceName::new(INTERFACE).into_iter().collect(),
+            ended: false,
+            failure: None,
+            counters: SourceCounters::default(),
+        })
+    }
+
+    /// Reads the next packet; false at the end.
+    fn advance(&mut self) -> Result<bool, EthercatError> {
+        if let Some(packet) = self.capture.next_packet()? {
+            let used = self.decoder.handle_packet(packet.bytes, packet.stamp_ns);
+            self.counters.passed_over += u64::from(!used);
+            return Ok(true);
+        }
+        let seen = self.decoder.seen();
+        if seen.taken == 0 {
+            let path = self.capture.path().to_owned();
+            return Err(EthercatError::NoProcessData { path, seen });
+        }
+        Ok(false)
+    }
+}
+
+impl<R: BufRead + Send> Source for CaptureSource<R> {
+    fn receive(
+        &mut self,
+        batch: &mut Vec<Frame>,
+        _timeout: Duration,
+    ) -> Result<Received, SourceError> {
+        if room(batch) == 0 {
+            return Err(SourceError::NoRoom);
+        }
+        let before = batch.len();
+        while room(batch) > 0 {
+            if let Some(frame) = self.decoder.poll_frame() {
+                self.counters.frames += 1;
+                batch.push(frame);
+                continue;
+            }
+            if self.ended {
+                break;
+            }
+            match self.advance() {
+                Ok(more) => self.ended = !more,
+                Err(failure) => {
+                    self.ended = true;
+                    self.failure = Some(failure);
+                }
+            }
+        }
+        if batch.len() > before {
+            return Ok(Received::Frames);
+        }
+        match self.failure.take() {
+            Some(failure) => Err(failure.into()),
+            None => Ok(Received::End),
+        }
+    }
+
+    fn counters(&self) -> SourceCounters {
+        let passed_over = self.counters.passed_over + self.capture.passed_over();
+        SourceCounters { passed_over, ..self.counters }
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        &self.interfaces
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Own
+    }
+}

@@ -1,0 +1,13 @@
+//! EtherCAT as a source: process data of captures and of a tap, as the frames that their layout plans.
+
+mod clock;
+mod decode;
+mod error;
+mod file;
+mod seen;
+mod tap;
+
+pub use error::EthercatError;
+pub use file::CaptureSource;
+pub use seen::Seen;
+pub use tap::TapSource;

@@ -1,0 +1,68 @@
+//! What a capture holds, for saying why it holds nothing that is wanted.
+
+use core::fmt;
+
+use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX};
+
+/// What went by, in counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seen {
+    /// Packets of any kind.
+    pub packets: u64,
+    /// Whole frames of EtherCAT.
+    pub frames: u64,
+    /// Those of them that came back from the slaves.
+    pub returning: u64,
+    /// Datagrams of process data that came back (LRD, LWR, LRW).
+    pub logical: u64,
+    /// Those of them that the layout takes.
+    pub taken: u64,
+    /// Datagrams to and from mailboxes that came back.
+    pub mailbox: u64,
+}
+
+impl Seen {
+    pub(super) fn frame(&mut self, frame: &EthercatFrame<'_>) {
+        self.frames += 1;
+        self.returning += u64::from(frame.returning);
+    }
+
+    pub(super) fn returned(&mut self, datagram: &Datagram<'_>) {
+        self.logical += u64::from(datagram.is_logical());
+        let is_mailbox =
+            matches!(datagram.command, FPRD | FPWR | FPRW) && datagram.register() >= MAILBOX;
+        self.mailbox += u64::from(is_mailbox);
+    }
+}
+
+/// What is missing, with the remedy.
+impl fmt::Display for Seen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { packets, frames, returning, logical, mailbox, .. } = self;
+        if *frames == 0 {
+            write!(
+                f,
+                "none of {packets} packets is a frame of EtherCAT (0x88A4); record at the master's port, \
+                 with a tap between master and first slave"
+            )
+        } else if *returning == 0 {
+            write!(
+                f,
+                "{frames} frames, and none has come back from the slaves; record both directions: both \
+                 outputs of the tap, or one that brings them together"
+            )
+        } else if *logical == 0 {
+            write!(
+                f,
+                "{returning} frames came back, with {mailbox} datagrams of mailboxes and none of process \
+                 data (LRD, LWR, LRW); record while the drives are in OP"
+            )
+        } else {
+            write!(
+                f,
+                "{logical} datagrams of process data came back, and none has command, address and length of \
+                 those that the layout takes; take the ENI file, or the start-up, of this configuration"
+            )
+        }
+    }
+}

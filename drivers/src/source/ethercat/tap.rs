@@ -1,0 +1,360 @@
+//! A tap on the wire as a source: a packet socket that receives and cannot send.
+
+use core::time::Duration;
+use std::io;
+use std::time::Instant;
+
+use super::EthercatError;
+use super::decode::Decoder;
+use crate::clock::HardwareClock;
+use crate::ethercat::ETHERCAT;
+use crate::frame::Frame;
+use crate::layout::CompiledLayout;
+use crate::socket::{
+    PACKET_BYTES, ReceiveBuffer, Socket, device_state, monotonic_ns, wait_readable,
+};
+use crate::source::listening::{
+    DropCounter, ask_for_stamps_and_drops, realtime_now_ns, set_receive_buffer, stamp_ns,
+};
+use crate::source::{
+    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
+};
+
+/// The longest single wait, and the time between looks at an interface that is not there.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+const RETRY: Duration = Duration::from_millis(200);
+
+/// System calls that one attempt to take packets may cost, whatever the kernel answers.
+const MOST_CALLS: u32 = 8;
+
+/// The process data that an interface hears, as frames of a layout.
+///
+/// An interface that goes down or away is reported once by an error, counted, and silent until it is
+/// back; it is then taken up again without being asked.
+pub struct TapSource {
+    interface: [InterfaceName; 1],
+    opened: Option<Opened>,
+    /// Whether packets can come.
+    up: bool,
+    retry_at: Instant,
+    wanted_bytes: u32,
+    granted_bytes: u32,
+    buffer: ReceiveBuffer<PACKET_BYTES>,
+    decoder: Decoder,
+    drops: DropCounter,
+    hardware: Option<HardwareClock>,
+    failure: Option<EthercatError>,
+    counters: SourceCounters,
+}
+
+#[derive(Debug)]
+struct Opened {
+    socket: Socket,
+    device: i32,
+    granted_bytes: u32,
+}
+
+impl TapSource {
+    /// Listens to an interface, with a receive buffer of so many bytes.
+    ///
+    /// # Errors
+    /// [`EthercatError`]: every variant says what to do.
+    pub fn open(
+        interface: InterfaceName,
+        layout: &CompiledLayout,
+        receive_buffer_bytes: u32,
+    ) -> Result<Self, EthercatError> {
+        let Some(plan) = layout.process_data() else {
+            return Err(EthercatError::NoPlan { place: interface.to_string() });
+        };
+        let opened = open(interface, receive_buffer_bytes)?;
+        Ok(Self {
+            interface: [interface],
+            up: true,
+            retry_at: Instant::now(),
+            wanted_bytes: receive_buffer_bytes,
+            granted_bytes: opened.granted_bytes,
+            opened: Some(opened),
+            buffer: ReceiveBuffer::new(),
+            decoder: Decoder::new(plan.clone()),
+            drops: DropCounter::default(),
+            hardware: None,
+            failure: None,
+            counters: SourceCounters::default(),
+        })
+    }
+
+    /// The receive buffer that was granted \[bytes\].
+    pub fn receive_buffer_bytes(&self) -> u32 {
+        self.granted_bytes
+    }
+
+    fn name(&self) -> InterfaceName {
+        let [name] = self.interface;
+        name
+    }
+
+    /// Moves frames into the batch; returns whether there were any.
+    fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
+        let before = batch.len();
+        let mut calls = 0;
+        while room(batch) > 0 {
+            if let Some(frame) = self.decoder.poll_frame() {
+                self.counters.frames += 1;
+                batch.push(frame);
+            } else if let Some(message) = self.buffer.next_message() {
+                if let Some(total) = message.control.drops {
+                    self.counters.queue_drops += self.drops.advance(total);
+                }
+                let captured_ns = if self.decoder.has_clock() {
+                    // The distributed clock counts; this only says where it begins.
+                    monotonic_ns()
+                } else {
+                    let stamp = stamp_ns(&message, &mut self.hardware);
+                    self.counters.stamped_late += u64::from(stamp.is_none());
+                    stamp.unwrap_or_else(realtime_now_ns)
+                };
+                let used = self.decoder.handle_packet(message.bytes, captured_ns);
+                self.counters.passed_over += u64::from(!used);
+            } else if calls < MOST_CALLS && self.fill() {
+                calls += 1;
+            } else {
+                break;
+            }
+        }
+        batch.len() > before
+    }
+
+    /// Takes packets from the kernel; false where there are none.
+    fn fill(&mut self) -> bool {
+        self.reopen_when_due();
+        let Some(opened) = &self.opened else { return false };
+        match self.buffer.fill(&opened.socket) {
+            Ok(()) => {
+                self.up = true;
+                return true;
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return true,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) if error.raw_os_error() == Some(libc::ENETDOWN) => self.went_down(),
+            Err(source) => {
+                let (interface, what) = (self.name(), "receive");
+                self.failure = Some(EthercatError::System { interface, what, source });
+            }
+        }
+        false
+    }
+
+    /// Looks at the device behind the socket, for what the socket did not tell.
+    fn supervise(&mut self) {
+        let Some(opened) = &self.opened else { return };
+        match device_state(&opened.socket, self.name()) {
+            Ok(now) if now.index == opened.device && now.up => self.up = true,
+            Ok(now) if now.index == opened.device => self.went_down(),
+            Ok(_) => self.vanished(),
+            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+            Err(_) => {}
+        }
+    }
+
+    fn went_down(&mut self) {
+        if std::mem::replace(&mut self.up, false) {
+            self.counters.link_down += 1;
+            self.failure = Some(EthercatError::Down { interface: self.name() });
+        }
+    }
+
+    fn vanished(&mut self) {
+        self.counters.link_down += u64::from(self.up);
+        self.up = false;
+        self.opened = None;
+        self.retry_at = Instant::now() + RETRY;
+        self.failure = Some(EthercatError::Gone { interface: self.name() });
+    }
+
+    fn reopen_when_due(&mut self) {
+        if self.opened.is_some() || Instant::now() < self.retry_at {
+            return;
+        }
+        match open(self.name(), self.wanted_bytes) {
+            Ok(opened) => {
+                self.granted_bytes = opened.granted_bytes;
+                self.opened = Some(opened);
+                self.up = true;
+                self.drops = DropCounter::default();
+                self.hardware = None;
+                self.counters.reopened += 1;
+            }
+            Err(_) => self.retry_at = Instant::now() + RETRY,
+        }
+    }
+}
+
+impl Source for TapSource {
+    fn receive(
+        &mut self,
+        batch: &mut Vec<Frame>,
+        timeout: Duration,
+    ) -> Result<Received, SourceError> {
+        if room(batch) == 0 {
+            return Err(SourceError::NoRoom);
+        }
+        let started = Instant::now();
+        let mut waited = false;
+        loop {
+            if let Some(failure) = self.failure.take() {
+                return Err(failure.into());
+            }
+            if self.take(batch) {
+                return Ok(Received::Frames);
+            }
+            let left = timeout.saturating_sub(started.elapsed());
+            if waited || left.is_zero() {
+                self.supervise();
+            }
+            if let Some(failure) = self.failure.take() {
+                return Err(failure.into());
+            }
+            if left.is_zero() {
+                return Ok(Received::Silence);
+            }
+            let wait = if self.up { LONGEST_WAIT } else { RETRY };
+            let sockets = self.opened.iter().map(|opened| &opened.socket);
+            wait_readable(sockets, left.min(wait)).map_err(|source| EthercatError::System {
+                interface: self.name(),
+                what: "wait for packets",
+                source,
+            })?;
+            waited = true;
+        }
+    }
+
+    fn counters(&self) -> SourceCounters {
+        self.counters
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        &self.interface
+    }
+
+    /// The distributed clock is nobody's of this computer.
+    fn stamp_clock(&self) -> StampClock {
+        if self.decoder.has_clock() { StampClock::Own } else { StampClock::Realtime }
+    }
+}
+
+impl core::fmt::Debug for TapSource {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} {:?}", self.name(), self.counters)
+    }
+}
+
+/// Makes a socket that listens to the interface. Every option is set before the first packet can come.
+fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<Opened, EthercatError> {
+    let failed = |what| {
+        move |source: io::Error| match source.raw_os_error() {
+            Some(libc::ENODEV) => EthercatError::NoInterface { interface },
+            Some(libc::EPERM | libc::EACCES | libc::EAFNOSUPPORT) => {
+                EthercatError::Permission { interface, source }
+            }
+            _ => EthercatError::System { interface, what, source },
+        }
+    };
+    let socket = Socket::packets().map_err(failed("open a packet socket"))?;
+    let device = device_state(&socket, interface).map_err(failed("find the device"))?.index;
+    ask_for_stamps_and_drops(&socket).map_err(failed("ask for stamps"))?;
+    let granted_bytes =
+        set_receive_buffer(&socket, wanted_bytes).map_err(failed("set the receive buffer"))?;
+    socket.bind_packets(device, ETHERCAT).map_err(failed("bind"))?;
+    Ok(Opened { socket, device, granted_bytes })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::process::Command;
+
+    use super::*;
+    use crate::ethercat::Capture;
+
+    const TEST: &str = "source::ethercat::tap::tests::a_tap_hears_the_wire_and_says_nothing";
+    const INSIDE: &str = "DIDIM_TEST_INSIDE_A_NETWORK_OF_ITS_OWN";
+    const PAIR: &str = "ip link add name tap0 type veth peer name tap1 && ip link set tap0 up && \
+                        ip link set tap1 up";
+    const ENI: &str = include_str!("../../../tests/golden/ethercat/two_drives.eni.xml");
+    const CAPTURE: &[u8] = include_bytes!("../../../tests/golden/ethercat/two_drives.pcapng");
+    const LAYOUT: &str = r#"
+eni = "two_drives.eni.xml"
+slaves = [{ name = "Drive_1" }, { name = "Drive_2" }]
+axes = 2
+rate_hz = 1000.0
+position = { object = "6064:00", unit = "count", valid = "instant" }
+torque = { object = "6077:00", unit = "count", valid = "instant" }
+reference = { object = "607A:00", unit = "count", valid = "next-sync" }
+"#;
+
+    fn network_of_its_own(run: &str) -> Command {
+        let mut command = Command::new("unshare");
+        command.args(["-rn", "sh", "-c", run]);
+        command
+    }
+
+    #[test]
+    #[allow(clippy::print_stdout, reason = "a test that cannot be made here says so")]
+    fn a_tap_hears_the_wire_and_says_nothing() {
+        if std::env::var_os(INSIDE).is_some() {
+            return inside();
+        }
+        if !network_of_its_own(PAIR).output().is_ok_and(|made| made.status.success()) {
+            println!(
+                "ignored: no network of its own, with a pair of interfaces, can be made here (unshare, ip)"
+            );
+            return;
+        }
+        let mut command = network_of_its_own(&format!("{PAIR} && exec \"$0\" --exact {TEST}"));
+        let finished = command.arg(std::env::current_exe().unwrap()).env(INSIDE, "1").output();
+        let finished = finished.unwrap();
+        assert!(finished.status.success(), "{finished:?}");
+        assert!(String::from_utf8_lossy(&finished.stdout).contains("1 passed"), "{finished:?}");
+    }
+
+    fn inside() {
+        let layout = CompiledLayout::compile_eni(ENI, &toml::from_str(LAYOUT).unwrap()).unwrap();
+        let open = |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20);
+        let mut tap = open("tap0").unwrap();
+        assert!(tap.receive_buffer_bytes() > 0 && tap.stamp_clock() == StampClock::Own);
+        let wire = Socket::packets().unwrap();
+        let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
+        wire.bind_packets(device, ETHERCAT).unwrap();
+        let mut capture = Capture::new(CAPTURE, Path::new("a"));
+        while let Some(packet) = capture.next_packet().unwrap() {
+            wire.send(packet.bytes).unwrap();
+        }
+        // Of each cycle a SYNC, inputs and outputs of two drives.
+        let (mut frames, mut batch) = (Vec::new(), Vec::with_capacity(7));
+        for _ in 0..1_000 {
+            tap.receive(&mut batch, Duration::from_millis(10)).unwrap();
+            frames.append(&mut batch);
+            if frames.len() == 200 {
+                break;
+            }
+        }
+        assert_eq!(frames.len(), 200, "{:?}", tap.counters());
+        let syncs: Vec<u64> =
+            frames.iter().filter(|frame| frame.length == 0).map(|frame| frame.stamp_ns).collect();
+        assert!(syncs.windows(2).all(|pair| pair[1] - pair[0] == 1_000_000), "{syncs:?}");
+        assert_eq!((syncs.len(), tap.counters().passed_over, tap.counters().frames), (40, 0, 200));
+        // What the tap would have said, the other end would have heard.
+        let mut heard = ReceiveBuffer::<PACKET_BYTES>::new();
+        assert_eq!(heard.fill(&wire).unwrap_err().kind(), io::ErrorKind::WouldBlock);
+
+        let missing = open("nothing0").unwrap_err().to_string();
+        assert!(missing.contains("nothing0") && missing.contains("ip link"), "{missing}");
+        // That of a new network is down.
+        let mut down = open("lo").unwrap();
+        let error = down.receive(&mut batch, Duration::ZERO).unwrap_err();
+        assert!(error.is_recoverable() && error.to_string().contains("lo is down"), "{error}");
+        assert_eq!(down.receive(&mut batch, Duration::ZERO).unwrap(), Received::Silence);
+        assert_eq!(down.counters().link_down, 1);
+    }
+}
