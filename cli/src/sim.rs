@@ -54,6 +54,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),
             ));
         }
+        BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
+            let why =
+                "EtherCAT is listened to; use log:FILE, which has the frames of its process data";
+            return Err(CliError::Usage(why.to_owned()));
+        }
     }
     let mut scenario = read_scenario(&arguments.scenario, &cell)?;
     if let Some(seed) = arguments.seed {
@@ -94,13 +99,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             })?;
             played.unwrap_or_default()
         }
-        BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
-            let why =
-                "EtherCAT is listened to; use log:FILE, which has the frames of its process data";
-            return Err(CliError::Usage(why.to_owned()));
-        }
         // Refused above.
-        BusAddress::InProcess => Played::default(),
+        BusAddress::InProcess | BusAddress::Pcap(_) | BusAddress::Ethercat(_) => Played::default(),
     };
     let lateness = match (pace, &arguments.bus) {
         (Pace::RealTime, BusAddress::Can(_)) => {
