@@ -15,6 +15,7 @@ mod program;
 mod bag_writer;
 mod command_line;
 mod data;
+mod design;
 mod export;
 mod known_torques;
 mod load;

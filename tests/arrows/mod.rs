@@ -29,11 +29,11 @@ const ORDER: [(&str, &str); 9] = [
     ("src/archive", "drift store"),
     (
         "src/offline",
-        "compare consistent difference payload predict stored log identify limits still rate",
+        "compare consistent difference excitation payload predict stored log identify limits still rate",
     ),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo export history manual metrics new note payload predict reload replay robot run study \
+        "lib baseline capture check compare convert demo design export history manual metrics new note payload predict reload replay robot run study \
          top window convert_frames identify choices input sim outcome state status names output error tell",
     ),
 ];
