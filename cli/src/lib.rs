@@ -11,6 +11,7 @@ mod compare;
 mod convert;
 mod convert_frames;
 mod demo;
+mod design;
 mod error;
 mod export;
 mod fleet;
@@ -77,6 +78,8 @@ enum Command {
     Payload(payload::Arguments),
     /// Write a stored result as a model with possible bodies: URDF, MJCF, robot file, JSON, MATLAB, C or Rust
     Export(export::Arguments),
+    /// Design the next motion: within the arm's limits, and such that it tells what an identification lacks
+    Design(design::Arguments),
     /// Identify with every method and compare them
     Compare(compare::Arguments),
     /// Run a plan of simulated experiments: noise, errors of the model, methods, seeds
@@ -173,6 +176,7 @@ pub fn main() -> ExitCode {
         Command::Predict(arguments) => predict::execute(&arguments),
         Command::Payload(arguments) => payload::execute(&arguments),
         Command::Export(arguments) => export::execute(&arguments),
+        Command::Design(arguments) => design::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Study(arguments) => study::execute(&arguments),
         Command::Convert(arguments) => convert::execute(&arguments),

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::Args;
+use didim_core::trajectory::SampledReference;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
+use didim_formats::read_motion;
 use didim_sim::{CandumpSink, Pace, Played, Scenario, SocketCanSink, VirtualDevice, play};
 
 use super::CliError;
@@ -27,6 +29,9 @@ pub(super) struct Arguments {
     /// tx40-physical
     #[arg(long, value_name = "NAME|FILE", default_value = "tx40-paper")]
     scenario: String,
+    /// A motion as `didim design` writes it (.csv), in place of the scenario's
+    #[arg(long, value_name = "FILE")]
+    motion: Option<PathBuf>,
     /// Seed of the noise; the scenario's when left out
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -61,6 +66,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     let mut scenario = read_scenario(&arguments.scenario, &cell)?;
+    if let Some(file) = &arguments.motion {
+        let points = read_motion(file).map_err(CliError::configuration)?;
+        let motion = SampledReference::new(points.rate_hz, &points.positions);
+        let motion = motion.map_err(CliError::configuration)?;
+        scenario = scenario.with_recorded_motion(motion).map_err(CliError::configuration)?;
+    }
     if let Some(seed) = arguments.seed {
         scenario = scenario.with_seed(seed);
     }

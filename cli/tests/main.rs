@@ -16,6 +16,7 @@ mod bag_writer;
 mod can_arms;
 mod command_line;
 mod data;
+mod design;
 mod ethercat;
 mod export;
 mod known_torques;

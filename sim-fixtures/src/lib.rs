@@ -7,6 +7,7 @@
 mod device;
 mod encoder;
 mod fault;
+mod motion;
 mod payload;
 mod play;
 mod playback;
@@ -18,6 +19,7 @@ mod streamed;
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};
 pub use fault::{Fault, FaultAction};
+pub use motion::Motion;
 pub use payload::Payload;
 pub use play::{Pace, PlayError, Played, play};
 pub use playback::{Playback, PlaybackConfig};

@@ -1,7 +1,9 @@
 //! A motion with idle time around it, again and again.
 
-use didim_core::trajectory::{Reference, Trajectory};
+use didim_core::trajectory::Reference;
 use serde::{Deserialize, Serialize};
+
+use crate::motion::Motion;
 
 /// How often a motion is played and how long the arm rests before and after it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,13 +21,13 @@ pub struct PlaybackConfig {
 /// The reference that results: rest, motion, rest, and from the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Playback {
-    trajectory: Trajectory,
+    trajectory: Motion,
     config: PlaybackConfig,
 }
 
 impl Playback {
     /// Plays a motion that ends where it starts, or plays any motion once.
-    pub(crate) fn new(trajectory: Trajectory, config: PlaybackConfig) -> Self {
+    pub(crate) fn new(trajectory: Motion, config: PlaybackConfig) -> Self {
         Self { trajectory, config }
     }
 

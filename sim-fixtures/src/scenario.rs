@@ -10,10 +10,11 @@ use didim_core::simulation::{
     Unmodelled,
 };
 use didim_core::trajectory::{
-    JointLimits, Move, MoveSequence, Reference, Trajectory, TrajectoryError,
+    JointLimits, Move, MoveSequence, Reference, SampledReference, Trajectory, TrajectoryError,
 };
 use serde::Deserialize;
 
+use crate::motion::Motion;
 use crate::{Fault, Payload, Playback, PlaybackConfig};
 
 /// A scenario whose parts fit each other. The true parameters are the nominal ones that it states, or
@@ -27,7 +28,7 @@ pub struct Scenario {
     standard: Vec<f64>,
     samples: usize,
     limits: Vec<JointLimits>,
-    trajectory: Trajectory,
+    trajectory: Motion,
     playback: PlaybackConfig,
     controller: ControllerConfig,
     simulation: SimulationConfig,
@@ -207,7 +208,7 @@ impl Scenario {
     }
 
     /// The motion.
-    pub fn trajectory(&self) -> &Trajectory {
+    pub fn trajectory(&self) -> &Motion {
         &self.trajectory
     }
 
@@ -285,7 +286,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError::Trajectory`] when it is no motion for this arm.
     pub fn with_moves(mut self, moves: &MoveSequence) -> Result<Self, ScenarioError> {
-        self.trajectory = Trajectory::plan(moves, &self.limits)?;
+        self.trajectory = Motion::Moves(Trajectory::plan(moves, &self.limits)?);
         check_playback(&self.playback, &self.trajectory)?;
         self.checked()
     }
@@ -307,6 +308,26 @@ impl Scenario {
                 self.standard[column] += value;
             }
         }
+        self.checked()
+    }
+
+    /// The same scenario with a motion that is given point by point, as long as that.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Length`] for another number of joints; [`ScenarioError::BadValue`] when it is to be repeated and
+    /// does not end where it starts.
+    pub fn with_recorded_motion(mut self, motion: SampledReference) -> Result<Self, ScenarioError> {
+        check_length("the columns of the motion", self.robot.joints(), motion.joints())?;
+        let period_s = self.controller.timing.sample_period_s();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a motion has far fewer samples than 2^52"
+        )]
+        let samples = (motion.duration_s() / period_s).ceil().max(1.0) as usize;
+        self.samples = samples;
+        self.trajectory = Motion::Recorded(motion);
+        check_playback(&self.playback, &self.trajectory)?;
         self.checked()
     }
 
@@ -336,7 +357,7 @@ impl Scenario {
     ///
     /// # Errors
     /// None that reading the scenario has not met.
-    pub fn closed_loop(&self) -> Result<ClosedLoop<&Trajectory>, SetupError> {
+    pub fn closed_loop(&self) -> Result<ClosedLoop<&Motion>, SetupError> {
         self.closed_loop_along(&self.trajectory)
     }
 
@@ -401,7 +422,7 @@ fn plan(
     motion: RawMotion,
     playback: PlaybackConfig,
     robot: &Robot,
-) -> Result<(Vec<JointLimits>, Trajectory), ScenarioError> {
+) -> Result<(Vec<JointLimits>, Motion), ScenarioError> {
     check_length(
         "motion.acceleration_max_rad_s2",
         robot.joints(),
@@ -422,12 +443,12 @@ fn plan(
         start_dwell_s: motion.start_dwell_s,
         moves: motion.moves,
     };
-    let trajectory = Trajectory::plan(&sequence, &limits)?;
+    let trajectory = Motion::Moves(Trajectory::plan(&sequence, &limits)?);
     check_playback(&playback, &trajectory)?;
     Ok((limits, trajectory))
 }
 
-fn check_playback(playback: &PlaybackConfig, trajectory: &Trajectory) -> Result<(), ScenarioError> {
+fn check_playback(playback: &PlaybackConfig, trajectory: &Motion) -> Result<(), ScenarioError> {
     for (key, value) in
         [("playback.lead_in_s", playback.lead_in_s), ("playback.tail_s", playback.tail_s)]
     {

@@ -11,6 +11,7 @@ mod common;
 
 mod device;
 mod didim;
+mod excitation;
 mod model_errors;
 mod one_error;
 mod output_error;

@@ -1,9 +1,10 @@
 //! A whole measurement at once: read from a log, identified, every method side by side; and a stored result, which predicts
-//! another measurement, tells the load in one, or leaves as a model.
+//! another measurement, tells the load in one, leaves as a model, or says which motion it lacks.
 
 pub mod compare;
 mod consistent;
 mod difference;
+mod excitation;
 pub mod identify;
 mod limits;
 mod log;
@@ -15,6 +16,7 @@ mod stored;
 
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
+pub use excitation::{Assignment, AssignmentError, Lacking, Wanted};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
 pub use log::{LogError, read_log};
 pub use payload::{LoadError, find_load};

@@ -74,6 +74,8 @@ pub struct StoredModel {
     pub(super) configuration: Option<String>,
     pub(super) uncertainty: Option<ModelUncertainty>,
     pub(super) covariance: Option<ParameterCovariance>,
+    /// Standard deviation of a row of each joint \[N·m or N\] as if rows were independent; empty where the result does not say.
+    pub(super) noise: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -100,6 +102,8 @@ struct StoredEstimate {
     model_uncertainty: Option<ModelUncertainty>,
     /// Neither have they one.
     covariance: Option<ParameterCovariance>,
+    #[serde(default)]
+    rms_error_per_joint_nm: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -116,6 +120,22 @@ struct StoredFriction {
 struct StoredParameter {
     name: String,
     value: f64,
+    standard_deviation: Option<f64>,
+    classical_standard_deviation: Option<f64>,
+}
+
+impl StoredEstimate {
+    /// The residuals, larger by what their colour makes of standard deviations in the median.
+    fn noise(&self) -> Vec<f64> {
+        let ratio = |of: &StoredParameter| {
+            let ratio = of.standard_deviation? / of.classical_standard_deviation?;
+            (ratio.is_finite() && ratio > 0.0).then_some(ratio)
+        };
+        let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        let colour = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
+        self.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect()
+    }
 }
 
 impl StoredModel {
@@ -141,6 +161,7 @@ impl StoredModel {
                 robot: robot.to_owned(),
             });
         }
+        let noise = estimate.noise();
         let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
         match estimate.position_cutoff {
             Some(StoredCutoff { cutoff_hz }) => {
@@ -177,7 +198,8 @@ impl StoredModel {
             return Err(unfit(unknown.to_string()));
         }
         let (method, covariance) = (estimate.method, estimate.covariance);
-        let model = Self { parameters, kept, method, configuration, uncertainty, covariance };
+        let model =
+            Self { parameters, kept, method, configuration, uncertainty, covariance, noise };
         Ok((model, cell))
     }
 
@@ -191,6 +213,7 @@ impl StoredModel {
             configuration: Some(result.configuration.clone()),
             uncertainty: known.model_uncertainty.clone(),
             covariance: known.covariance.clone(),
+            noise: Vec::new(),
         }
     }
 

@@ -4,6 +4,7 @@ pub mod comparison;
 mod consistent;
 pub mod convergence;
 pub mod cutoff;
+mod design;
 pub mod estimate;
 pub mod figure;
 pub mod friction;
@@ -23,6 +24,7 @@ use didim_core::robot::Robot;
 use crate::text::significant;
 
 pub use consistent::consistent_summary;
+pub use design::{design_header, design_text};
 pub use payload::payload_text;
 
 /// One joint's torque, measured and predicted, for a plot.

@@ -82,6 +82,10 @@ pub(super) const PAGES: &[CommandPage] = &[
         &[
             ["didim sim --cell cell.toml --bus log:drive.log --fast", "a log to try the cell with"],
             ["didim sim --cell cell.toml --bus can:vcan0 --repeat", "an arm on a virtual bus"],
+            [
+                "didim sim --cell cell.toml --bus log:next.log --motion next.csv",
+                "what a designed motion would record",
+            ],
         ],
         FILES_OF_CELLS,
         &["didim-identify(1)", "didim-cell(5)"],
@@ -155,6 +159,30 @@ pub(super) const PAGES: &[CommandPage] = &[
         ],
         &[STATE],
         &["didim-robot(5)", "didim-identify(1)"],
+    ),
+    page(
+        "design",
+        "Designs a motion within the limits of the arm that makes the standard deviations of its parameters small, added to what a result knows already: a finite Fourier \
+         series that begins and ends at rest. It writes files for people to run, and moves nothing. Speeds, accelerations and jerks stay below half of the robot file's \
+         limits unless `--speed` says otherwise, positions 5 % of the range away from their ends, torques below 80 %, by the parameters of the result or the nominal ones. \
+         Collision is not checked: look at the motion in a simulation, and first run it at 10 % speed. Programs for KUKA and ABB visit the same positions, but their controllers \
+         make the time law: the figures do not hold for them.",
+        &[
+            [
+                "didim design --cell cell.toml --result result.json --duration 20 --out next.csv --out next.yaml",
+                "the motion that adds most to a result",
+            ],
+            [
+                "didim design --robot arm.urdf --duration 20 --acceleration 5 --out first.script",
+                "a first motion for an arm of which no parameters are known",
+            ],
+            [
+                "didim design --cell cell.toml --result result.json --parameters ia4,ia5 --duration 10 --out next.csv",
+                "a motion for two parameters",
+            ],
+        ],
+        &[STATE],
+        &["didim-identify(1)", "didim-robot(5)", "didim-parameters(7)"],
     ),
     page(
         "compare",

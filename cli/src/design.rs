@@ -1,0 +1,208 @@
+//! `didim design`: the next motion, as files for people to run; nothing is moved.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::excitation::{Design, ExcitationError, Margins, Progress, Task, design, predicted};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::CliError;
+use super::input::positive;
+use super::output::{check_outputs, print, write_text};
+use super::tell::tell;
+use didim::cell::{Cell, CellError, Library, RobotSource};
+use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
+use didim::report::{design_header, design_text};
+use didim_formats::{MotionFile, MotionFormat, UrdfArm};
+
+/// Searches from so many random motions, side by side; the best is taken.
+const STARTS: usize = 2;
+
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("arm").required(true).args(["robot", "cell"])))]
+pub(super) struct Arguments {
+    /// The arm: a robot file, or a URDF
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// The cell file: its robot, and the parameters that it identifies
+    #[arg(long, value_name = "FILE")]
+    cell: Option<PathBuf>,
+    /// What is known already: a result that the service stored, or what `didim identify --json` printed
+    #[arg(long, value_name = "FILE", requires = "cell")]
+    result: Option<PathBuf>,
+    /// Length of the motion \[s\]
+    #[arg(long, value_name = "S", value_parser = positive)]
+    duration: f64,
+    /// A file to write, as often as wanted: .csv (table), .yaml (ROS 2), .script (Universal Robots), .src (KUKA), .mod (ABB)
+    #[arg(long, value_name = "FILE", required = true)]
+    out: Vec<PathBuf>,
+    /// What is to be small
+    #[arg(long, value_enum, default_value_t = Objective::Deviations)]
+    objective: Objective,
+    /// Parameters that are to be told, with commas between them; all that are identified when left out
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    parameters: Option<Vec<String>>,
+    /// Part of the limits of speed, acceleration and jerk that may be used [%]
+    #[arg(long, value_name = "PERCENT", value_parser = positive, default_value_t = 50.0)]
+    speed: f64,
+    /// Largest acceleration \[rad/s²\] of all joints, or of each with commas between them, in place of the robot file's
+    #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
+    acceleration: Option<Vec<f64>>,
+    /// Steps of the search; with as many the same motion comes out
+    #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    steps: u32,
+}
+
+/// What is to be small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Objective {
+    /// The standard deviations of the parameters, in their geometric mean
+    Deviations,
+    /// The condition number of the base columns of inertia, unweighted and without friction
+    ConditionNumber,
+}
+
+/// The arm of the command line.
+struct Subject {
+    name: String,
+    joints: Vec<String>,
+    assignment: Assignment,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { robot, cell, result, out, .. } = arguments;
+    let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
+    check_outputs(out, &read.collect::<Vec<&Path>>())?;
+    let format = |path: &PathBuf| {
+        let wrong = |error| CliError::Usage(format!("{}: {error}", path.display()));
+        MotionFormat::of(path).map_err(wrong)
+    };
+    let formats = out.iter().map(format).collect::<Result<Vec<_>, _>>()?;
+    let Subject { name, joints, assignment } = arguments.subject()?;
+    let best = searched(&assignment.task, arguments.steps).map_err(CliError::failed)?;
+    let told = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
+    let mut texts = Vec::new();
+    for (path, format) in out.iter().zip(&formats) {
+        let header = design_header(&name, &assignment, &best, format.keeps_time());
+        let file = MotionFile { series: &best.series, joints: &joints, header: &header };
+        let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
+        texts.push(format.write(&file, stem).map_err(|error| CliError::in_file(path, error))?);
+    }
+    for (path, text) in out.iter().zip(&texts) {
+        write_text(path, text)?;
+    }
+    for (path, _) in out.iter().zip(formats).filter(|(_, format)| !format.keeps_time()) {
+        let what =
+            "the controller makes the time law, and the standard deviations do not hold for it";
+        tell(&format!("note: {}: {what}\n", path.display()));
+    }
+    print(&design_text(&assignment, &best, &told))
+}
+
+impl Arguments {
+    fn subject(&self) -> Result<Subject, CliError> {
+        match (&self.cell, &self.robot) {
+            (Some(file), _) => self.of_cell(file),
+            (None, Some(file)) => self.of_robot(file),
+            (None, None) => Err(CliError::Usage("give --robot or --cell".to_owned())),
+        }
+    }
+
+    fn of_cell(&self, file: &Path) -> Result<Subject, CliError> {
+        let mut cell = Cell::read(file).map_err(CliError::configuration)?;
+        let mut stored = None;
+        if let Some(result) = &self.result {
+            let (model, with_its_choices) =
+                StoredModel::read(result, cell).map_err(CliError::failed)?;
+            cell = with_its_choices;
+            if model.is_of(&cell) == Some(false) {
+                tell(&format!("note: {OTHER_CONFIGURATION}\n"));
+            }
+            stored = Some(model);
+        }
+        let accelerations = self.accelerations(cell.robot.joints());
+        let wanted = self.wanted(accelerations.as_deref());
+        let assignment = Assignment::of_cell(&cell, stored.as_ref(), &wanted);
+        let urdf = cell.urdf.iter().flat_map(UrdfArm::joint_names);
+        Ok(Subject {
+            name: cell.robot.name().to_owned(),
+            joints: joint_names(urdf, cell.robot.joints()),
+            assignment: assignment.map_err(CliError::configuration)?,
+        })
+    }
+
+    fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
+        if self.result.is_some() {
+            let what =
+                "--result goes with the --cell that it was identified with, not with --robot";
+            return Err(CliError::Usage(what.to_owned()));
+        }
+        let text = Library::Files.read(file).map_err(CliError::configuration)?;
+        let source = RobotSource::read(file, text, None).map_err(CliError::configuration)?;
+        let robot = &source.robot;
+        let base = BaseParameters::compute(&Model::new(robot)).map_err(|error| {
+            let file = file.to_path_buf();
+            CliError::configuration(CellError::BaseParameters { file, source: error })
+        })?;
+        let accelerations = self.accelerations(robot.joints());
+        let wanted = self.wanted(accelerations.as_deref());
+        let assignment = Assignment::of_robot(robot, &base, &wanted);
+        Ok(Subject {
+            name: robot.name().to_owned(),
+            joints: joint_names(source.joint_names(), robot.joints()),
+            assignment: assignment.map_err(CliError::configuration)?,
+        })
+    }
+
+    /// One for each joint; a single one is for all.
+    fn accelerations(&self, joints: usize) -> Option<Vec<f64>> {
+        self.acceleration.as_ref().map(|given| match given[..] {
+            [all] => vec![all; joints],
+            _ => given.clone(),
+        })
+    }
+
+    fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {
+        Wanted {
+            duration_s: self.duration,
+            margins: Margins { speed: self.speed / 100.0, ..Margins::default() },
+            accelerations,
+            parameters: self.parameters.as_deref(),
+            condition_number: self.objective == Objective::ConditionNumber,
+        }
+    }
+}
+
+/// Those of a URDF; a robot file has none.
+fn joint_names<'a>(urdf: impl Iterator<Item = &'a str>, joints: usize) -> Vec<String> {
+    let names: Vec<String> = urdf.map(str::to_owned).collect();
+    let numbered = || (1..=joints).map(|joint| format!("joint_{joint}")).collect();
+    if names.len() == joints { names } else { numbered() }
+}
+
+/// The best of the searches; the first of equal ones, so that threads do not decide.
+fn searched(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
+    let bar = ProgressBar::new(STARTS as u64 * u64::from(steps));
+    // A template that does not parse would be a mistake of ours; the default bar does as well.
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta} left") {
+        bar.set_style(style);
+    }
+    let search = |seed| design(task, seed, steps, |_: Progress| bar.inc(1));
+    let mut found: [Option<Result<Design, ExcitationError>>; STARTS] = [const { None }; STARTS];
+    std::thread::scope(|scope| {
+        for (seed, found) in (1..).zip(&mut found) {
+            let search = &search;
+            scope.spawn(move || *found = Some(search(seed)));
+        }
+    });
+    bar.finish_and_clear();
+    let mut best: Option<Design> = None;
+    for design in found.into_iter().flatten() {
+        let design = design?;
+        if best.as_ref().is_none_or(|best| design.value < best.value) {
+            best = Some(design);
+        }
+    }
+    best.ok_or(ExcitationError::NotTold { duration_s: task.duration_s })
+}

@@ -1,0 +1,94 @@
+//! `didim design`: files for people to run, from a robot file alone, or for what a result lacks.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::Path;
+
+use crate::program::{didim, identify_arm, repository, succeed};
+
+const FORMATS: [&str; 5] = ["csv", "yaml", "script", "src", "mod"];
+
+fn design(arm: &[&dyn AsRef<OsStr>], outs: &[&Path]) -> Vec<String> {
+    let mut arguments: Vec<&dyn AsRef<OsStr>> = vec![&"design", &"--steps", &"4"];
+    arguments.extend(arm);
+    for out in outs {
+        arguments.extend([&"--out" as &dyn AsRef<OsStr>, out]);
+    }
+    let mut texts = vec![succeed(&arguments)];
+    texts.extend(outs.iter().map(|out| fs::read_to_string(out).unwrap()));
+    texts
+}
+
+#[test]
+fn a_robot_file_is_enough_and_the_simulated_arm_plays_the_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = repository("config/robots/tx40.toml");
+    let outs: Vec<_> = FORMATS.map(|of| folder.path().join(format!("next.{of}"))).into();
+    let outs: Vec<&Path> = outs.iter().map(|out| out.as_path()).collect();
+    let arm: [&dyn AsRef<OsStr>; 4] = [&"--robot", &robot, &"--duration", &"3"];
+    let texts = design(&arm, &outs);
+    assert!(texts[0].contains("ASSUMED") && texts[0].contains("zz1r"), "{}", texts[0]);
+    for text in &texts[1..] {
+        for part in
+            ["tx40, 3 s", "10 % SPEED", "Collision NOT checked", "motor 6 speed", "joint 1 torque"]
+        {
+            assert!(text.contains(part), "{part}: {text:.2000}");
+        }
+        // The file has neither an acceleration nor a jerk.
+        assert!(text.contains("known: acceleration, jerk"), "{text:.2000}");
+    }
+    assert_eq!(texts, design(&arm, &outs), "the same every time");
+
+    let (cell, log) = (repository("config/cells/tx40-packed-fd.toml"), folder.path().join("a.log"));
+    let bus = format!("log:{}", log.display());
+    let played = succeed(&[&"sim", &"--cell", &cell, &"--bus", &bus, &"--motion", &outs[0]]);
+    assert!(played.contains("bus cycles") && log.exists(), "{played}");
+}
+
+#[test]
+fn what_a_result_lacks_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let result = folder.path().join("result.json");
+    fs::write(&result, identify_arm("kr300", &["a.csv", "b.csv"], "1.8", "8.196")).unwrap();
+    let cell = repository("tests/data/kr300/cell.toml");
+    let out = folder.path().join("next.csv");
+    let arm: [&dyn AsRef<OsStr>; 6] = [&"--cell", &cell, &"--result", &result, &"--duration", &"3"];
+    let text = &design(&arm, &[&out])[0];
+    assert!(text.contains("the residuals of the result"), "{text}");
+    // σ now and then of every parameter: a motion more can only tell more.
+    let mut rows = 0;
+    for line in text.lines().skip(1).take_while(|line| !line.is_empty()) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [now, then]: [f64; 2] = [2, 3].map(|word: usize| words[word].parse().unwrap());
+        assert!(then <= now, "{line}");
+        rows += 1;
+    }
+    assert!(rows > 40, "{text}");
+}
+
+#[test]
+fn what_cannot_be_designed_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [tx40, ur5e, panda] =
+        ["tx40", "ur5e", "panda"].map(|of| repository(&format!("config/robots/{of}.toml")));
+    let [table, text, script] = ["a.csv", "a.txt", "a.script"].map(|of| folder.path().join(of));
+    let refused = |robot: &Path, out: &Path, more: &[&dyn AsRef<OsStr>]| {
+        let fixed: [&dyn AsRef<OsStr>; 9] =
+            [&"design", &"--robot", &robot, &"--duration", &"3", &"--steps", &"1", &"--out", &out];
+        let finished = didim(&[&fixed[..], more].concat());
+        assert!(!out.exists());
+        (finished.code, finished.stderr)
+    };
+    for ((code, why), expected, part) in [
+        (refused(&tx40, &text, &[]), 2, ".script (Universal Robots)"),
+        (refused(&ur5e, &table, &[]), 78, "give --acceleration"),
+        (refused(&panda, &script, &[]), 1, "this arm has 7 joints"),
+        (refused(&tx40, &table, &[&"--parameters", &"zz9"]), 78, "no parameter `zz9`"),
+        (refused(&tx40, &table, &[&"--speed", &"200"]), 78, "the share of the speed"),
+        (refused(&tx40, &table, &[&"--acceleration", &"1,2"]), 78, "2 values for 6 joints"),
+        (refused(&tx40, &table, &[&"--result", &"a.json"]), 2, "--cell"),
+    ] {
+        assert_eq!(code, Some(expected), "{why}");
+        assert!(why.contains(part), "{why}");
+    }
+}

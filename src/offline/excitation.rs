@@ -1,0 +1,221 @@
+//! The task of a motion: from an arm, or from a cell and a stored result that lacks something.
+
+use didim_core::dynamics::{BaseParameters, Model};
+use didim_core::excitation::{Aim, Bounds, ExcitationError, Margins, Noise, Task};
+use didim_core::identification::{IdentificationError, Selection};
+use didim_core::robot::{ParameterKind, Robot};
+use nalgebra::DMatrix;
+
+use super::stored::StoredModel;
+use crate::cell::Cell;
+
+/// Without a result: noise of a row, as a share of the torque limit of its joint, and independent rows in a second where no
+/// cell says how many there are.
+const ASSUMED_NOISE: f64 = 0.01;
+const ASSUMED_ROWS_PER_S: f64 = 40.0;
+/// Part of what a use needs that noise may take: with a third of it, a tenth of the variance.
+const SHARE_OF_NOISE: f64 = 1.0 / 3.0;
+
+/// Why a motion cannot be asked for; the inner errors carry the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum AssignmentError {
+    /// The limits or what is wanted make no sense.
+    #[error(transparent)]
+    Excitation(#[from] ExcitationError),
+    /// The cell's list of parameters does not fit its robot.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
+    /// The result does not say how well its parameters are known. Identify again with this version.
+    #[error(
+        "the result does not say how well its parameters are known together; identify again with this version"
+    )]
+    NoCovariance,
+}
+
+/// What is wanted of a motion.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted<'a> {
+    /// Its length \[s\].
+    pub duration_s: f64,
+    /// How much of the limits stays free.
+    pub margins: Margins,
+    /// Largest acceleration of each joint, in place of the robot file's \[rad/s²\].
+    pub accelerations: Option<&'a [f64]>,
+    /// Parameters that are to be told; all that are identified when left out.
+    pub parameters: Option<&'a [String]>,
+    /// Whether a small condition number is wanted, and not small standard deviations.
+    pub condition_number: bool,
+}
+
+/// A parameter that is identified.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lacking {
+    /// Its name.
+    pub name: String,
+    /// The SI unit of its value.
+    pub unit: &'static str,
+    /// The value of the result.
+    pub value: Option<f64>,
+    /// Its standard deviation in the result.
+    pub standard_deviation: Option<f64>,
+}
+
+/// A task, and what its numbers are about.
+#[derive(Clone, Debug)]
+pub struct Assignment {
+    /// The task.
+    pub task: Task,
+    /// Of each column of the task.
+    pub parameters: Vec<Lacking>,
+    /// Whether noise is that of a result, and not assumed.
+    pub measured_noise: bool,
+}
+
+/// An arm as a motion is designed for it.
+struct Arm<'a> {
+    robot: &'a Robot,
+    base: &'a BaseParameters,
+    parameters: Vec<Lacking>,
+    /// Standard parameters for its torques.
+    standard: Option<Vec<f64>>,
+    before: Option<DMatrix<f64>>,
+    noise: Option<Vec<f64>>,
+    rows_per_s: f64,
+    /// What a use asks of each parameter, relative to its value.
+    need: f64,
+}
+
+impl Assignment {
+    /// For an arm of which nothing is known but what its file says.
+    ///
+    /// # Errors
+    /// [`AssignmentError`].
+    pub fn of_robot(
+        robot: &Robot,
+        base: &BaseParameters,
+        wanted: &Wanted<'_>,
+    ) -> Result<Self, AssignmentError> {
+        let arm = Arm {
+            robot,
+            base,
+            parameters: unknown(robot, base, base.names()),
+            standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
+            before: None,
+            noise: None,
+            rows_per_s: ASSUMED_ROWS_PER_S,
+            need: 0.0,
+        };
+        arm.assignment(wanted)
+    }
+
+    /// For the arm of a cell, with what a result of it says.
+    ///
+    /// # Errors
+    /// [`AssignmentError`].
+    pub fn of_cell(
+        cell: &Cell,
+        result: Option<&StoredModel>,
+        wanted: &Wanted<'_>,
+    ) -> Result<Self, AssignmentError> {
+        let (robot, base) = (&cell.robot, &cell.base);
+        let factor = cell.options.decimation_filter.factor;
+        let mut arm = Arm {
+            robot,
+            base,
+            parameters: Vec::new(),
+            standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
+            before: None,
+            noise: None,
+            rows_per_s: cell.sample_rate_hz() / factor as f64,
+            need: SHARE_OF_NOISE * cell.options.limits.parameter_uncertainty,
+        };
+        let Some(result) = result else {
+            let selection = Selection::new(robot, base, cell.options.parameters.as_deref())?;
+            arm.parameters = unknown(robot, base, selection.names());
+            return arm.assignment(wanted);
+        };
+        let covariance = result.covariance.as_ref();
+        let covariance = covariance.and_then(|of| of.matrix(result.parameters.len()));
+        let covariance = covariance.ok_or(AssignmentError::NoCovariance)?;
+        let names: Vec<String> = result.parameters.iter().map(|(name, _)| name.clone()).collect();
+        arm.parameters = unknown(robot, base, &names);
+        for (k, (own, (_, value))) in arm.parameters.iter_mut().zip(&result.parameters).enumerate()
+        {
+            own.value = Some(*value);
+            own.standard_deviation = Some(covariance[(k, k)].max(0.0).sqrt());
+        }
+        let all = result.parameters.iter().chain(&result.kept);
+        arm.standard = base.to_standard(all.map(|(name, value)| (name, *value))).ok();
+        let inverse = covariance.cholesky().ok_or(AssignmentError::NoCovariance)?.inverse();
+        arm.before = Some(inverse);
+        arm.noise = (result.noise.len() == robot.joints()).then(|| result.noise.clone());
+        arm.assignment(wanted)
+    }
+}
+
+/// Parameters of which no value is known.
+fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<Lacking> {
+    let unit = |name: &String| {
+        let column = base.columns()[base.find(name)?];
+        let parameter = robot.parameters().parameters()[column];
+        Some(parameter.kind.unit(robot.chain()[parameter.joint].kind))
+    };
+    let lacking = |name: &String| {
+        let (value, standard_deviation) = (None, None);
+        Lacking { name: name.clone(), unit: unit(name).unwrap_or(""), value, standard_deviation }
+    };
+    names.iter().map(lacking).collect()
+}
+
+impl Arm<'_> {
+    fn assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
+        let (robot, base) = (self.robot, self.base);
+        let mut model = Model::new(robot);
+        match &self.standard {
+            Some(standard) => model = model.with_load(standard.clone()),
+            // Nothing says with which load friction grows.
+            None => self.parameters.retain(|of| {
+                base.find(&of.name).is_none_or(|index| {
+                    let column = base.columns()[index];
+                    robot.parameters().parameters()[column].kind != ParameterKind::FcLoad
+                })
+            }),
+        }
+        let places = self.parameters.iter().filter_map(|of| base.find(&of.name));
+        let columns: Vec<usize> = places.map(|index| base.columns()[index]).collect();
+        let need = |of: &Lacking| of.value.map_or(0.0, |value| self.need * value.abs());
+        let aim = if wanted.condition_number {
+            Aim::ConditionNumber
+        } else {
+            Aim::Deviations(match wanted.parameters {
+                None => self.parameters.iter().map(need).enumerate().collect(),
+                Some(names) => {
+                    let place = |name: &String| {
+                        let place = self.parameters.iter().position(|of| of.name == *name);
+                        let found = place.map(|place| (place, need(&self.parameters[place])));
+                        found.ok_or_else(|| ExcitationError::UnknownParameter {
+                            name: name.clone(),
+                            known: self.parameters.iter().map(|of| of.name.clone()).collect(),
+                        })
+                    };
+                    names.iter().map(place).collect::<Result<_, _>>()?
+                }
+            })
+        };
+        let measured_noise = self.noise.is_some();
+        let assumed = || robot.limits().map(|limits| ASSUMED_NOISE * limits.torque_max).collect();
+        let levels = self.noise.unwrap_or_else(assumed);
+        let count = columns.len();
+        let bounds = Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard)?;
+        let task = Task {
+            model,
+            bounds,
+            duration_s: wanted.duration_s,
+            columns,
+            before: self.before.unwrap_or_else(|| DMatrix::zeros(count, count)),
+            noise: Noise { levels, rows_per_s: self.rows_per_s },
+            aim,
+        };
+        Ok(Assignment { task, parameters: self.parameters, measured_noise })
+    }
+}

@@ -1,0 +1,100 @@
+//! A designed motion in words: what it tells, and what a person who runs it has to know.
+
+use didim_core::excitation::{Design, LimitKind, Predicted, Used};
+
+use crate::offline::{Assignment, Lacking};
+use crate::text::{aligned, significant};
+
+/// The header of a file: the arm, the limits, what was checked and what was not. `keeps_time` says whether the arm follows
+/// the motion in time.
+pub fn design_header(
+    robot: &str,
+    assignment: &Assignment,
+    design: &Design,
+    keeps_time: bool,
+) -> Vec<String> {
+    let duration_s = design.series.duration_s;
+    let mut lines = vec![
+        format!(
+            "Motion for the robot {robot}, {duration_s} s, designed by didim. FIRST RUN IT AT 10 % SPEED."
+        ),
+        "Collision NOT checked: neither of the arm with itself nor with anything around it.".into(),
+    ];
+    let kinds = |limited: bool| {
+        let has = |kind: &LimitKind| design.used.iter().any(|used| used.kind == *kind) == limited;
+        let names: Vec<String> =
+            LimitKind::ALL.iter().filter(|of| has(of)).map(ToString::to_string).collect();
+        names.join(", ")
+    };
+    lines.push(format!("Checked at 5000 points per second: {}.", kinds(true)));
+    let unchecked = kinds(false);
+    if !unchecked.is_empty() {
+        lines.push(format!("NOT checked, for no limit or no parameters are known: {unchecked}."));
+    }
+    if !keeps_time {
+        lines.push(
+            "The controller makes the time law: speeds, accelerations and torques are its own, and nothing is \
+             foretold of what the motion tells."
+                .into(),
+        );
+    }
+    if !assignment.task.bounds.limits_torques() {
+        lines.push("Without parameters the torque that the motion takes is not known.".into());
+    }
+    lines.push("Limits used (SI units):".into());
+    lines.extend(design.used.iter().map(limit));
+    lines
+}
+
+fn limit(used: &Used) -> String {
+    let of = if used.of_motor { "motor" } else { "joint" };
+    let [lowest, highest] = [used.lowest, used.highest].map(|value| significant(value, 5));
+    format!(
+        "  {of} {} {}: {lowest} to {highest}, {:.0} % used",
+        used.joint,
+        used.kind,
+        100.0 * used.share
+    )
+}
+
+/// What the motion is foretold to tell, as a table.
+pub fn design_text(assignment: &Assignment, design: &Design, told: &Predicted) -> String {
+    let number = |value: Option<f64>| value.map_or_else(|| "–".into(), |of| significant(of, 3));
+    let row = |(own, deviation): (&Lacking, &f64)| {
+        let share = own.value.map(|value| 100.0 * deviation / value.abs());
+        vec![
+            own.name.clone(),
+            number(own.value),
+            number(own.standard_deviation),
+            significant(*deviation, 3),
+            own.unit.to_owned(),
+            share.map_or_else(|| "–".into(), |share| format!("{} %", significant(share, 2))),
+        ]
+    };
+    let rows: Vec<_> = assignment.parameters.iter().zip(&told.deviations).map(row).collect();
+    let mut text = aligned(&["parameter", "value", "σ now", "σ then", "unit", "relative"], &rows);
+    text += &format!(
+        "\ncondition number of the base columns of inertia along this motion: {} (unweighted, no friction)\n",
+        significant(told.condition_number, 3)
+    );
+    let rows_per_s = significant(assignment.task.noise.rows_per_s, 3);
+    text += &if assignment.measured_noise {
+        format!("noise: the residuals of the result, {rows_per_s} rows per second\n")
+    } else {
+        format!(
+            "noise: ASSUMED, 1 % of each joint's torque limit in {rows_per_s} independent rows per second; \
+             compare motions by these σ, and take none for the uncertainty of a result\n"
+        )
+    };
+    let most = |kind: LimitKind| {
+        let of_kind = design.used.iter().filter(|used| used.kind == kind);
+        of_kind.map(|used| used.share).max_by(f64::total_cmp)
+    };
+    let shares = LimitKind::ALL.into_iter().map(|kind| match most(kind) {
+        Some(share) => format!("{kind} {:.0} %", 100.0 * share),
+        None => format!("{kind} not limited"),
+    });
+    let shares: Vec<String> = shares.collect();
+    text += &format!("of the limits it uses: {}\n", shares.join(", "));
+    text + "collision NOT checked; first run it at 10 % speed\n"
+}
