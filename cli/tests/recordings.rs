@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use crate::program::{Installation, didim, results, succeed};
 use didim::cell::Cell;
 use didim::live::stream::Pace;
+use didim::live::worker::TimeOfDay;
 use didim::offline::identify::LastIdentification;
 use didim::service::pipeline::{OneRun, acquisition, archiver, estimation};
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
@@ -54,6 +55,8 @@ fn live(installation: &Installation, frames: Vec<Frame>, speed: f64) -> ServiceR
     assert!(bus.recorder.is_some());
     let mut work = estimation(&cell, paths, &LastIdentification::default()).unwrap();
     work.options.archiver = archiver(&cell, paths);
+    // Its stamps begin at 0.
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns: 0 };
     assert!(work.options.archiver.is_some());
     std::thread::spawn(move || {
         // After the service has its ports; it reads a bus that is there already.

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 /// What the sources name of `std`.
-const OF_STD: [&str; 4] = [
+const OF_STD: [&str; 5] = [
     // An ordered map is `alloc`'s: its order does not change from run to run, as a hash map's does.
     "std::collections::BTreeMap",
     // A value that is borrowed or owned, `alloc`'s as well.
@@ -19,6 +19,8 @@ const OF_STD: [&str; 4] = [
     "std::arch::is_x86_feature_detected",
     // A value that is computed once.
     "std::sync::OnceLock",
+    // A value of several owners, `alloc`'s as well.
+    "std::sync::Arc",
 ];
 /// Macros that need no path, and the words of asynchrony, of which a part is in `core`.
 const FORBIDDEN: [&str; 12] = [

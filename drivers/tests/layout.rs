@@ -309,7 +309,7 @@ fn what_does_not_fit_is_named() {
         ),
         (dbc.to_owned(), spec.replace("axes = 6", "axes = 9"), "`axes`: 9"),
         (dbc.to_owned(), spec.replace("axes = 6", "axes = 7"), "no message `TPDO1_7`"),
-        (dbc.to_owned(), spec.replace("rate_hz = 250.0", "rate_hz = 0.0"), "`rate_hz`: inf"),
+        (dbc.to_owned(), spec.replace("rate_hz = 250.0", "rate_hz = 0.0"), "`rate_hz`: 0 Hz"),
         (dbc.to_owned(), spec.replace("rate_hz = 250.0", ""), "either `period_us` or `rate_hz`"),
         (dbc.to_owned(), spec.replace("hold_us = 4000.0", "hold_us = 4e6"), "ten periods"),
         (dbc.to_owned(), spec.replace("sync = \"SYNC\"", ""), "`sync`: missing"),

@@ -114,11 +114,11 @@ mod tests {
             assert!(listed.starts_with(key) && listed.contains(problem), "{listed}");
         }
         // Behind a key that nobody knows it goes on, and is not misled by a key within a value.
-        let text = "name = \"arm\"\nrobt = \"x\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"left\"\n\
+        let text = "name = \"arm\"\nconroller = \"x\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"left\"\n\
                     torque = { colum = \"x\", unit = \"Nm\" }\n[identification]\nmethod = 3\n";
         let listed: Vec<String> = wrong_keys(text).iter().map(ToString::to_string).collect();
         assert_eq!(listed.len(), 3, "{listed:?}");
-        assert!(listed[0].contains("line 2") && listed[0].ends_with("did you mean `robot`?"));
+        assert!(listed[0].contains("line 2") && listed[0].ends_with("did you mean `controller`?"));
         assert!(listed[1].starts_with("line 7: data.side") && listed[2].contains("`colum`"));
         // What is open alone is no error of a type.
         let open = "name = \"arm\"\nrobot = \"?\"\n[data]\nrate_hz = \"?\"\ntorque_valid = \"?\"\nside = \"?\"\nbag.joints = \"?\"\n\

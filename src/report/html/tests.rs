@@ -230,7 +230,7 @@ fn headings_and_headers() {
         let table = table.split_once("</table>").unwrap().0;
         let (head, body) = table.split_once("</thead>").unwrap();
         let columns = head.matches("scope=\"col\"").count();
-        assert!(columns >= 4, "{head}");
+        assert!(columns >= 2, "{head}");
         for row in body.split("<tr").skip(1) {
             let (header, cells) = (row.matches("<th").count(), row.matches("<td").count());
             assert_eq!(header, 1, "{row}");
