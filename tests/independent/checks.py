@@ -167,12 +167,16 @@ class TheComparison(unittest.TestCase):
 
 
 class OurTools(Folder):
-    """`didim convert` in both directions, for every cell that is shipped."""
+    """`didim convert` in both directions, for every cell that is shipped but for those whose signals have instants of
+    their own or come in EtherCAT's datagrams: drivers/tests/can_arms.rs and drivers/tests/ethercat.rs hold these to logs and
+    captures that other programs have made of known motions."""
 
     def setUp(self):
         super().setUp()
         self.didim = os.environ["DIDIM_PROGRAM"]
-        self.cells = sorted((ROOT / "config" / "cells").glob("*.toml"))
+        cells = sorted((ROOT / "config" / "cells").glob("*.toml"))
+        self.cells = [cell for cell in cells if decode.knows(cell)]
+        self.assertEqual(len(cells) - len(self.cells), 3)
 
     def convert(self, *arguments):
         run = subprocess.run([self.didim, "convert", *map(str, arguments)], capture_output=True, text=True)

@@ -50,6 +50,12 @@ def torque_nm(gain, value):
     return gain["sign"] * scale * value
 
 
+def knows(cell_file):
+    """Whether the cell's frames are of CAN, and all its signals of one instant of each cycle."""
+    layout = tomllib.loads(pathlib.Path(cell_file).read_text())["bus"]["layout"]
+    return "slaves" not in layout and layout["position"]["valid"] == "instant"
+
+
 class Bus:
     """The frames of one cell: what `[bus.layout]` and `[[bus.drives]]` say."""
 

@@ -123,7 +123,7 @@ fn a_browser_draws_it() {
     let (cell, input) = (packed_cell(), &data().packed_log);
     let compare = ["compare", "--cell", &cell, "--input", input, "--methods", "idim-iv"];
     didim(&[&compare[..], &["--folds", "0", "--report", &comparison]].concat()).done();
-    for (method, panels) in [("idim-ls", 12), ("didim", 13), ("comparison", 13)] {
+    for (method, panels) in [("idim-ls", 18), ("didim", 19), ("comparison", 13)] {
         // What is drawn is told in the title of a page around it.
         let page = format!(
             r#"<!doctype html><meta charset="utf-8">
