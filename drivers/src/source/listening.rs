@@ -1,10 +1,73 @@
-//! What sockets that listen have in common: stamps, drops and the receive buffer.
+//! What sockets that listen have in common: how frames are waited for, stamps, drops and the receive buffer.
 
+use core::time::Duration;
 use std::io;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use super::{Received, SourceError, room};
 use crate::clock::HardwareClock;
+use crate::frame::Frame;
 use crate::socket::{Message, Socket};
+
+/// System calls that one attempt to take frames may cost, whatever the kernel answers.
+pub(super) const MOST_CALLS: u32 = 8;
+
+/// The longest single wait, so that a caller without a timeout still notices an interface that
+/// went away without a word.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+
+/// A source that listens at sockets, between two waits.
+pub(super) trait Listening {
+    /// What went wrong since the last call.
+    fn take_failure(&mut self) -> Option<SourceError>;
+
+    /// Moves frames into the batch; returns whether there were any.
+    fn take(&mut self, batch: &mut Vec<Frame>) -> bool;
+
+    /// Looks at the devices behind the sockets, for what the sockets did not tell.
+    fn supervise(&mut self);
+
+    /// When to come back without a frame; nothing where all interfaces are there and up.
+    fn retry_in(&self) -> Option<Duration>;
+
+    /// Waits for a frame, at most so long.
+    fn wait(&self, at_most: Duration) -> Result<(), SourceError>;
+}
+
+/// As [`Source::receive`](super::Source::receive).
+pub(super) fn receive(
+    source: &mut impl Listening,
+    batch: &mut Vec<Frame>,
+    timeout: Duration,
+) -> Result<Received, SourceError> {
+    if room(batch) == 0 {
+        return Err(SourceError::NoRoom);
+    }
+    let started = Instant::now();
+    let mut waited = false;
+    loop {
+        if let Some(failure) = source.take_failure() {
+            return Err(failure);
+        }
+        if source.take(batch) {
+            return Ok(Received::Frames);
+        }
+        let left = timeout.saturating_sub(started.elapsed());
+        if waited || left.is_zero() {
+            // Silence is when the state of the interfaces is worth a look.
+            source.supervise();
+        }
+        if let Some(failure) = source.take_failure() {
+            return Err(failure);
+        }
+        if left.is_zero() {
+            return Ok(Received::Silence);
+        }
+        let wait = source.retry_in().map_or(LONGEST_WAIT, |retry| retry.min(LONGEST_WAIT));
+        source.wait(left.min(wait))?;
+        waited = true;
+    }
+}
 
 /// Has the kernel say with each frame when it came, and how many it dropped.
 pub(super) fn ask_for_stamps_and_drops(socket: &Socket) -> io::Result<()> {

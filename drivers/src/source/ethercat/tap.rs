@@ -14,18 +14,15 @@ use crate::socket::{
     PACKET_BYTES, ReceiveBuffer, Socket, device_state, monotonic_ns, wait_readable,
 };
 use crate::source::listening::{
-    DropCounter, ask_for_stamps_and_drops, realtime_now_ns, set_receive_buffer, stamp_ns,
+    DropCounter, Listening, MOST_CALLS, ask_for_stamps_and_drops, realtime_now_ns, receive,
+    set_receive_buffer, stamp_ns,
 };
 use crate::source::{
     InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
 };
 
-/// The longest single wait, and the time between looks at an interface that is not there.
-const LONGEST_WAIT: Duration = Duration::from_secs(1);
+/// The time between looks at an interface that is not there.
 const RETRY: Duration = Duration::from_millis(200);
-
-/// System calls that one attempt to take packets may cost, whatever the kernel answers.
-const MOST_CALLS: u32 = 8;
 
 /// The process data that an interface hears, as frames of a layout.
 ///
@@ -94,37 +91,6 @@ impl TapSource {
         name
     }
 
-    /// Moves frames into the batch; returns whether there were any.
-    fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
-        let before = batch.len();
-        let mut calls = 0;
-        while room(batch) > 0 {
-            if let Some(frame) = self.decoder.poll_frame() {
-                self.counters.frames += 1;
-                batch.push(frame);
-            } else if let Some(message) = self.buffer.next_message() {
-                if let Some(total) = message.control.drops {
-                    self.counters.queue_drops += self.drops.advance(total);
-                }
-                let captured_ns = if self.decoder.has_clock() {
-                    // The distributed clock counts; this only says where it begins.
-                    monotonic_ns()
-                } else {
-                    let stamp = stamp_ns(&message, &mut self.hardware);
-                    self.counters.stamped_late += u64::from(stamp.is_none());
-                    stamp.unwrap_or_else(realtime_now_ns)
-                };
-                let used = self.decoder.handle_packet(message.bytes, captured_ns);
-                self.counters.passed_over += u64::from(!used);
-            } else if calls < MOST_CALLS && self.fill() {
-                calls += 1;
-            } else {
-                break;
-            }
-        }
-        batch.len() > before
-    }
-
     /// Takes packets from the kernel; false where there are none.
     fn fill(&mut self) -> bool {
         self.reopen_when_due();
@@ -143,18 +109,6 @@ impl TapSource {
             }
         }
         false
-    }
-
-    /// Looks at the device behind the socket, for what the socket did not tell.
-    fn supervise(&mut self) {
-        let Some(opened) = &self.opened else { return };
-        match device_state(&opened.socket, self.name()) {
-            Ok(now) if now.index == opened.device && now.up => self.up = true,
-            Ok(now) if now.index == opened.device => self.went_down(),
-            Ok(_) => self.vanished(),
-            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
-            Err(_) => {}
-        }
     }
 
     fn went_down(&mut self) {
@@ -190,43 +144,73 @@ impl TapSource {
     }
 }
 
+impl Listening for TapSource {
+    fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
+        let before = batch.len();
+        let mut calls = 0;
+        while room(batch) > 0 {
+            if let Some(frame) = self.decoder.poll_frame() {
+                self.counters.frames += 1;
+                batch.push(frame);
+            } else if let Some(message) = self.buffer.next_message() {
+                if let Some(total) = message.control.drops {
+                    self.counters.queue_drops += self.drops.advance(total);
+                }
+                let captured_ns = if self.decoder.has_clock() {
+                    // The distributed clock counts; this only says where it begins.
+                    monotonic_ns()
+                } else {
+                    let stamp = stamp_ns(&message, &mut self.hardware);
+                    self.counters.stamped_late += u64::from(stamp.is_none());
+                    stamp.unwrap_or_else(realtime_now_ns)
+                };
+                let used = self.decoder.handle_packet(message.bytes, captured_ns);
+                self.counters.passed_over += u64::from(!used);
+            } else if calls < MOST_CALLS && self.fill() {
+                calls += 1;
+            } else {
+                break;
+            }
+        }
+        batch.len() > before
+    }
+
+    fn take_failure(&mut self) -> Option<SourceError> {
+        self.failure.take().map(SourceError::from)
+    }
+
+    fn supervise(&mut self) {
+        let Some(opened) = &self.opened else { return };
+        match device_state(&opened.socket, self.name()) {
+            Ok(now) if now.index == opened.device && now.up => self.up = true,
+            Ok(now) if now.index == opened.device => self.went_down(),
+            Ok(_) => self.vanished(),
+            Err(error) if error.raw_os_error() == Some(libc::ENODEV) => self.vanished(),
+            Err(_) => {}
+        }
+    }
+
+    fn retry_in(&self) -> Option<Duration> {
+        (!self.up).then_some(RETRY)
+    }
+
+    fn wait(&self, at_most: Duration) -> Result<(), SourceError> {
+        let sockets = self.opened.iter().map(|opened| &opened.socket);
+        let failed = |source| {
+            let (interface, what) = (self.name(), "wait for packets");
+            EthercatError::System { interface, what, source }.into()
+        };
+        wait_readable(sockets, at_most).map_err(failed)
+    }
+}
+
 impl Source for TapSource {
     fn receive(
         &mut self,
         batch: &mut Vec<Frame>,
         timeout: Duration,
     ) -> Result<Received, SourceError> {
-        if room(batch) == 0 {
-            return Err(SourceError::NoRoom);
-        }
-        let started = Instant::now();
-        let mut waited = false;
-        loop {
-            if let Some(failure) = self.failure.take() {
-                return Err(failure.into());
-            }
-            if self.take(batch) {
-                return Ok(Received::Frames);
-            }
-            let left = timeout.saturating_sub(started.elapsed());
-            if waited || left.is_zero() {
-                self.supervise();
-            }
-            if let Some(failure) = self.failure.take() {
-                return Err(failure.into());
-            }
-            if left.is_zero() {
-                return Ok(Received::Silence);
-            }
-            let wait = if self.up { LONGEST_WAIT } else { RETRY };
-            let sockets = self.opened.iter().map(|opened| &opened.socket);
-            wait_readable(sockets, left.min(wait)).map_err(|source| EthercatError::System {
-                interface: self.name(),
-                what: "wait for packets",
-                source,
-            })?;
-            waited = true;
-        }
+        receive(self, batch, timeout)
     }
 
     fn counters(&self) -> SourceCounters {

@@ -12,14 +12,11 @@ use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
 use crate::socket::{Message, ReceiveBuffer, Socket, device_state};
 use crate::source::InterfaceName;
 use crate::source::SourceCounters;
-use crate::source::listening::{DropCounter, realtime_now_ns, stamp_ns};
+use crate::source::listening::{DropCounter, MOST_CALLS, realtime_now_ns, stamp_ns};
 
 /// Waits between attempts to open an interface that vanished: doubled from the first to the last.
 const FIRST_RETRY: Duration = Duration::from_millis(20);
 const LAST_RETRY: Duration = Duration::from_secs(2);
-
-/// System calls that one attempt to take frames may cost, whatever the kernel answers.
-const MOST_CALLS: u32 = 8;
 
 /// What was granted to an interface and counted on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

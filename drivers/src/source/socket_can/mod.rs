@@ -6,22 +6,18 @@ mod open;
 mod options;
 
 use core::time::Duration;
-use std::time::Instant;
 
 pub use error::SocketCanError;
 use link::Link;
 pub use link::LinkReport;
 pub use options::{QUEUED_FRAME_BYTES, SocketCanOptions};
 
+use super::listening::{Listening, receive};
 use super::{
     InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock, room,
 };
 use crate::frame::Frame;
 use crate::socket::wait_readable;
-
-/// The longest single wait, so that a caller without a timeout still notices an interface that
-/// went away without a word.
-const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
 /// Frames of one or more SocketCAN interfaces. It cannot send.
 ///
@@ -63,9 +59,11 @@ impl SocketCanSource {
     pub fn links(&self) -> impl Iterator<Item = LinkReport> {
         self.links.iter().map(Link::report)
     }
+}
 
-    /// Moves frames into the batch, oldest stamp first; returns whether there were any.
-    fn merge(&mut self, batch: &mut Vec<Frame>) -> bool {
+impl Listening for SocketCanSource {
+    /// Oldest stamp first.
+    fn take(&mut self, batch: &mut Vec<Frame>) -> bool {
         let before = batch.len();
         for link in &mut self.links {
             link.fill();
@@ -82,8 +80,21 @@ impl SocketCanSource {
         batch.len() > before
     }
 
-    fn failure(&mut self) -> Option<SourceError> {
+    fn take_failure(&mut self) -> Option<SourceError> {
         self.links.iter_mut().find_map(Link::take_failure).map(SourceError::from)
+    }
+
+    fn supervise(&mut self) {
+        self.links.iter_mut().for_each(Link::supervise);
+    }
+
+    fn retry_in(&self) -> Option<Duration> {
+        self.links.iter().filter_map(Link::retry_in).min()
+    }
+
+    fn wait(&self, at_most: Duration) -> Result<(), SourceError> {
+        let sockets = self.links.iter().filter_map(Link::socket);
+        wait_readable(sockets, at_most).map_err(|source| SocketCanError::Wait { source }.into())
     }
 }
 
@@ -93,35 +104,7 @@ impl Source for SocketCanSource {
         batch: &mut Vec<Frame>,
         timeout: Duration,
     ) -> Result<Received, SourceError> {
-        if room(batch) == 0 {
-            return Err(SourceError::NoRoom);
-        }
-        let started = Instant::now();
-        let mut waited = false;
-        loop {
-            if let Some(failure) = self.failure() {
-                return Err(failure);
-            }
-            if self.merge(batch) {
-                return Ok(Received::Frames);
-            }
-            let left = timeout.saturating_sub(started.elapsed());
-            if waited || left.is_zero() {
-                // Silence is when the state of the interfaces is worth a look.
-                self.links.iter_mut().for_each(Link::supervise);
-            }
-            if let Some(failure) = self.failure() {
-                return Err(failure);
-            }
-            if left.is_zero() {
-                return Ok(Received::Silence);
-            }
-            let wait = self.links.iter().filter_map(Link::retry_in).fold(LONGEST_WAIT, Ord::min);
-            let sockets = self.links.iter().filter_map(Link::socket);
-            wait_readable(sockets, left.min(wait))
-                .map_err(|source| SocketCanError::Wait { source })?;
-            waited = true;
-        }
+        receive(self, batch, timeout)
     }
 
     fn counters(&self) -> SourceCounters {
