@@ -4,9 +4,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use didim_core::identification::{ChosenCutoff, ChosenFriction, Estimate};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::CliError;
+use super::progress::styled;
 use didim::cell::Cell;
 use didim::offline::identify::{choose_cutoff_from, choose_friction_from};
 use didim::report;
@@ -73,11 +74,6 @@ impl Choices {
 
 /// Counts what is tried, on stderr where it is a terminal.
 fn counting(what: &str) -> ProgressBar {
-    let bar = ProgressBar::new_spinner();
-    // A template that does not parse would be a mistake of ours; the default does as well.
     let template = format!("{{spinner}} {what} tried: {{pos}}  {{elapsed}}");
-    if let Ok(style) = ProgressStyle::with_template(&template) {
-        bar.set_style(style);
-    }
-    bar
+    styled(ProgressBar::new_spinner(), &template)
 }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use didim_core::identification::Method;
 use didim_sim::Scenario;
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar};
 
 use super::CliError;
 use super::choices::Choices;
 use super::input::{Counted, Samples};
 use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_text};
+use super::progress::styled;
 use super::sim::read_scenario;
 use super::stream::Input;
 use super::terminal::{show, width};
@@ -243,15 +244,9 @@ impl Bars {
         let together = MultiProgress::new();
         let count = u64::try_from(tasks.len()).unwrap_or(u64::MAX);
         let whole = together.add(ProgressBar::new(count));
-        // A template that does not parse would be a mistake of ours; the default does as well.
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {elapsed}") {
-            whole.set_style(style);
-        }
+        let whole = styled(whole, "{bar:40} {pos}/{len} runs  {elapsed}");
         let running = tasks.iter().map(|task| {
-            let bar = ProgressBar::new_spinner();
-            if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
-                bar.set_style(style);
-            }
+            let bar = styled(ProgressBar::new_spinner(), "{spinner} {msg}  {elapsed}");
             (*task, together.add(bar))
         });
         let running = running.collect();

@@ -14,12 +14,13 @@ use didim_sim::{
     InProcessSink, Pace as PlayPace, PlayError, Played, Scenario, Sink, SinkError, VirtualDevice,
     play,
 };
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::CliError;
 use super::names::methods;
 use super::outcome::identified;
 use super::output::{check_outputs, number, print, write_figure, write_report};
+use super::progress::styled;
 use super::terminal::{show, width};
 use didim::cell::{Cell, Library};
 use didim::live::stream::Pace;
@@ -165,14 +166,8 @@ fn start_arm(
 }
 
 fn progress_bar(cycles: u64) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos}/{len} frames  {elapsed}");
-    let bar = ProgressBar::new(cycles);
-    // A template that does not parse would be a mistake of ours; the default bar does as well.
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar
+    let template = "{bar:40} {percent:>3} %  {pos}/{len} frames  {elapsed}";
+    styled(ProgressBar::new(cycles), template)
 }
 
 /// The in-process bus with a progress bar; ends the play after its frames.

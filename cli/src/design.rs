@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::excitation::{Design, ExcitationError, Margins, Progress, Task, design, predicted};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 use super::CliError;
 use super::input::positive;
 use super::output::{check_outputs, print, write_text};
+use super::progress::styled;
 use super::tell::tell;
 use didim::cell::{Cell, CellError, Library, RobotSource};
 use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
@@ -184,10 +185,7 @@ fn joint_names<'a>(urdf: impl Iterator<Item = &'a str>, joints: usize) -> Vec<St
 /// The best of the searches; the first of equal ones, so that threads do not decide.
 fn searched(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
     let bar = ProgressBar::new(STARTS as u64 * u64::from(steps));
-    // A template that does not parse would be a mistake of ours; the default bar does as well.
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta} left") {
-        bar.set_style(style);
-    }
+    let bar = styled(bar, "{bar:40} {percent:>3} %  {eta} left");
     let search = |seed| design(task, seed, steps, |_: Progress| bar.inc(1));
     let mut found: [Option<Result<Design, ExcitationError>>; STARTS] = [const { None }; STARTS];
     std::thread::scope(|scope| {

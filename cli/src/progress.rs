@@ -13,6 +13,15 @@ fn shown() -> MutexGuard<'static, Option<ProgressBar>> {
     SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// A bar, drawn by a template; hidden where stderr is no terminal.
+pub(super) fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
+    // A template that does not parse would be a mistake of ours; the default does as well.
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
 /// Standard error, with what shows how far work is out of the way meanwhile.
 pub(super) struct Beside;
 
@@ -40,12 +49,7 @@ const TICK: Duration = Duration::from_millis(200);
 impl Working {
     /// Of what is done: `reading drive.log`.
     pub(super) fn on(what: &str) -> Self {
-        // Hidden where stderr is no terminal.
-        let bar = ProgressBar::new_spinner();
-        // A template that does not parse would be a mistake of ours; the default does as well.
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
-            bar.set_style(style);
-        }
+        let bar = styled(ProgressBar::new_spinner(), "{spinner} {wide_msg} {elapsed}");
         bar.set_message(what.to_owned());
         bar.enable_steady_tick(TICK);
         *shown() = Some(bar.clone());

@@ -6,10 +6,11 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar};
 
 use super::CliError;
 use super::output::{check_outputs, print, write_text};
+use super::progress::styled;
 use super::tell::tell;
 use super::terminal::show;
 use didim::signals::stop_flag;
@@ -148,14 +149,8 @@ struct Watcher {
 
 impl Watcher {
     fn new(runs: u64) -> Self {
-        let style =
-            ProgressStyle::with_template("{bar:40} {percent:>3} %  {pos}/{len} runs  {msg}");
-        // Hidden where stderr is no terminal.
-        let bar = ProgressBar::new(runs);
-        // A template that does not parse would be a mistake of ours; the default bar does as well.
-        if let Ok(style) = style {
-            bar.set_style(style);
-        }
+        let template = "{bar:40} {percent:>3} %  {pos}/{len} runs  {msg}";
+        let bar = styled(ProgressBar::new(runs), template);
         Self { bar, begin: Instant::now(), last_line: Instant::now() }
     }
 
