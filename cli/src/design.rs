@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     /// What is known already: a result that the service stored, or what `didim identify --json` printed
     #[arg(long, value_name = "FILE", requires = "cell")]
     result: Option<PathBuf>,
-    /// Length of the motion \[s\]
+    /// Length of the motion [s]
     #[arg(long, value_name = "S", value_parser = positive)]
     duration: f64,
     /// A file to write, as often as wanted: .csv (table), .yaml (ROS 2), .script (Universal Robots), .src (KUKA), .mod (ABB)
@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     /// Part of the limits of speed, acceleration and jerk that may be used [%]
     #[arg(long, value_name = "PERCENT", value_parser = positive, default_value_t = 50.0)]
     speed: f64,
-    /// Largest acceleration \[rad/s²\] of all joints, or of each with commas between them, in place of the robot file's
+    /// Largest acceleration [rad/s²] of all joints, or of each with commas between them, in place of the robot file's
     #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
     acceleration: Option<Vec<f64>>,
     /// Steps of the search; with as many the same motion comes out

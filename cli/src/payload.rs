@@ -34,10 +34,10 @@ pub(super) struct Arguments {
     input: PathBuf,
     #[command(flatten)]
     samples: Samples,
-    /// Mass that is declared of the load \[kg\]
+    /// Mass that is declared of the load [kg]
     #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
     declared_mass_kg: Option<f64>,
-    /// Centre of mass that is declared, in the frame of the last link \[m\]
+    /// Centre of mass that is declared, in the frame of the last link [m]
     #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
     declared_centre_m: Option<[f64; 3]>,
     /// Print one JSON object and nothing else

@@ -88,9 +88,11 @@ fn a_sample_rate_is_a_positive_number_everywhere() {
 #[test]
 fn help_and_version_go_to_stdout() {
     let help = didim(&["--help"]).done();
-    for command in ["sim", "identify", "convert", "check"] {
+    for command in ["sim", "identify", "convert", "check", "design", "payload"] {
         assert!(help.contains(command), "{help}");
-        didim(&[command, "--help"]).done();
+        // Units stand in brackets, which are escaped in documentation alone.
+        let of_command = didim(&[command, "--help"]).done();
+        assert!(!of_command.contains('\\'), "{of_command}");
     }
     assert_eq!(didim(&["--version"]).done(), format!("didim {}\n", env!("CARGO_PKG_VERSION")));
 }
