@@ -9,6 +9,8 @@ mod bag;
 mod code;
 mod columns;
 mod export;
+#[cfg(feature = "parquet")]
+mod guarded;
 mod holes;
 mod long_table;
 mod measurement;

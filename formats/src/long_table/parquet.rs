@@ -2,10 +2,9 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, UNIX_EPOCH};
+use std::time::Duration;
 
 use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
@@ -18,7 +17,9 @@ use parquet::schema::types::Type;
 
 use super::column::{LongColumn, LongValues};
 use super::error::LongTableError;
+use super::text::instant;
 use super::wanted::Wanted;
+use crate::guarded::guarded;
 
 pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
     output.write_all(&bytes(columns).map_err(io::Error::other)?)
@@ -81,12 +82,12 @@ fn put<T: DataType, V: Copy>(
     column.typed::<T>().write_batch(&there, Some(&levels), None)
 }
 
-/// Reads row by row. The library panics on some damaged files; nothing of it is used afterwards.
+/// Reads row by row.
 pub(super) fn read<const N: usize>(
     path: &Path,
     wanted: &mut Wanted<'_, N>,
 ) -> Result<(), LongTableError> {
-    let read = AssertUnwindSafe(|| -> Result<(), LongTableError> {
+    let read = || {
         let damaged = |error: ParquetError| LongTableError::Damaged(error.to_string());
         let reader = SerializedFileReader::new(File::open(path)?).map_err(damaged)?;
         let schema = reader.metadata().file_metadata().schema();
@@ -97,9 +98,8 @@ pub(super) fn read<const N: usize>(
             wanted.take(row.get_column_iter().map(|(_, field)| text(field)).collect())?;
         }
         Ok(())
-    });
-    catch_unwind(read)
-        .unwrap_or_else(|_| Err(LongTableError::Damaged("its reader gave up".to_owned())))
+    };
+    guarded(read, LongTableError::Damaged)
 }
 
 fn text(field: &Field) -> String {
@@ -107,9 +107,7 @@ fn text(field: &Field) -> String {
         Field::Null => String::new(),
         Field::Str(text) => text.clone(),
         Field::TimestampMillis(ms) => {
-            let since = Duration::from_millis(u64::try_from(*ms).unwrap_or_default());
-            let time = UNIX_EPOCH.checked_add(since);
-            time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
+            instant(Duration::from_millis(u64::try_from(*ms).unwrap_or_default()))
         }
         Field::Double(value) => value.to_string(),
         other => other.to_string(),

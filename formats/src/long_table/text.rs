@@ -31,11 +31,16 @@ fn field(values: &LongValues<'_>, row: usize) -> String {
         }),
         LongValues::Count(values) => of(values, row, |count| count.to_string()),
         LongValues::Flag(values) => of(values, row, |is| is.to_string()),
-        LongValues::Time(values) => of(values, row, |seconds| {
-            let time = UNIX_EPOCH.checked_add(Duration::from_secs(seconds));
-            time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
-        }),
+        LongValues::Time(values) => {
+            of(values, row, |seconds| instant(Duration::from_secs(seconds)))
+        }
     }
+}
+
+/// An instant so long after 1970-01-01T00:00:00Z, to the second, in the form of RFC 3339.
+pub(super) fn instant(since: Duration) -> String {
+    let time = UNIX_EPOCH.checked_add(since);
+    time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
 }
 
 pub(super) fn read<const N: usize>(

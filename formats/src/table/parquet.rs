@@ -1,7 +1,6 @@
 //! Parquet files: the names of their columns, and the numbers of those that are asked for, row group by row group.
 
 use std::fs::File;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit};
@@ -16,6 +15,7 @@ use super::header::Column;
 use super::place::Place;
 use super::source::{Source, Values};
 use super::time::{Exact, First, resolution};
+use crate::guarded::guarded as guard;
 use crate::room::Room;
 
 /// Values that are decoded at once.
@@ -286,11 +286,7 @@ fn error_of(path: &Path, error: &ParquetError) -> TableError {
     TableError::Parquet { file: path.to_path_buf(), what: error.to_string() }
 }
 
-/// Calls the library where it may panic: it asserts what only a whole file has.
+/// Calls the library where it may panic.
 fn guarded<T>(path: &Path, call: impl FnOnce() -> Result<T, TableError>) -> Result<T, TableError> {
-    // What it was given is dropped with the error, so that nothing half changed is left.
-    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|_| {
-        let what = "its reader gave up".to_owned();
-        Err(TableError::Parquet { file: path.to_path_buf(), what })
-    })
+    guard(call, |what| TableError::Parquet { file: path.to_path_buf(), what })
 }
