@@ -1,5 +1,6 @@
 //! A long table as text.
 
+use core::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
@@ -37,10 +38,13 @@ fn field(values: &LongValues<'_>, row: usize) -> String {
     }
 }
 
-/// An instant so long after 1970-01-01T00:00:00Z, to the second, in the form of RFC 3339.
+/// An instant so long after 1970-01-01T00:00:00Z, to the second, in the form of RFC 3339; nothing after the year 9999, for
+/// which that has no form.
 pub(super) fn instant(since: Duration) -> String {
-    let time = UNIX_EPOCH.checked_add(since);
-    time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
+    let mut text = String::new();
+    let time = UNIX_EPOCH.checked_add(since).map(humantime::format_rfc3339_seconds);
+    let is_written = time.is_some_and(|time| write!(text, "{time}").is_ok());
+    if is_written { text } else { String::new() }
 }
 
 pub(super) fn read<const N: usize>(
@@ -58,4 +62,13 @@ pub(super) fn read<const N: usize>(
         wanted.take(row.map_err(damaged)?.iter().map(str::to_owned).collect())?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+#[test]
+fn instants_have_four_digits_for_the_year() {
+    let of = |seconds| instant(Duration::from_secs(seconds));
+    assert_eq!(of(1_795_331_849), "2026-11-22T07:17:29Z");
+    assert_eq!(of(253_402_300_799), "9999-12-31T23:59:59Z");
+    assert_eq!([of(253_402_300_800), of(u64::MAX)], [""; 2]);
 }
