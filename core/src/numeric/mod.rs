@@ -4,9 +4,11 @@
 mod dispatch;
 mod elementary;
 mod lanes;
+mod median;
 mod scalar;
 
 pub use dispatch::WIDTH;
 pub(crate) use dispatch::{each, vectorised};
 pub use lanes::Lanes;
+pub use median::median;
 pub use scalar::Scalar;

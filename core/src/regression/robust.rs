@@ -8,6 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::error::RegressionError;
 use super::observations::Observations;
 use super::solution::Solution;
+use crate::numeric::median;
 
 /// How much of a large residual counts, with its tuning constant in standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -225,7 +226,7 @@ impl Observations {
         let own = self.joint_of(residuals, joint);
         let rows = self.rows_per_joint() as f64;
         let measured = self.joint_of(self.measurements(), joint).norm() / rows.sqrt();
-        let median = median(own.iter().map(|r| r.abs()).collect());
+        let median = median(own.iter().map(|r| r.abs()).collect()).unwrap_or(0.0);
         let scale = (median / NORMAL_MAD).max(ROUNDING * measured);
         let slopes = own.iter().map(|r| loss.weight_and_slope(r / scale).1);
         let mean = slopes.clone().sum::<f64>() / rows;
@@ -264,12 +265,4 @@ struct Scaling {
     scale: f64,
     /// K_j/m_j.
     factor: f64,
-}
-
-/// 0 of none.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    let middle = values.get(half.saturating_sub(1 - values.len() % 2)..=half);
-    middle.map_or(0.0, |middle| middle.iter().sum::<f64>() / middle.len() as f64)
 }

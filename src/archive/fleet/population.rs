@@ -1,5 +1,6 @@
 //! Medians over arms, and how far each arm is from them.
 
+use didim_core::numeric::median;
 use serde::Serialize;
 
 use super::member::{FEWEST_ARMS, FleetError, Member, MemberParameter};
@@ -71,8 +72,9 @@ impl FleetParameter {
         if found.len() < FEWEST_ARMS {
             return None;
         }
-        let median_value = median(found.iter().map(|(_, of)| of.value));
-        let scatter = NORMAL * median(found.iter().map(|(_, of)| (of.value - median_value).abs()));
+        let median_value = median(found.iter().map(|(_, of)| of.value).collect())?;
+        let away = found.iter().map(|(_, of)| (of.value - median_value).abs());
+        let scatter = NORMAL * median(away.collect())?;
         let standing = |(arm, of): &(&Member, &MemberParameter)| {
             let combined = of.combined_standard_deviation.unwrap_or(of.standard_deviation);
             let deviation =
@@ -140,17 +142,6 @@ impl Fleet {
 #[expect(clippy::cast_precision_loss, reason = "arms")]
 fn limit(arms: usize) -> f64 {
     3.3 + 40.0 / (arms as f64 - 2.0)
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    match (values.get(half), values.len() % 2) {
-        (Some(upper), 0) => (values[half - 1] + upper) / 2.0,
-        (Some(middle), _) => *middle,
-        (None, _) => f64::NAN,
-    }
 }
 
 #[cfg(test)]
