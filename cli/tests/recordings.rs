@@ -13,10 +13,12 @@ use didim::offline::identify::LastIdentification;
 use didim::service::pipeline::{OneRun, acquisition, archiver, estimation};
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 use didim_drivers::frame::Frame;
+use didim_drivers::samples::Samples;
 use didim_drivers::source::mcap::{FileEnd, McapScan};
 use didim_drivers::source::{
     InterfaceName, McapSource, Received, Source, TextLog, WhenFull, in_process_bus,
 };
+use didim_formats::{BagSpec, BagTime, Side, read_bag};
 
 /// The frames of the simulated arm, twice its motion.
 fn simulate(cell: &Installation) -> (PathBuf, Vec<Frame>) {
@@ -78,6 +80,34 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// The joint states beside the frames of a recording are its samples, on the joints' side.
+#[track_caller]
+fn assert_curves_are_of_the_frames(cell: &Path, recording: &Path) {
+    let cell = Cell::read(cell).unwrap();
+    let (bus, transmission) = (cell.bus().unwrap(), cell.robot.transmission());
+    let samples: Vec<_> =
+        Samples::new(Box::new(McapSource::open(recording, &[]).unwrap()), bus.assembler(), 64)
+            .collect::<Result<_, _>>()
+            .unwrap();
+    let spec = BagSpec {
+        joints: (1..=6).map(|joint| format!("joint_{joint}")).collect(),
+        topic: None,
+        rate_hz: 1e9 / bus.layout.period_ns(),
+        side: Side::Joint,
+        torque_scales: vec![1.0; 6],
+        time: BagTime::Rows,
+    };
+    let curves = read_bag(recording, &spec).unwrap().into_whole().unwrap().signals;
+    assert!(samples.len() > 1000 && curves.position_rad[0].len() == samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        let [mut position, mut torque] = [[0.0; 6]; 2];
+        transmission.joint_position(&sample.motor_position_rad[..6], &mut position);
+        transmission.joint_torque(&sample.motor_torque_nm[..6], &mut torque);
+        let of = |columns: &[Vec<f64>]| [0, 1, 2, 3, 4, 5].map(|joint: usize| columns[joint][k]);
+        assert_eq!((of(&curves.position_rad), of(&curves.torque_nm)), (position, torque), "{k}");
+    }
+}
+
 fn replay(cell: &Installation, log: &Path, state: &str) -> Vec<String> {
     let state = cell.path(state);
     succeed(&[&"replay", &"--cell", &cell.cell(), &log, &"--state", &state]);
@@ -113,6 +143,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
         assert_eq!(McapScan::of(file).unwrap().end, FileEnd::Finished);
         let replayed = replay(&cell, file, &format!("replayed-{n}"));
         assert_eq!(replayed, [live.as_str()], "{}", file.display());
+        assert_curves_are_of_the_frames(&cell.cell(), file);
     }
     // By its content, not by its name.
     let disguised = cell.path("disguised.log");

@@ -241,7 +241,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "convert",
-        "The endings of the names say what is written: a table (.csv), an MCAP recording (.mcap), else a candump log.",
+        "The endings of the names say what is written: a table (.csv), an MCAP recording (.mcap), else a candump log. A recording has \
+         the frames, and the curves of the joints as joint states of ROS 2 for PlotJuggler and Foxglove.",
         &[
             [
                 "didim convert --cell cell.toml drive.log curves.csv",
