@@ -71,15 +71,25 @@ fn run(configuration: &Configuration) -> Result<(), Box<dyn Error>> {
     for cabinet in cabinets {
         let (broker, prefix) = (configuration.broker.clone(), configuration.prefix.clone());
         let own = Builder::new_current_thread().enable_all().build()?;
-        std::thread::Builder::new()
-            .name(cabinet.name().to_owned())
-            .spawn(move || own.block_on(send(cabinet, &broker, &prefix)))?;
+        std::thread::Builder::new().name(cabinet.name().to_owned()).spawn(move || {
+            let _whole = Whole;
+            own.block_on(send(cabinet, &broker, &prefix))
+        })?;
     }
     if let Err(cause) = sd_notify::notify(&[sd_notify::NotifyState::Ready]) {
         tracing::warn!("cannot notify systemd: {cause}");
     }
     runtime.block_on(signals.end());
     Ok(())
+}
+
+/// Ends the process with a thread: only a panic ends one, and a process that goes on without a cabinet tells nobody.
+struct Whole;
+
+impl Drop for Whole {
+    fn drop(&mut self) {
+        std::process::exit(1);
+    }
 }
 
 /// Two that send the same would take the connections away from each other.
