@@ -4,6 +4,7 @@
 //! cycle by cycle, without a clock; [`play`] sends them to a [`Sink`], in real time or as fast as
 //! possible. This crate alone can send: the service listens and has no sink.
 
+pub mod damage;
 mod device;
 mod encoder;
 mod fault;
