@@ -67,14 +67,60 @@ fn what_a_result_lacks_is_told() {
 }
 
 #[test]
+fn what_a_result_lacks_is_said_in_motions_that_a_person_can_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let result = folder.path().join("result.json");
+    fs::write(&result, identify_arm("kr300", &["a.csv"], "1.8", "8.196")).unwrap();
+    let cell = repository("tests/data/kr300/cell.toml");
+    let out = folder.path().join("next.csv");
+    let fixed: [&dyn AsRef<OsStr>; 4] = [&"advise", &result, &"--cell", &cell];
+    let text = succeed(&[&fixed[..], &[&"--out", &out]].concat());
+    for part in [
+        "prediction: ",
+        "uncertain by more than 10 %",
+        "never moved faster than",
+        "\n1. ",
+        " and back, ",
+        "would bring σ of ",
+        "the residuals of the result",
+        "collision NOT checked",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let pieces = text.lines().filter(|line| line.contains(" and back, ")).count();
+    for number in 1..=pieces {
+        let written = fs::read_to_string(folder.path().join(format!("next-{number}.csv"))).unwrap();
+        assert!(written.contains("FIRST RUN IT AT 10 % SPEED"), "{written:.500}");
+    }
+    assert!(pieces > 0 && !out.exists());
+    assert_eq!(text, succeed(&fixed), "the same every time, written or not");
+
+    let silent = fs::read_to_string(&result).unwrap().replacen("\"covariance\"", "\"other\"", 1);
+    fs::write(&result, silent).unwrap();
+    let refused = didim(&fixed);
+    assert_eq!(refused.code, Some(78), "{refused:?}");
+    assert!(refused.stderr.contains("identify again"), "{refused:?}");
+}
+
+#[test]
 fn what_cannot_be_designed_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let [tx40, ur5e, panda] =
         ["tx40", "ur5e", "panda"].map(|of| repository(&format!("config/robots/{of}.toml")));
     let [table, text, script] = ["a.csv", "a.txt", "a.script"].map(|of| folder.path().join(of));
+    // With more steps than any test could wait for: it is refused before the search.
     let refused = |robot: &Path, out: &Path, more: &[&dyn AsRef<OsStr>]| {
-        let fixed: [&dyn AsRef<OsStr>; 9] =
-            [&"design", &"--robot", &robot, &"--duration", &"3", &"--steps", &"1", &"--out", &out];
+        let fixed: [&dyn AsRef<OsStr>; 9] = [
+            &"design",
+            &"--robot",
+            &robot,
+            &"--duration",
+            &"60",
+            &"--steps",
+            &"100000",
+            &"--out",
+            &out,
+        ];
         let finished = didim(&[&fixed[..], more].concat());
         assert!(!out.exists());
         (finished.code, finished.stderr)

@@ -2,8 +2,11 @@
 //! By hand: `cargo test --release -p didim-sim --test tests -- --ignored --nocapture excitation`.
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::excitation::{Aim, Bounds, Margins, Noise, Task, design, predicted};
-use didim_core::identification::{Estimate, Method, identify};
+use didim_core::excitation::{
+    Aim, Bounds, FourierSeries, Margins, Noise, Swing, Swings, Task, advise, design, predicted,
+};
+use didim_core::identification::{Estimate, Experiment, Method, identify};
+use didim_core::robot::Robot;
 use didim_core::trajectory::SampledReference;
 use didim_sim::{Motion, Scenario, tx40_paper};
 use nalgebra::DMatrix;
@@ -14,18 +17,20 @@ use crate::common::parallel::in_parallel;
 const RATE_HZ: f64 = 5000.0;
 
 fn identified(scenario: &Scenario, base: &BaseParameters) -> Estimate {
-    let options = regression(Some(listed(scenario)), 200.0);
-    let experiment = experiment(scenario);
-    identify(Method::IdimLs, scenario.robot(), base, &experiment, &options).unwrap().estimate
+    identified_from(scenario, base, &experiment(scenario))
 }
 
-/// A result of the shipped motion says what its noise is; the motion that is designed with it is as good as was foretold.
-fn study(duration_s: f64, steps: u32, seeds: usize) -> f64 {
-    let first = tx40_paper().unwrap();
-    let robot = first.robot();
-    let model = Model::new(robot);
-    let base = BaseParameters::compute(&model).unwrap();
-    let result = identified(&first, &base);
+fn identified_from(
+    scenario: &Scenario,
+    base: &BaseParameters,
+    experiment: &Experiment,
+) -> Estimate {
+    let options = regression(Some(listed(scenario)), 200.0);
+    identify(Method::IdimLs, scenario.robot(), base, experiment, &options).unwrap().estimate
+}
+
+/// What a motion is designed with, when this result is all that is known of its noise.
+fn task_of(robot: &Robot, base: &BaseParameters, result: &Estimate, duration_s: f64) -> Task {
     let mut colours: Vec<f64> = (result.parameters.iter())
         .map(|of| of.standard_deviation / of.classical_standard_deviation)
         .collect();
@@ -35,9 +40,9 @@ fn study(duration_s: f64, steps: u32, seeds: usize) -> f64 {
         (result.parameters.iter()).map(|of| base.columns()[base.find(&of.name).unwrap()]).collect();
     let nominal = robot.nominal().unwrap().standard().to_vec();
     let count = columns.len();
-    let task = Task {
+    Task {
         bounds: Bounds::new(robot, Margins::default(), None, Some(nominal)).unwrap(),
-        model,
+        model: Model::new(robot),
         duration_s,
         columns,
         before: DMatrix::zeros(count, count),
@@ -46,19 +51,33 @@ fn study(duration_s: f64, steps: u32, seeds: usize) -> f64 {
             rows_per_s: RATE_HZ / 125.0,
         },
         aim: Aim::Deviations((0..count).map(|k| (k, 0.0)).collect()),
-    };
-    let series = design(&task, 1, steps, |_| ()).unwrap().series;
-    let foretold = predicted(&task, &series).unwrap().deviations;
+    }
+}
 
+/// The arm on a motion.
+fn on(scenario: &Scenario, series: &FourierSeries) -> Scenario {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seconds")]
-    let samples = (duration_s * RATE_HZ) as usize + 1;
-    let positions = DMatrix::from_fn(samples, robot.joints(), |k, j| {
+    let samples = (series.duration_s * RATE_HZ) as usize + 1;
+    let positions = DMatrix::from_fn(samples, scenario.robot().joints(), |k, j| {
         series.state(k as f64 / RATE_HZ).position[j]
     });
     let motion = SampledReference::new(RATE_HZ, &positions).unwrap();
-    let moved = first.clone().with_recorded_motion(motion).unwrap();
+    let moved = scenario.clone().with_recorded_motion(motion).unwrap();
     assert!(matches!(moved.trajectory(), Motion::Recorded(_)));
     assert_eq!(moved.samples(), samples - 1);
+    moved
+}
+
+/// A result of the shipped motion says what its noise is; the motion that is designed with it is as good as was foretold.
+fn study(duration_s: f64, steps: u32, seeds: usize) -> f64 {
+    let first = tx40_paper().unwrap();
+    let base = BaseParameters::compute(&Model::new(first.robot())).unwrap();
+    let result = identified(&first, &base);
+    let task = task_of(first.robot(), &base, &result, duration_s);
+    let series = design(&task, 1, steps, |_| ()).unwrap().series;
+    let foretold = predicted(&task, &series).unwrap().deviations;
+
+    let moved = on(&first, &series);
     let estimates =
         in_parallel(seeds, |seed| identified(&moved.clone().with_seed(1 + seed as u64), &base));
     let rms = |values: &[f64]| {
@@ -103,5 +122,64 @@ fn designed_motions_tell_what_was_foretold() {
     for duration_s in [10.0, 20.0] {
         let ratio = study(duration_s, 600, 20);
         assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
+    }
+}
+
+/// A production that hardly moves the wrist: what is advised is followed, and with the first record brings what was promised.
+#[test]
+fn advice_that_is_followed_brings_what_was_promised() {
+    let arm = tx40_paper().unwrap();
+    let base = BaseParameters::compute(&Model::new(arm.robot())).unwrap();
+    let swing = |joint, to, times| Swing { joint, to, times };
+    let production = Swings {
+        duration_s: 6.0,
+        posture: vec![0.0, 0.2, 0.5, 0.0, 0.3, 0.0],
+        swings: vec![
+            swing(0, 1.2, 5),
+            swing(1, -0.6, 4),
+            swing(2, 1.4, 7),
+            swing(3, 0.06, 1),
+            swing(4, 0.36, 2),
+            swing(5, 0.06, 3),
+        ],
+    };
+    let first = on(&arm, &production.series());
+    let record = experiment(&first);
+    let result = identified_from(&first, &base, &record);
+    let covariance = result.covariance.as_ref().unwrap().matrix(result.parameters.len()).unwrap();
+    let before = covariance.cholesky().unwrap().inverse();
+    let task = Task { before, ..task_of(arm.robot(), &base, &result, 1.0) };
+    let values: Vec<f64> = result.parameters.iter().map(|of| of.value).collect();
+    let enough = 0.01;
+    let advice = advise(arm.robot(), &task, &values, enough).unwrap();
+    let name = |k: &usize| result.parameters[*k].name.as_str();
+    let lacking: Vec<&str> = advice.lacking.iter().map(name).collect();
+    // Of the wrist alone.
+    assert!(
+        ["ia4", "fv4", "ia5", "fv5", "ia6"].iter().all(|of| lacking.contains(of)),
+        "{lacking:?}"
+    );
+    assert!(lacking.iter().all(|of| of.ends_with(['4', '5', '6'])), "{lacking:?}");
+    assert!((1..=4).contains(&advice.pieces.len()));
+    assert!(advice.torque[1] < 0.5 * advice.torque[0], "{:?}", advice.torque);
+    let mut records = vec![record];
+    for (seed, piece) in (1..).zip(&advice.pieces) {
+        assert!(piece.design.used.iter().all(|used| used.share <= 1.0));
+        records.push(experiment(&on(&arm, &piece.design.series).with_seed(seed)));
+    }
+    let then = identified_from(&arm, &base, &Experiment::joined(&records).unwrap());
+    let promised = &advice.pieces.last().unwrap().deviations;
+    for &k in &advice.lacking {
+        let found = then.parameters[k].standard_deviation;
+        println!(
+            "{}: σ {:.2e}, promised {:.2e}, found {found:.2e}",
+            name(&k),
+            advice.deviations[k],
+            promised[k]
+        );
+        assert!((found / promised[k] - 1.0).abs() < 0.25, "{}", name(&k));
+        assert!(
+            promised[k] <= enough * values[k].abs() && promised[k] < 0.5 * advice.deviations[k]
+        );
     }
 }

@@ -161,6 +161,22 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-robot(5)", "didim-identify(1)"],
     ),
     page(
+        "advise",
+        "Says in words what a stored result lacks: which parameters noise leaves more uncertain than `parameter_uncertainty` of the cell allows, how far the joints \
+         concerned moved, which joint should swing from where to where, how fast and for how many seconds, and which standard deviation would come of it. All that is \
+         said was tried: swings of one joint and of two, from a few postures, within the limits of `didim design`, weighed by the same information. It says as well what no \
+         motion changes. It moves nothing; `--out` writes the motions as files for people to run. Collision is not checked.",
+        &[
+            ["didim advise result.json --cell cell.toml", "what is missing"],
+            [
+                "didim advise result.json --cell cell.toml --out next.csv",
+                "the motions as files too, next-1.csv and so on",
+            ],
+        ],
+        &[STATE],
+        &["didim-design(1)", "didim-identify(1)", "didim-parameters(7)"],
+    ),
+    page(
         "design",
         "Designs a motion within the limits of the arm that makes the standard deviations of its parameters small, added to what a result knows already: a finite Fourier \
          series that begins and ends at rest. It writes files for people to run, and moves nothing. Speeds, accelerations and jerks stay below half of the robot file's \
@@ -182,7 +198,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ],
         ],
         &[STATE],
-        &["didim-identify(1)", "didim-robot(5)", "didim-parameters(7)"],
+        &["didim-advise(1)", "didim-identify(1)", "didim-robot(5)", "didim-parameters(7)"],
     ),
     page(
         "compare",

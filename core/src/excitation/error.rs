@@ -47,6 +47,12 @@ pub enum ExcitationError {
         /// Part of the limit.
         share: f64,
     },
+    /// No joint can swing within the limits. Correct them.
+    #[error(
+        "no joint can swing within these limits, as far as one degree, from any posture that was tried; check the limits of \
+         the robot file and its parameters"
+    )]
+    NoSwing,
     /// A wanted parameter is none of those that are identified.
     #[error("no parameter `{name}` is identified; there are {}", known.join(" "))]
     UnknownParameter {

@@ -2,7 +2,6 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardUniform};
 
 use super::barrier::Barrier;
 use super::basis::{Basis, Motion, Unit};
@@ -11,6 +10,7 @@ use super::error::ExcitationError;
 use super::information::Information;
 use super::limit_kind::LimitKind;
 use super::objective::Objective;
+use super::random::uniform;
 use super::task::Task;
 use crate::robot::SignModel;
 
@@ -79,12 +79,6 @@ impl<'a> Search<'a> {
         }
         Ok(x)
     }
-}
-
-/// −1 to 1.
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
-    let unit: f64 = StandardUniform.sample(random);
-    2.0 * unit - 1.0
 }
 
 /// Positions about the middle of the range, in halves of it, and speeds in the largest.

@@ -65,7 +65,7 @@ impl Report<'_> {
         let content = html! {
             (summary::heading(self))
             main {
-                (summary::verdict(estimate))
+                (summary::verdict(self))
                 (contents(&sections))
                 (summary::key_figures(self))
                 (sections)
