@@ -29,7 +29,9 @@ fn cost(process: u32) -> (f64, f64) {
 #[ignore = "by hand (docs/plant.md)"]
 fn many_cabinets_of_one_machine() {
     let folder = tempfile::tempdir().unwrap();
-    let broker = Broker::start("allow_anonymous true\nmax_queued_messages 0");
+    let broker = Broker::start(
+        "allow_anonymous true\nmax_queued_messages 0\nautosave_on_changes false\nautosave_interval 1800",
+    );
     let consumer = Consumer::new(broker.port);
     let mut cabinets: Vec<_> =
         (1..=number("DIDIM_CABINETS", 200)).map(|k| Cabinet::new(folder.path(), k)).collect();
