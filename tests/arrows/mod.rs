@@ -37,11 +37,11 @@ const ORDER: [(&str, &str); 10] = [
     ("src/archive", "fleet drift store"),
     (
         "src/offline",
-        "compare consistent difference excitation payload predict stored log identify limits still rate",
+        "compare consistent difference advice excitation payload predict stored log identify limits still rate",
     ),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo design export fleet history manual metrics new note payload predict reload replay robot run study \
+        "lib advise baseline capture check compare convert demo design export fleet history manual metrics new note payload predict reload replay robot run study \
          top window convert_frames identify choices input stream sim outcome state status names terminal output error tell progress",
     ),
     ("publish/src", "main send cabinet link ledger message configuration"),
