@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-#[path = "../../tests/readers/readers.rs"]
+#[path = "../../tests/readers/list.rs"]
 mod readers;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
@@ -11,7 +11,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let read = READ.get_or_init(|| {
         let name = std::env::var("DIDIM_READER").expect("DIDIM_READER names a reader");
         let reader = readers::READERS.iter().find(|reader| reader.name == name);
-        reader.expect("DIDIM_READER is none of tests/readers/readers.rs").read
+        reader.expect("DIDIM_READER is none of tests/readers/list.rs").read
     });
     read(bytes);
 });

@@ -3,14 +3,14 @@
 //! Damage with a fixed seed to known files and to what `fuzz/corpus` has. Text is damaged by fields, so that what is
 //! behind the first of them is read as well.
 
-mod readers;
+mod list;
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use list::{READERS, Reader, repository};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use readers::{READERS, Reader, repository};
 
 /// Damaged forms of each file.
 const DAMAGED: usize = 200;
