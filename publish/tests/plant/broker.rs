@@ -48,13 +48,23 @@ impl Broker {
         self.process.wait().unwrap();
     }
 
+    /// With so many descriptors at most.
+    pub(crate) fn start_again_with_files(&mut self, files: &str) {
+        let mut command = Command::new("prlimit");
+        command.arg(format!("--nofile={files}")).arg("mosquitto");
+        self.process = run_by(command, self.folder.path(), self.port);
+    }
+
     pub(crate) fn start_again(&mut self) {
         self.process = run(self.folder.path(), self.port);
     }
 }
 
 fn run(folder: &Path, port: u16) -> Child {
-    let mut command = Command::new("mosquitto");
+    run_by(Command::new("mosquitto"), folder, port)
+}
+
+fn run_by(mut command: Command, folder: &Path, port: u16) -> Child {
     command.arg("-c").arg(folder.join("broker.conf")).stderr(Stdio::null());
     let process = command.spawn().unwrap();
     wait_for("the broker", || TcpStream::connect(("127.0.0.1", port)).ok());
