@@ -8,6 +8,7 @@ use didim_core::regression::NoiseAutocorrelation;
 
 use super::*;
 use crate::cell::Library;
+use crate::window::DriveReadings;
 
 pub(super) const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
 
@@ -130,6 +131,7 @@ pub(super) fn origin() -> Origin {
             rate_hz: 1000.0,
             begins_s: 0.0,
             recorded: None,
+            readings: DriveReadings::default(),
         },
         further: Vec::new(),
         note: None,

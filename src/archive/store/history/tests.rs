@@ -31,6 +31,7 @@ fn line(result: u64) -> HistoryLine {
         }],
         against: None,
         load: None,
+        readings: Default::default(),
     }
 }
 
