@@ -49,8 +49,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let assignment =
         Assignment::of_cell(&cell, Some(&model), &wanted).map_err(CliError::configuration)?;
     let urdf = cell.urdf.iter().flat_map(UrdfArm::joint_names);
-    let (name, joints) = (cell.robot.name().to_owned(), joint_names(urdf, joints));
-    let subject = Subject { name, joints, assignment };
+    let joints = joint_names(urdf, joints);
+    let assignment = assignment.with_urdf(cell.urdf.as_ref());
+    let subject = Subject { robot: cell.robot.clone(), joints, assignment };
     let working = Working::on("trying motions");
     let advised = working.during(|| Advised::new(&cell, &model, &subject.assignment));
     let advised = advised.map_err(CliError::failed)?;

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::excitation::{Design, ExcitationError, Margins, Progress, Task, design, predicted};
+use didim_core::excitation::{
+    Corners, Design, ExcitationError, Margins, Progress, Task, design, predicted,
+};
+use didim_core::robot::Robot;
 use indicatif::ProgressBar;
 
 use super::CliError;
@@ -14,7 +17,7 @@ use super::progress::styled;
 use super::tell::tell;
 use didim::cell::{Cell, CellError, Library, RobotSource};
 use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
-use didim::report::{design_header, design_text};
+use didim::report::{design_header, design_text, html};
 use didim_formats::{MotionFile, MotionFormat, UrdfArm};
 
 /// Searches from so many random motions, side by side; the best is taken.
@@ -38,6 +41,9 @@ pub(super) struct Arguments {
     /// A file to write, as often as wanted: .csv (table), .yaml (ROS 2), .script (Universal Robots), .src (KUKA), .mod (ABB)
     #[arg(long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
+    /// A page to look at before anything moves: the arm along the motion, and its joints over time (HTML)
+    #[arg(long, value_name = "FILE")]
+    preview: Option<PathBuf>,
     /// What is to be small
     #[arg(long, value_enum, default_value_t = Objective::Deviations)]
     objective: Objective,
@@ -60,6 +66,23 @@ pub(super) struct Within {
     /// Largest acceleration [rad/s²] of all joints, or of each with commas between them, in place of the robot file's
     #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
     acceleration: Option<Vec<f64>>,
+    /// A box that the arm stays in: two opposite corners in the frame of its base [m]; its links need shapes
+    #[arg(long = "box", value_name = "X,Y,Z,X,Y,Z", value_parser = corners, allow_hyphen_values = true)]
+    inside: Option<Corners>,
+}
+
+/// Six numbers with commas between them.
+fn corners(text: &str) -> Result<Corners, String> {
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+    let [a, b, c, d, e, f] = numbers[..] else {
+        return Err("give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5".to_owned());
+    };
+    let sides = [[a, d], [b, e], [c, f]];
+    match sides.map(|[from, to]| to - from).iter().all(|of| of.is_finite() && of.abs() > 0.0) {
+        true => Ok([sides.map(|[from, to]| from.min(to)), sides.map(|[from, to]| from.max(to))]),
+        false => Err("the corners have to be finite, and apart along every axis".to_owned()),
+    }
 }
 
 impl Within {
@@ -82,6 +105,7 @@ pub(super) fn wanted<'a>(
         duration_s,
         margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
         accelerations,
+        inside: within.inside,
         parameters: None,
         condition_number: false,
     }
@@ -98,15 +122,15 @@ enum Objective {
 
 /// The arm of the command line.
 pub(super) struct Subject {
-    pub(super) name: String,
+    pub(super) robot: Robot,
     pub(super) joints: Vec<String>,
     pub(super) assignment: Assignment,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let Arguments { robot, cell, result, out, .. } = arguments;
+    let Arguments { robot, cell, result, out, preview, .. } = arguments;
     let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
-    check_outputs(out, &read.collect::<Vec<&Path>>())?;
+    check_outputs(out.iter().chain(preview), &read.collect::<Vec<&Path>>())?;
     let subject = arguments.subject()?;
     let Subject { joints, assignment, .. } = &subject;
     let formats = out.iter().map(|path| format_of(path, joints.len()));
@@ -119,6 +143,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     for (path, text) in out.iter().zip(&texts) {
         write_text(path, text)?;
+    }
+    if let Some(path) = preview {
+        let header = design_header(subject.robot.name(), assignment, &best, true);
+        write_text(path, &html::preview(&subject.robot, &best.series, &header))?;
     }
     for (path, _) in out.iter().zip(formats).filter(|(_, format)| !format.keeps_time()) {
         let what =
@@ -135,8 +163,8 @@ pub(super) fn motion_text(
     subject: &Subject,
     design: &Design,
 ) -> Result<String, CliError> {
-    let Subject { name, joints, assignment } = subject;
-    let header = design_header(name, assignment, design, format.keeps_time());
+    let Subject { robot, joints, assignment } = subject;
+    let header = design_header(robot.name(), assignment, design, format.keeps_time());
     let file = MotionFile { series: &design.series, joints, header: &header };
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
     format.write(&file, stem).map_err(|error| CliError::in_file(path, error))
@@ -175,11 +203,10 @@ impl Arguments {
         let wanted = self.wanted(accelerations.as_deref());
         let assignment = Assignment::of_cell(&cell, stored.as_ref(), &wanted);
         let urdf = cell.urdf.iter().flat_map(UrdfArm::joint_names);
-        Ok(Subject {
-            name: cell.robot.name().to_owned(),
-            joints: joint_names(urdf, cell.robot.joints()),
-            assignment: assignment.map_err(CliError::configuration)?,
-        })
+        let joints = joint_names(urdf, cell.robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        let assignment = assignment.with_urdf(cell.urdf.as_ref());
+        Ok(Subject { robot: cell.robot, joints, assignment })
     }
 
     fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
@@ -198,11 +225,10 @@ impl Arguments {
         let accelerations = self.within.accelerations(robot.joints());
         let wanted = self.wanted(accelerations.as_deref());
         let assignment = Assignment::of_robot(robot, &base, &wanted);
-        Ok(Subject {
-            name: robot.name().to_owned(),
-            joints: joint_names(source.joint_names(), robot.joints()),
-            assignment: assignment.map_err(CliError::configuration)?,
-        })
+        let joints = joint_names(source.joint_names(), robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        let assignment = assignment.with_urdf(source.urdf.as_ref());
+        Ok(Subject { robot: source.robot, joints, assignment })
     }
 
     fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {

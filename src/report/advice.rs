@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use didim_core::excitation::{self, Advice, Swing};
 use didim_core::robot::{JointKind, Robot};
 
+use super::design::warning;
 use crate::offline::{Advised, Assignment, Lacking};
 use crate::text::{aligned, significant};
 
@@ -197,7 +198,7 @@ fn left(assignment: &Assignment, advised: &Advised, then: &[f64]) -> String {
     let noise = if assignment.measured_noise { "the residuals of the result" } else { "ASSUMED" };
     let _ = writeln!(text, "noise: {noise}; each σ is with the result and all pieces before it");
     if !advice.pieces.is_empty() {
-        text += "collision NOT checked; first run it at 10 % speed\n";
+        text += warning(assignment);
     }
     text
 }

@@ -165,7 +165,7 @@ pub(super) const PAGES: &[CommandPage] = &[
         "Says in words what a stored result lacks: which parameters noise leaves more uncertain than `parameter_uncertainty` of the cell allows, how far the joints \
          concerned moved, which joint should swing from where to where, how fast and for how many seconds, and which standard deviation would come of it. All that is \
          said was tried: swings of one joint and of two, from a few postures, within the limits of `didim design`, weighed by the same information. It says as well what no \
-         motion changes. It moves nothing; `--out` writes the motions as files for people to run. Collision is not checked.",
+         motion changes. It moves nothing; `--out` writes the motions as files for people to run.",
         &[
             ["didim advise result.json --cell cell.toml", "what is missing"],
             [
@@ -181,7 +181,9 @@ pub(super) const PAGES: &[CommandPage] = &[
         "Designs a motion within the limits of the arm that makes the standard deviations of its parameters small, added to what a result knows already: a finite Fourier \
          series that begins and ends at rest. It writes files for people to run, and moves nothing. Speeds, accelerations and jerks stay below half of the robot file's \
          limits unless `--speed` says otherwise, positions 5 % of the range away from their ends, torques below 80 %, by the parameters of the result or the nominal ones. \
-         Collision is not checked: look at the motion in a simulation, and first run it at 10 % speed. Programs for KUKA and ABB visit the same positions, but their controllers \
+         Where the robot file states `capsules` of the links, or the URDF has boxes, cylinders and balls for collision shapes, links that no joint connects stay 20 mm apart, and with \
+         `--box` inside a box; nothing else is checked, and without shapes nothing at all: the head of every file says what was. Look at `--preview`, at the motion in a \
+         simulation, and first run it at 10 % speed. Programs for KUKA and ABB visit the same positions, but their controllers \
          make the time law: the figures do not hold for them.",
         &[
             [
@@ -195,6 +197,10 @@ pub(super) const PAGES: &[CommandPage] = &[
             [
                 "didim design --cell cell.toml --result result.json --parameters ia4,ia5 --duration 10 --out next.csv",
                 "a motion for two parameters",
+            ],
+            [
+                "didim design --robot arm.toml --duration 20 --box=-0.8,-0.8,0,0.8,0.8,1.5 --out next.csv --preview next.html",
+                "inside a box, with a page to look at",
             ],
         ],
         &[STATE],

@@ -7,8 +7,8 @@ use super::design::{CHECK_HZ, Design};
 use super::error::ExcitationError;
 use super::objective::{Objective, covariance};
 use super::swing::Swings;
-use super::task::{Aim, Task};
-use super::told::told;
+use super::task::Task;
+use super::told;
 use crate::robot::Robot;
 
 /// Pieces of advice at most: beyond them a designed motion is the shorter way.
@@ -104,17 +104,15 @@ pub fn advise(
         let shortest = LENGTHS.iter().find(|times| all > Some(0) && brought(**times) == all);
         let swings = best.swings.repeated(*shortest.unwrap_or(&LENGTHS[LENGTHS.len() - 1]));
         let series = swings.series();
-        let used = task.bounds.used(&task.model, &series, CHECK_HZ);
-        if used.iter().any(|used| used.share > 1.0) {
+        let (share, used, nearest) = task.bounds.share(&task.model, &series, CHECK_HZ);
+        if share > 1.0 {
             continue;
         }
-        let aim = Aim::Deviations(wanted);
-        let piece =
-            Task { duration_s: series.duration_s, before: information, aim, ..task.clone() };
-        information = told(&piece, &series);
         let duration_s = series.duration_s;
+        let piece = Task { duration_s, before: information, ..task.clone() };
+        information = told::information(&piece, &series);
         now = of(&information).ok_or(ExcitationError::NotTold { duration_s })?;
-        let design = Design { series, value, used };
+        let design = Design { series, value, used, nearest };
         pieces.push(Advised { swings, design, deviations: now.clone() });
     }
     let theta = DVector::from_column_slice(values);

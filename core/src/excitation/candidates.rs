@@ -11,7 +11,7 @@ use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
 use super::random::uniform;
 use super::swing::{SPEED, Swing, Swings};
-use super::task::{Aim, Task};
+use super::task::Task;
 use super::told::told_at;
 use crate::robot::{JointKind, Robot};
 
@@ -51,12 +51,8 @@ pub(super) fn candidates(robot: &Robot, task: &Task) -> Result<Vec<Candidate>, E
     let together = pairs.flat_map(|(j, k)| TOGETHER.map(|[own, other]| vec![(j, own), (k, other)]));
     let patterns: Vec<Vec<(usize, usize)>> = alone.chain(together).collect();
     let count = task.columns.len();
-    let weighed = Task {
-        duration_s: PIECE_S,
-        before: DMatrix::zeros(count, count),
-        aim: Aim::Deviations(Vec::new()),
-        ..task.clone()
-    };
+    let before = DMatrix::zeros(count, count);
+    let weighed = Task { duration_s: PIECE_S, before, ..task.clone() };
     let mut found = Vec::new();
     for posture in postures(&task.bounds, &grid) {
         for pattern in &patterns {
@@ -136,8 +132,7 @@ fn within(
             swings.push(Swing { joint, to: whole(from + steps), times });
         }
         let swings = Swings { duration_s: PIECE_S, posture: begin, swings };
-        let used = bounds.used(&task.model, &swings.series(), HELD_HZ);
-        let share = used.iter().map(|used| used.share).fold(0.0, f64::max);
+        let (share, ..) = bounds.share(&task.model, &swings.series(), HELD_HZ);
         if share <= MOST_SHARE {
             return Some(swings);
         }

@@ -8,7 +8,7 @@
 //! *Optimal robot excitation and identification*, IEEE Transactions on Robotics and Automation 13, 1997.
 //!
 //! ```text
-//! advice → {design, candidates} → {search, descent, told, swing} → task → {barrier, information, objective} → {basis, bounds} → {series, error, random} → limit_kind
+//! advice → {design, candidates} → {search, descent, told, swing} → task → {barrier, information, objective} → bounds → shapes → basis → {series, error, random, clearance} → limit_kind
 //! ```
 
 mod advice;
@@ -16,6 +16,7 @@ mod barrier;
 mod basis;
 mod bounds;
 mod candidates;
+mod clearance;
 mod descent;
 mod design;
 mod error;
@@ -25,6 +26,7 @@ mod objective;
 mod random;
 mod search;
 mod series;
+mod shapes;
 mod swing;
 mod task;
 mod told;
@@ -35,6 +37,7 @@ pub use design::{Design, Progress, design};
 pub use error::ExcitationError;
 pub use limit_kind::LimitKind;
 pub use series::{FourierSeries, JointSeries, State};
+pub use shapes::{Corners, Nearest, Other, Shapes};
 pub use swing::{Swing, Swings};
 pub use task::{Aim, Noise, Task};
-pub use told::{Predicted, predicted};
+pub use told::{Predicted, information, predicted};

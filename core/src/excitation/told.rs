@@ -21,15 +21,16 @@ pub struct Predicted {
     pub condition_number: f64,
 }
 
-/// The information of a motion of the task's length, with what is known already.
-pub(super) fn told(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
+/// The information of a motion of the task's length, with what is known already (b × b): what is known before the next one.
+pub fn information(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
     told_at(task, series, TOLD_HZ)
 }
 
 /// The same by so many samples per second \[Hz\].
 pub(super) fn told_at(task: &Task, series: &FourierSeries, rate_hz: f64) -> DMatrix<f64> {
-    let (mut information, _) = task.information(task.model.clone(), rate_hz);
-    information.along(&sampled(series, task.duration_s, rate_hz))
+    let task = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
+    let (mut told, _) = task.information(task.model.clone(), rate_hz);
+    told.along(&sampled(series, task.duration_s, rate_hz))
 }
 
 /// What the aim of a task makes of a motion.
