@@ -15,6 +15,7 @@ mod manager;
 mod memory;
 mod operations;
 mod paths;
+mod readers;
 mod robots;
 mod service;
 mod status;

@@ -186,7 +186,7 @@ fn experiment(
         }
         let (measurement, counted) = simulate(&scenario, cell)
             .map_err(|error| CliError::failed(format!("{name}: {error}")))?;
-        let piece = Piece { begins_s: 0.0, measurement };
+        let piece = Piece::new(0.0, measurement);
         return Ok((Counted { piece, counted, recorded: None }, Some(scenario)));
     }
     let Some(input) = input else {

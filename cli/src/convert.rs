@@ -7,6 +7,7 @@ use clap::Args;
 use didim_core::MAX_JOINTS;
 use didim_core::robot::Transmission;
 use didim_drivers::frame::Frame;
+use didim_drivers::layout::{CompiledLayout, Quantity, Role};
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
 
@@ -102,6 +103,12 @@ fn write_log(
                 .to_owned(),
         ));
     }
+    if let Some(signal) = reading_of_samples(&bus.layout) {
+        return Err(refused(format!(
+            "the cell's frames carry `{signal}` beside positions and the measurement has none; leave \
+             `temperature`, `supply_voltage` and `mode` out of the cell's layout"
+        )));
+    }
     let measurement = to_motor_side(measurement, cell.robot.transmission());
     let encoder = CycleEncoder::new(bus.layout.clone(), bus.scales.clone());
     let name = [InterfaceName::new("can0").map_err(CliError::failed)?];
@@ -129,6 +136,14 @@ fn write_log(
     })
 }
 
+/// A reading in a frame that no sample can be without, so that something has to stand there.
+fn reading_of_samples(layout: &CompiledLayout) -> Option<&str> {
+    let needed = layout.messages().iter().filter(|message| message.role != Role::Reading);
+    let mut signals = needed.flat_map(|message| &message.extractions);
+    let reading = signals.find(|of| matches!(of.quantity, Quantity::Reading(_)))?;
+    Some(&reading.signal.name)
+}
+
 fn cycle(bus: &CellBus, measurement: &Measurement, k: usize) -> BusCycle {
     let take = |columns: &[Vec<f64>], k: usize| {
         let mut values = [0.0; MAX_JOINTS];
@@ -149,6 +164,8 @@ fn cycle(bus: &CellBus, measurement: &Measurement, k: usize) -> BusCycle {
             .reference_rad
             .as_ref()
             .map_or([0.0; MAX_JOINTS], |columns| take(columns, target)),
+        readings: Default::default(),
+        tells: [false; MAX_JOINTS],
     }
 }
 

@@ -38,7 +38,8 @@ pub(super) fn write_candump(input: &Path, output: &Path) -> Result<(), CliError>
     })
 }
 
-/// A log, a capture of the cell's bus, or a whole ring, as one MCAP recording.
+/// A log, a capture of the cell's bus, or a whole ring, as one MCAP recording; with the joints' curves,
+/// where the cell has a bus.
 pub(super) fn write_mcap(input: &Path, output: &Path, cell: &Cell) -> Result<(), CliError> {
     let layout = cell.bus().ok().map(|bus| &bus.layout);
     let mut source = open_log(input, layout).map_err(CliError::failed)?;
@@ -58,13 +59,24 @@ pub(super) fn write_mcap(input: &Path, output: &Path, cell: &Cell) -> Result<(),
             ..McapInfo::default()
         };
         let mut writer = McapWriter::new(out, &info).map_err(CliError::failed)?;
+        let mut curves = cell.bus().ok().map(|bus| cell.joint_curves(bus));
+        if let Some(curves) = &curves {
+            writer = writer.with_joints(curves.names()).map_err(CliError::failed)?;
+        }
         let mut sequence = 0_u32;
         while source.receive(&mut batch, Duration::ZERO).map_err(CliError::failed)? != Received::End
         {
             for frame in batch.drain(..) {
-                writer.write(&frame, sequence).map_err(CliError::failed)?;
+                let written = match &mut curves {
+                    Some(curves) => curves.write(&frame, sequence, &mut writer),
+                    None => writer.write(&frame, sequence),
+                };
+                written.map_err(CliError::failed)?;
                 sequence = sequence.wrapping_add(1);
             }
+        }
+        if let Some(curves) = &mut curves {
+            curves.finish(&mut writer).map_err(CliError::failed)?;
         }
         writer.finish().map_err(CliError::failed)?;
         Ok(())

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::excitation::{Design, ExcitationError, Margins, Progress, Task, design, predicted};
+use didim_core::excitation::{
+    Corners, Design, ExcitationError, Margins, Progress, Task, design, predicted,
+};
+use didim_core::robot::Robot;
 use indicatif::ProgressBar;
 
 use super::CliError;
@@ -14,7 +17,7 @@ use super::progress::styled;
 use super::tell::tell;
 use didim::cell::{Cell, CellError, Library, RobotSource};
 use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
-use didim::report::{design_header, design_text};
+use didim::report::{design_header, design_text, html};
 use didim_formats::{MotionFile, MotionFormat, UrdfArm};
 
 /// Searches from so many random motions, side by side; the best is taken.
@@ -38,21 +41,74 @@ pub(super) struct Arguments {
     /// A file to write, as often as wanted: .csv (table), .yaml (ROS 2), .script (Universal Robots), .src (KUKA), .mod (ABB)
     #[arg(long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
+    /// A page to look at before anything moves: the arm along the motion, and its joints over time (HTML)
+    #[arg(long, value_name = "FILE")]
+    preview: Option<PathBuf>,
     /// What is to be small
     #[arg(long, value_enum, default_value_t = Objective::Deviations)]
     objective: Objective,
     /// Parameters that are to be told, with commas between them; all that are identified when left out
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     parameters: Option<Vec<String>>,
+    #[command(flatten)]
+    within: Within,
+    /// Steps of the search; with as many the same motion comes out
+    #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    steps: u32,
+}
+
+/// What of the limits may be used.
+#[derive(Debug, Args)]
+pub(super) struct Within {
     /// Part of the limits of speed, acceleration and jerk that may be used [%]
     #[arg(long, value_name = "PERCENT", value_parser = positive, default_value_t = 50.0)]
     speed: f64,
     /// Largest acceleration [rad/s²] of all joints, or of each with commas between them, in place of the robot file's
     #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
     acceleration: Option<Vec<f64>>,
-    /// Steps of the search; with as many the same motion comes out
-    #[arg(long, value_name = "N", default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    steps: u32,
+    /// A box that the arm stays in: two opposite corners in the frame of its base [m]; its links need shapes
+    #[arg(long = "box", value_name = "X,Y,Z,X,Y,Z", value_parser = corners, allow_hyphen_values = true)]
+    inside: Option<Corners>,
+}
+
+/// Six numbers with commas between them.
+fn corners(text: &str) -> Result<Corners, String> {
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+    let [a, b, c, d, e, f] = numbers[..] else {
+        return Err("give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5".to_owned());
+    };
+    let sides = [[a, d], [b, e], [c, f]];
+    match sides.map(|[from, to]| to - from).iter().all(|of| of.is_finite() && of.abs() > 0.0) {
+        true => Ok([sides.map(|[from, to]| from.min(to)), sides.map(|[from, to]| from.max(to))]),
+        false => Err("the corners have to be finite, and apart along every axis".to_owned()),
+    }
+}
+
+impl Within {
+    /// One for each joint; a single one is for all.
+    pub(super) fn accelerations(&self, joints: usize) -> Option<Vec<f64>> {
+        self.acceleration.as_ref().map(|given| match given[..] {
+            [all] => vec![all; joints],
+            _ => given.clone(),
+        })
+    }
+}
+
+/// A motion of so many seconds that tells all parameters.
+pub(super) fn wanted<'a>(
+    within: &Within,
+    accelerations: Option<&'a [f64]>,
+    duration_s: f64,
+) -> Wanted<'a> {
+    Wanted {
+        duration_s,
+        margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
+        accelerations,
+        inside: within.inside,
+        parameters: None,
+        condition_number: false,
+    }
 }
 
 /// What is to be small.
@@ -65,40 +121,61 @@ enum Objective {
 }
 
 /// The arm of the command line.
-struct Subject {
-    name: String,
-    joints: Vec<String>,
-    assignment: Assignment,
+pub(super) struct Subject {
+    pub(super) robot: Robot,
+    pub(super) joints: Vec<String>,
+    pub(super) assignment: Assignment,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let Arguments { robot, cell, result, out, .. } = arguments;
+    let Arguments { robot, cell, result, out, preview, .. } = arguments;
     let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
-    check_outputs(out, &read.collect::<Vec<&Path>>())?;
-    let format = |path: &PathBuf| {
-        let wrong = |error| CliError::Usage(format!("{}: {error}", path.display()));
-        MotionFormat::of(path).map_err(wrong)
-    };
-    let formats = out.iter().map(format).collect::<Result<Vec<_>, _>>()?;
-    let Subject { name, joints, assignment } = arguments.subject()?;
+    check_outputs(out.iter().chain(preview), &read.collect::<Vec<&Path>>())?;
+    let subject = arguments.subject()?;
+    let Subject { joints, assignment, .. } = &subject;
+    let formats = out.iter().map(|path| format_of(path, joints.len()));
+    let formats = formats.collect::<Result<Vec<_>, _>>()?;
     let best = searched(&assignment.task, arguments.steps).map_err(CliError::failed)?;
     let told = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
     let mut texts = Vec::new();
     for (path, format) in out.iter().zip(&formats) {
-        let header = design_header(&name, &assignment, &best, format.keeps_time());
-        let file = MotionFile { series: &best.series, joints: &joints, header: &header };
-        let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
-        texts.push(format.write(&file, stem).map_err(|error| CliError::in_file(path, error))?);
+        texts.push(motion_text(path, *format, &subject, &best)?);
     }
     for (path, text) in out.iter().zip(&texts) {
         write_text(path, text)?;
+    }
+    if let Some(path) = preview {
+        let header = design_header(subject.robot.name(), assignment, &best, true);
+        write_text(path, &html::preview(&subject.robot, &best.series, &header))?;
     }
     for (path, _) in out.iter().zip(formats).filter(|(_, format)| !format.keeps_time()) {
         let what =
             "the controller makes the time law, and the standard deviations do not hold for it";
         tell(&format!("note: {}: {what}\n", path.display()));
     }
-    print(&design_text(&assignment, &best, &told))
+    print(&design_text(assignment, &best, &told))
+}
+
+/// A motion as the file of this name.
+pub(super) fn motion_text(
+    path: &Path,
+    format: MotionFormat,
+    subject: &Subject,
+    design: &Design,
+) -> Result<String, CliError> {
+    let Subject { robot, joints, assignment } = subject;
+    let header = design_header(robot.name(), assignment, design, format.keeps_time());
+    let file = MotionFile { series: &design.series, joints, header: &header };
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
+    format.write(&file, stem).map_err(|error| CliError::in_file(path, error))
+}
+
+/// The format of a file of this name, which an arm of so many joints has to have.
+pub(super) fn format_of(path: &Path, joints: usize) -> Result<MotionFormat, CliError> {
+    let format = MotionFormat::of(path);
+    let format = format.map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
+    format.fits(joints).map_err(|error| CliError::in_file(path, error))?;
+    Ok(format)
 }
 
 impl Arguments {
@@ -122,15 +199,14 @@ impl Arguments {
             }
             stored = Some(model);
         }
-        let accelerations = self.accelerations(cell.robot.joints());
+        let accelerations = self.within.accelerations(cell.robot.joints());
         let wanted = self.wanted(accelerations.as_deref());
         let assignment = Assignment::of_cell(&cell, stored.as_ref(), &wanted);
         let urdf = cell.urdf.iter().flat_map(UrdfArm::joint_names);
-        Ok(Subject {
-            name: cell.robot.name().to_owned(),
-            joints: joint_names(urdf, cell.robot.joints()),
-            assignment: assignment.map_err(CliError::configuration)?,
-        })
+        let joints = joint_names(urdf, cell.robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        let assignment = assignment.with_urdf(cell.urdf.as_ref());
+        Ok(Subject { robot: cell.robot, joints, assignment })
     }
 
     fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
@@ -146,37 +222,26 @@ impl Arguments {
             let file = file.to_path_buf();
             CliError::configuration(CellError::BaseParameters { file, source: error })
         })?;
-        let accelerations = self.accelerations(robot.joints());
+        let accelerations = self.within.accelerations(robot.joints());
         let wanted = self.wanted(accelerations.as_deref());
         let assignment = Assignment::of_robot(robot, &base, &wanted);
-        Ok(Subject {
-            name: robot.name().to_owned(),
-            joints: joint_names(source.joint_names(), robot.joints()),
-            assignment: assignment.map_err(CliError::configuration)?,
-        })
-    }
-
-    /// One for each joint; a single one is for all.
-    fn accelerations(&self, joints: usize) -> Option<Vec<f64>> {
-        self.acceleration.as_ref().map(|given| match given[..] {
-            [all] => vec![all; joints],
-            _ => given.clone(),
-        })
+        let joints = joint_names(source.joint_names(), robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        let assignment = assignment.with_urdf(source.urdf.as_ref());
+        Ok(Subject { robot: source.robot, joints, assignment })
     }
 
     fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {
         Wanted {
-            duration_s: self.duration,
-            margins: Margins { speed: self.speed / 100.0, ..Margins::default() },
-            accelerations,
             parameters: self.parameters.as_deref(),
             condition_number: self.objective == Objective::ConditionNumber,
+            ..wanted(&self.within, accelerations, self.duration)
         }
     }
 }
 
 /// Those of a URDF; a robot file has none.
-fn joint_names<'a>(urdf: impl Iterator<Item = &'a str>, joints: usize) -> Vec<String> {
+pub(super) fn joint_names<'a>(urdf: impl Iterator<Item = &'a str>, joints: usize) -> Vec<String> {
     let names: Vec<String> = urdf.map(str::to_owned).collect();
     let numbered = || (1..=joints).map(|joint| format!("joint_{joint}")).collect();
     if names.len() == joints { names } else { numbered() }

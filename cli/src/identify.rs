@@ -26,6 +26,7 @@ use didim::offline::identify::{
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
 use didim::text::aligned;
+use didim::window::DriveReadings;
 use didim_formats::{Measurement, RecordingStart};
 
 #[derive(Debug, Args)]
@@ -69,6 +70,9 @@ struct Output<'a> {
     /// When the first recording began, where its stamps say so.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<RecordingStart>,
+    /// What the drives told besides along the samples that count, of one recording.
+    #[serde(flatten)]
+    readings: Option<&'a DriveReadings>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     recordings: &'a [RecordingLine],
     elapsed_ms: f64,
@@ -82,6 +86,9 @@ struct RecordingLine {
     /// When the file that it is of began, where its stamps say so.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<RecordingStart>,
+    /// What the drives told besides along its samples that count.
+    #[serde(flatten)]
+    readings: DriveReadings,
     relative_error: f64,
     /// Root mean square of the differences to the parameters of each other recording, in standard deviations;
     /// nothing where one of the two cannot be identified alone.
@@ -117,6 +124,7 @@ fn recordings(
         RecordingLine {
             input: piece.name.clone(),
             recorded: piece.recorded,
+            readings: piece.range.readings().clone(),
             relative_error: *relative_error,
             rms_deviation_from: alone.iter().enumerate().map(from).collect(),
         }
@@ -222,7 +230,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let (estimate, reduction) = (&identification.estimate, reduction.as_ref());
         let elapsed_ms = elapsed.as_secs_f64() * 1e3;
         let recorded = told.first().and_then(|first| first.recorded);
-        let output = Output { estimate, reduction, recorded, recordings: &recordings, elapsed_ms };
+        let readings = told.first().filter(|_| told.len() == 1).map(|one| one.range.readings());
+        let recordings = &recordings;
+        let output = Output { estimate, reduction, recorded, readings, recordings, elapsed_ms };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
@@ -236,6 +246,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 print(&format!("recorded: {}\n", RecordingStart::shown(piece.recorded)))?;
             }
             show(&piece.what_counted)?;
+            for (name, text) in piece.range.readings().lines() {
+                show(&format!("{name}: {text}\n"))?;
+            }
         }
         if told.len() > COMPARED {
             print(&format!("and {} more pieces\n", told.len() - COMPARED))?;

@@ -14,6 +14,7 @@ use didim::cell::Cell;
 use didim::live::recording::is_mcap;
 use didim::offline::{check_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
+use didim::window::DriveReadings;
 use didim_formats::{
     Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet, read_bag, read_table,
 };
@@ -105,13 +106,20 @@ impl Counted {
 
     /// For a report.
     pub(super) fn range(&self) -> SampleRange {
-        let Piece { begins_s, measurement } = &self.piece;
+        let Piece { begins_s, measurement, .. } = &self.piece;
         SampleRange::Measurement {
             counted: self.counted.clone(),
             rate_hz: measurement.signals.sample_rate_hz,
             begins_s: *begins_s,
             recorded: self.recorded,
+            readings: self.readings(),
         }
+    }
+
+    /// What the drives told besides along the samples that count.
+    fn readings(&self) -> DriveReadings {
+        let all = self.piece.readings.iter();
+        DriveReadings::of(all.filter(|(at, _)| self.counted.contains(at)).map(|(_, of)| of))
     }
 }
 

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done; 1 the identification was refused or failed (the reason on stderr); 2 usage;
 //! 78 configuration; 130 told to end before it was done (SIGINT, SIGTERM, SIGHUP).
 
+mod advise;
 mod baseline;
 mod capture;
 mod check;
@@ -78,6 +79,8 @@ enum Command {
     Payload(payload::Arguments),
     /// Write a stored result as a model with possible bodies: URDF, MJCF, robot file, JSON, MATLAB, C or Rust
     Export(export::Arguments),
+    /// Say what a result lacks, and which motions of one joint or two would bring it
+    Advise(advise::Arguments),
     /// Design the next motion: within the arm's limits, and such that it tells what an identification lacks
     Design(design::Arguments),
     /// Identify with every method and compare them
@@ -176,6 +179,7 @@ pub fn main() -> ExitCode {
         Command::Predict(arguments) => predict::execute(&arguments),
         Command::Payload(arguments) => payload::execute(&arguments),
         Command::Export(arguments) => export::execute(&arguments),
+        Command::Advise(arguments) => advise::execute(&arguments),
         Command::Design(arguments) => design::execute(&arguments),
         Command::Compare(arguments) => compare::execute(&arguments),
         Command::Study(arguments) => study::execute(&arguments),

@@ -1,11 +1,13 @@
 //! Arms without a SYNC, by the shipped cells: simulated drives, their log, what is identified of it.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use didim_core::robot::Robot;
 use didim_sim::Scenario;
+use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::program::{didim, json, repository, succeed};
@@ -31,6 +33,23 @@ fn simulated(name: &str) -> Arm {
     let scenario = Scenario::from_toml(&fs::read_to_string(scenario).unwrap(), robot).unwrap();
     let truth = scenario.truth().iter().cloned().collect();
     Arm { folder, cell, log, truth }
+}
+
+/// How often each joint's temperature was told, which warms up from 30 °C at the first and 1 °C more at each after it.
+fn temperatures(result: &Value, joints: u64) -> Vec<u64> {
+    let all = result["temperature"].as_array().unwrap();
+    assert_eq!(all.len() as u64, joints);
+    let one = |(joint, of): (u64, &Value)| {
+        assert_eq!((of["joint"].as_u64(), of["unit"].as_str()), (Some(joint), Some("degC")));
+        let [mean, minimum, maximum] =
+            ["mean", "minimum", "maximum"].map(|key| of[key].as_f64().unwrap());
+        #[allow(clippy::cast_precision_loss, reason = "a joint")]
+        let start = 29.0 + joint as f64;
+        assert!(start - 0.5 <= minimum && minimum <= mean && mean <= maximum, "{of}");
+        assert!(maximum < start + 2.0, "{of}");
+        of["readings"].as_u64().unwrap()
+    };
+    (1..).zip(all).map(one).collect()
 }
 
 fn identify(cell: &Path, log: &Path) -> String {
@@ -65,6 +84,9 @@ fn an_openarm_is_identified_from_its_bus() {
     let arm = simulated("openarm");
     let result = identify(&arm.cell, &arm.log);
     check(&arm, &result, (0.1, 20));
+    // Answers tell the temperature of their motor in each cycle; half a second at either end is margin.
+    let counted = json(&result)["samples"].as_u64().unwrap() - 500;
+    assert_eq!(temperatures(&json(&result), 7), [counted; 7]);
     // The frames are those of the wire: a command, then its answer, and answers say that the motor is enabled.
     let log = fs::read_to_string(&arm.log).unwrap();
     let ids: Vec<&str> =
@@ -94,13 +116,32 @@ fn an_openarm_is_identified_from_its_bus() {
 #[test]
 fn a_piper_is_identified_from_its_bus_and_its_replay_gives_the_same_bytes() {
     let arm = simulated("piper");
-    check(&arm, &identify(&arm.cell, &arm.log), (0.1, 15));
+    let result = identify(&arm.cell, &arm.log);
+    check(&arm, &result, (0.1, 15));
+    let offline = json(&result);
+    // 40 times a second, of 200; half a second at either end is margin.
+    let counted = offline["samples"].as_u64().unwrap() - 200;
+    let readings = temperatures(&offline, 6);
+    assert!(readings.iter().all(|of| of.abs_diff(counted / 5) <= 1), "{readings:?} of {counted}");
+    assert_eq!(offline["supply_voltage"][5]["mean"].as_f64(), Some(48.0));
+    assert!(offline.get("drive_mode").is_none(), "nothing of it is on this bus");
     let replay = || {
         let state = tempfile::tempdir().unwrap();
-        succeed(&[&"replay", &"--cell", &arm.cell, &arm.log, &"--json", &"--state", &state.path()])
+        let arguments = [&"--cell" as &dyn AsRef<OsStr>, &arm.cell, &arm.log, &"--json"];
+        let printed =
+            succeed(&[&[&"replay" as _], &arguments[..], &[&"--state", &state.path()]].concat());
+        let read = |file| fs::read_to_string(state.path().join(file)).unwrap();
+        (printed, [read("latest.json"), read("history.jsonl")])
     };
-    let first = replay();
-    assert_eq!(first, replay());
+    let (first, [result, history]) = replay();
+    let (again, [result_again, _]) = replay();
+    assert!(first == again && result == result_again);
+    // What the result says of its window its line of the history says too.
+    let (window, line) = (json(&result)["window"].clone(), json(history.lines().next().unwrap()));
+    temperatures(&window, 6);
+    for key in ["temperature", "supply_voltage"] {
+        assert!(line[key].is_array() && line[key] == window[key], "{key}");
+    }
     check(&arm, &first, (0.1, 15));
 }
 

@@ -46,6 +46,38 @@ fn a_robot_file_is_enough_and_the_simulated_arm_plays_the_motion() {
 }
 
 #[test]
+fn collisions_are_checked_where_shapes_are_stated_and_the_motion_can_be_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let [robot, out, page] = ["arm.toml", "next.csv", "next.html"].map(|of| folder.path().join(of));
+    let text = fs::read_to_string(repository("config/robots/tx40.toml")).unwrap();
+    let shaped = "drive_inertia = true\ncapsules = [{ radius_m = 0.06 }]";
+    fs::write(&robot, text.replace("drive_inertia = true", shaped)).unwrap();
+    let arm: [&dyn AsRef<OsStr>; 7] = [
+        &"--robot",
+        &robot,
+        &"--duration",
+        &"3",
+        &"--box=-0.5,-0.5,0,0.5,0.5,0.7",
+        &"--preview",
+        &page,
+    ];
+    let texts = design(&arm, &[&out]);
+    assert!(texts[0].contains("by the stated shapes alone"), "{}", texts[0]);
+    for part in [
+        "inside the box. Nearest: link ",
+        "they have no shape: the base",
+        "near in every posture: ",
+    ] {
+        assert!(texts[1].contains(part), "{part}: {:.2000}", texts[1]);
+    }
+    let html = fs::read_to_string(&page).unwrap();
+    for part in ["joint 6", "class=\"tip\"", "Collision checked at 5000 points"] {
+        assert!(html.contains(part), "{part}");
+    }
+    assert!(!html.contains("<script"));
+}
+
+#[test]
 fn what_a_result_lacks_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let result = folder.path().join("result.json");
@@ -67,14 +99,60 @@ fn what_a_result_lacks_is_told() {
 }
 
 #[test]
+fn what_a_result_lacks_is_said_in_motions_that_a_person_can_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let result = folder.path().join("result.json");
+    fs::write(&result, identify_arm("kr300", &["a.csv"], "1.8", "8.196")).unwrap();
+    let cell = repository("tests/data/kr300/cell.toml");
+    let out = folder.path().join("next.csv");
+    let fixed: [&dyn AsRef<OsStr>; 4] = [&"advise", &result, &"--cell", &cell];
+    let text = succeed(&[&fixed[..], &[&"--out", &out]].concat());
+    for part in [
+        "prediction: ",
+        "uncertain by more than 10 %",
+        "never moved faster than",
+        "\n1. ",
+        " and back, ",
+        "would bring σ of ",
+        "the residuals of the result",
+        "collision NOT checked",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let pieces = text.lines().filter(|line| line.contains(" and back, ")).count();
+    for number in 1..=pieces {
+        let written = fs::read_to_string(folder.path().join(format!("next-{number}.csv"))).unwrap();
+        assert!(written.contains("FIRST RUN IT AT 10 % SPEED"), "{written:.500}");
+    }
+    assert!(pieces > 0 && !out.exists());
+    assert_eq!(text, succeed(&fixed), "the same every time, written or not");
+
+    let silent = fs::read_to_string(&result).unwrap().replacen("\"covariance\"", "\"other\"", 1);
+    fs::write(&result, silent).unwrap();
+    let refused = didim(&fixed);
+    assert_eq!(refused.code, Some(78), "{refused:?}");
+    assert!(refused.stderr.contains("identify again"), "{refused:?}");
+}
+
+#[test]
 fn what_cannot_be_designed_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let [tx40, ur5e, panda] =
         ["tx40", "ur5e", "panda"].map(|of| repository(&format!("config/robots/{of}.toml")));
     let [table, text, script] = ["a.csv", "a.txt", "a.script"].map(|of| folder.path().join(of));
+    // With more steps than any test could wait for: it is refused before the search.
     let refused = |robot: &Path, out: &Path, more: &[&dyn AsRef<OsStr>]| {
-        let fixed: [&dyn AsRef<OsStr>; 9] =
-            [&"design", &"--robot", &robot, &"--duration", &"3", &"--steps", &"1", &"--out", &out];
+        let fixed: [&dyn AsRef<OsStr>; 9] = [
+            &"design",
+            &"--robot",
+            &robot,
+            &"--duration",
+            &"60",
+            &"--steps",
+            &"100000",
+            &"--out",
+            &out,
+        ];
         let finished = didim(&[&fixed[..], more].concat());
         assert!(!out.exists());
         (finished.code, finished.stderr)
@@ -84,6 +162,8 @@ fn what_cannot_be_designed_is_refused() {
         (refused(&ur5e, &table, &[]), 78, "give --acceleration"),
         (refused(&panda, &script, &[]), 1, "this arm has 7 joints"),
         (refused(&tx40, &table, &[&"--parameters", &"zz9"]), 78, "no parameter `zz9`"),
+        (refused(&tx40, &table, &[&"--box=-1,-1,0,1,1,1"]), 78, "state `capsules`"),
+        (refused(&tx40, &table, &[&"--box=-1,-1,0"]), 2, "give six numbers"),
         (refused(&tx40, &table, &[&"--speed", &"200"]), 78, "the share of the speed"),
         (refused(&tx40, &table, &[&"--acceleration", &"1,2"]), 78, "2 values for 6 joints"),
         (refused(&tx40, &table, &[&"--result", &"a.json"]), 2, "--cell"),

@@ -4,7 +4,9 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::program::{Finished, didim, identify_arm, json, repository, succeed};
+use crate::program::{
+    Finished, didim, identify_arm, json, parameters_with_units, repository, succeed,
+};
 use didim::cell::Cell;
 use didim_core::dynamics::{Model, Workspace};
 use didim_core::identification::{Experiment, filtered_motion};
@@ -137,6 +139,7 @@ fn a_load_is_found_and_none_where_none_is() {
         (&true.into(), &true.into())
     );
     assert_eq!(found["schema"], 1);
+    assert!(parameters_with_units(&found) >= 4, "{found}");
 
     // The same in words; another mass is outside.
     let text = arm.payload(&loaded, &right).stdout;

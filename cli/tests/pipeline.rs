@@ -94,6 +94,16 @@ fn the_demonstration_finds_the_arm_it_simulates_and_leaves_nothing_behind() {
     assert!(left.is_empty(), "{left:?}");
 }
 
+/// From the start of the shipped cell, which is far away.
+#[test]
+fn the_demonstration_is_found_by_the_methods_that_seek_their_way() {
+    for method in ["clie", "cloe"] {
+        let text = succeed(&[&"demo", &"--fast", &"--method", &method]);
+        assert!(text.contains("1 window identified, 0 rejected"), "{method}: {text}");
+        assert!(text.contains("\nverdict: applicable\n"), "{method}: {text}");
+    }
+}
+
 /// Every element is closed, in order, and there is one root.
 fn assert_well_formed(xml: &str) {
     let mut open: Vec<&str> = Vec::new();

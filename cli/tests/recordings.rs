@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::program::{Installation, didim, results, succeed};
+use crate::program::{Installation, didim, json, repository, results, succeed};
 use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::live::worker::TimeOfDay;
@@ -13,10 +13,14 @@ use didim::offline::identify::LastIdentification;
 use didim::service::pipeline::{OneRun, acquisition, archiver, estimation};
 use didim::service::supervision::{Parts, ServiceOptions, ServiceReport, run};
 use didim_drivers::frame::Frame;
+use didim_drivers::samples::Samples;
 use didim_drivers::source::mcap::{FileEnd, McapScan};
 use didim_drivers::source::{
-    InterfaceName, McapSource, Received, Source, TextLog, WhenFull, in_process_bus,
+    CandumpWriter, InterfaceName, McapSource, Received, Source, StampDigits, TextLog, WhenFull,
+    in_process_bus,
 };
+use didim_formats::{BagSpec, BagTime, Side, read_bag};
+use tempfile::TempDir;
 
 /// The frames of the simulated arm, twice its motion.
 fn simulate(cell: &Installation) -> (PathBuf, Vec<Frame>) {
@@ -78,13 +82,42 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// The joint states beside the frames of a recording are its samples, on the joints' side.
+#[track_caller]
+fn assert_curves_are_of_the_frames(cell: &Path, recording: &Path) {
+    let cell = Cell::read(cell).unwrap();
+    let (bus, transmission) = (cell.bus().unwrap(), cell.robot.transmission());
+    let samples: Vec<_> =
+        Samples::new(Box::new(McapSource::open(recording, &[]).unwrap()), bus.assembler(), 64)
+            .collect::<Result<_, _>>()
+            .unwrap();
+    let spec = BagSpec {
+        joints: (1..=6).map(|joint| format!("joint_{joint}")).collect(),
+        topic: None,
+        rate_hz: 1e9 / bus.layout.period_ns(),
+        side: Side::Joint,
+        torque_scales: vec![1.0; 6],
+        time: BagTime::Rows,
+    };
+    let curves = read_bag(recording, &spec).unwrap().into_whole().unwrap().signals;
+    assert!(samples.len() > 1000 && curves.position_rad[0].len() == samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        let [mut position, mut torque] = [[0.0; 6]; 2];
+        transmission.joint_position(&sample.motor_position_rad[..6], &mut position);
+        transmission.joint_torque(&sample.motor_torque_nm[..6], &mut torque);
+        let of = |columns: &[Vec<f64>]| [0, 1, 2, 3, 4, 5].map(|joint: usize| columns[joint][k]);
+        assert_eq!((of(&curves.position_rad), of(&curves.torque_nm)), (position, torque), "{k}");
+    }
+}
+
 fn replay(cell: &Installation, log: &Path, state: &str) -> Vec<String> {
     let state = cell.path(state);
     succeed(&[&"replay", &"--cell", &cell.cell(), &log, &"--state", &state]);
     results(&state)
 }
 
-fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]) {
+/// Returns the results.
+fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]) -> Vec<String> {
     let cell = Installation::of(name, changes);
     let (_, frames) = simulate(&cell);
     let report = live(&cell, frames.clone(), 2.0);
@@ -113,6 +146,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
         assert_eq!(McapScan::of(file).unwrap().end, FileEnd::Finished);
         let replayed = replay(&cell, file, &format!("replayed-{n}"));
         assert_eq!(replayed, [live.as_str()], "{}", file.display());
+        assert_curves_are_of_the_frames(&cell.cell(), file);
     }
     // By its content, not by its name.
     let disguised = cell.path("disguised.log");
@@ -145,6 +179,7 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
         text
     };
     assert_eq!(identify(&kept[0]), identify(&log));
+    live
 }
 
 /// What an independent reader is given: see `tests/independent/recordings.py`.
@@ -173,6 +208,138 @@ fn cia_402_is_replayed_to_the_same_bytes() {
         "tx40-cia402",
         &[("method = \"didim\"", "method = \"idim-ls\"")],
     );
+}
+
+/// Drives that tell besides, seldom: temperature, voltage and mode, in a PDO of each that goes by time.
+struct Telling {
+    _folder: TempDir,
+    shipped: String,
+    dbc: String,
+}
+
+const STATUS: &str = "status_word = \"TPDO1_{axis}.StatusWord\"";
+const TOLD: &str = "status_word = \"TPDO1_{axis}.StatusWord\"
+temperature = { signal = \"TPDO3_{axis}.MotorTemperature\" }
+supply_voltage = { signal = \"TPDO3_{axis}.DcLinkVoltage\" }
+mode = { signal = \"TPDO3_{axis}.ModeDisplay\" }";
+
+impl Telling {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let shipped = repository("config/dbc/cia402_six_axes.dbc");
+        let plain = fs::read_to_string(&shipped).unwrap();
+        let (head, tail) = plain.split_once("CM_ BO_ 128").unwrap();
+        let mut text = head.to_owned();
+        for axis in 1..=6 {
+            text += &format!(
+                "BO_ {} TPDO3_{axis}: 8 Drive_{axis}\n \
+                 SG_ MotorTemperature : 0|16@1- (0.1,0) [-40|200] \"degC\" Controller\n \
+                 SG_ DcLinkVoltage : 16|32@1+ (0.001,0) [0|1000] \"V\" Controller\n \
+                 SG_ ModeDisplay : 48|8@1- (1,0) [-128|127] \"\" Controller\n\n",
+                0x380 + axis
+            );
+        }
+        let dbc = folder.path().join("telling.dbc");
+        fs::write(&dbc, text + "CM_ BO_ 128" + tail).unwrap();
+        let [shipped, dbc] = [shipped, dbc].map(|path| path.display().to_string());
+        Self { _folder: folder, shipped, dbc }
+    }
+
+    fn changes(&self) -> [(&str, &str); 3] {
+        let method = ("method = \"didim\"", "method = \"idim-ls\"");
+        [method, (&self.shipped, &self.dbc), (STATUS, TOLD)]
+    }
+}
+
+/// What was told before a window is no part of it: a recording that begins with it knows nothing of that.
+#[test]
+fn what_drives_tell_besides_is_replayed_to_the_same_bytes() {
+    let telling = Telling::new();
+    let results = a_replay_gives_the_bytes_of_the_live_run("tx40-cia402", &telling.changes());
+    for result in results {
+        let window = json(&result)["window"].clone();
+        for key in ["temperature", "supply_voltage", "drive_mode"] {
+            assert_eq!(window[key].as_array().unwrap().len(), 6, "{key} in {window}");
+        }
+        assert_eq!(window["drive_mode"][5]["mode"], 8);
+        let first = &window["temperature"][0];
+        // Every 12th cycle of 2 ms.
+        let (told, counted) =
+            (first["readings"].as_u64().unwrap(), window["counted"].as_u64().unwrap());
+        assert!(told.abs_diff(counted / 12) <= 1, "{told} of {counted}");
+    }
+}
+
+#[test]
+fn a_mode_that_changes_ends_a_window_and_cuts_a_log() {
+    let telling = Telling::new();
+    let cell = Installation::of("tx40-cia402", &telling.changes());
+    let (log, frames) = simulate(&cell);
+    // The first half of the motion and all before it are of another mode.
+    let once = read(&mut TextLog::open(&log, &[]).unwrap());
+    let middle_ns = once.last().unwrap().stamp_ns / 100 * 45;
+    let changed = cell.path("changed.log");
+    let mut out = Vec::new();
+    let name = [InterfaceName::new("can0").unwrap()];
+    let mut writer = CandumpWriter::new(&mut out, &name, StampDigits::Nanoseconds);
+    for mut frame in frames.into_iter().take(once.len()) {
+        if (0x381..=0x386).contains(&frame.id.raw()) && frame.stamp_ns < middle_ns {
+            frame.payload[6] = 1;
+        }
+        writer.write(&frame).unwrap();
+    }
+    writer.finish().unwrap();
+    fs::write(&changed, out).unwrap();
+    let state = cell.path("changed");
+    succeed(&[&"replay", &"--cell", &cell.cell(), &changed, &"--state", &state]);
+    let windows: Vec<_> =
+        results(&state).iter().map(|result| json(result)["window"].clone()).collect();
+    let of = |key: &str| windows.iter().map(|window| window[key].clone()).collect::<Vec<_>>();
+    assert_eq!(of("end"), ["mode-change", "rest"]);
+    let modes: Vec<_> =
+        windows.iter().map(|window| window["drive_mode"][0]["mode"].clone()).collect();
+    assert_eq!(modes, [1, 8]);
+    let told = didim(&[&"identify", &"--cell", &cell.cell(), &"--input", &changed, &"--json"]);
+    assert_eq!(told.code, Some(0), "{told:?}");
+    assert!(told.stderr.contains("or a drive's mode changes"), "{told:?}");
+    let pieces = json(&told.stdout)["recordings"].clone();
+    assert_eq!(pieces[0]["drive_mode"][0]["mode"], 1);
+    assert_eq!(pieces[1]["drive_mode"][0]["mode"], 8);
+}
+
+/// Where no target is on the bus, a following error tells it.
+#[test]
+fn a_following_error_gives_the_reference_that_a_target_would() {
+    let target = "reference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }";
+    let following = "reference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"instant\", \
+                     following_error = \"actual-minus-target\" }";
+    let table = |changes: &[(&str, &str)]| {
+        let cell = Installation::of("tx40-cia402", changes);
+        let (log, _) = simulate(&cell);
+        let csv = cell.path("arm.csv");
+        succeed(&[&"convert", &"--cell", &cell.cell(), &log, &csv]);
+        let text = fs::read_to_string(&csv).unwrap();
+        let header = text.lines().next().unwrap().split(',');
+        let columns: Vec<usize> = header
+            .enumerate()
+            .filter_map(|(k, name)| name.contains("reference").then_some(k))
+            .collect();
+        assert_eq!(columns.len(), 6);
+        let row = |line: &str| -> Vec<f64> {
+            let cells: Vec<&str> = line.split(',').collect();
+            columns.iter().map(|k| cells[*k].parse().unwrap()).collect()
+        };
+        text.lines().skip(1).map(row).collect::<Vec<_>>()
+    };
+    // What takes effect at the next SYNC is told of the first by nobody; what comes last in the last cycle may be of a next.
+    let (told, found) = (table(&[]), table(&[(target, following)]));
+    assert_eq!(told.len(), found.len());
+    let moves = found.iter().any(|row| (row[0] - found[0][0]).abs() > 1.0);
+    assert!(moves, "{:?}", found[0]);
+    for (told, found) in told.iter().zip(&found[1..]) {
+        // A count of 196608 in a revolution.
+        assert!(told.iter().zip(found).all(|(one, other)| (one - other).abs() < 3.3e-5));
+    }
 }
 
 /// More than the arm rests between its motions.

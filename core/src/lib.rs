@@ -23,4 +23,4 @@ pub mod signal;
 pub mod simulation;
 pub mod trajectory;
 
-pub use sample::{JointSample, MAX_JOINTS};
+pub use sample::{JointSample, MAX_JOINTS, Reading, Readings};

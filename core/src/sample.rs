@@ -23,6 +23,8 @@ pub struct JointSample {
     pub motor_reference_rad: [f64; MAX_JOINTS],
     /// Whether every joint of this sample carries a reference.
     pub has_reference: bool,
+    /// What the drives told besides in this cycle.
+    pub readings: Readings,
 }
 
 impl JointSample {
@@ -35,6 +37,141 @@ impl JointSample {
             motor_torque_nm: [0.0; MAX_JOINTS],
             motor_reference_rad: [0.0; MAX_JOINTS],
             has_reference: false,
+            readings: Readings::default(),
         }
+    }
+}
+
+/// What a drive may tell besides, in each cycle or seldom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reading {
+    /// Temperature of the motor \[°C\], in steps of 0.1 °C.
+    Temperature,
+    /// Supply or DC link voltage \[V\], in steps of 0.1 V.
+    SupplyVoltage,
+    /// The drive's mode, a number of its own.
+    Mode,
+}
+
+impl Reading {
+    /// Every reading.
+    pub const ALL: [Self; 3] = [Self::Temperature, Self::SupplyVoltage, Self::Mode];
+
+    /// Its unit; none of a mode.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Temperature => "degC",
+            Self::SupplyVoltage => "V",
+            Self::Mode => "",
+        }
+    }
+
+    /// Steps in a unit.
+    pub const fn steps_per_unit(self) -> f64 {
+        match self {
+            Self::Temperature | Self::SupplyVoltage => 10.0,
+            Self::Mode => 1.0,
+        }
+    }
+}
+
+/// The readings that the frames of one bus cycle brought; those of most cycles bring none.
+///
+/// They are as fine as drives tell them and no finer: every sample of a window has room for them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Readings {
+    /// Of each [`Reading`] and joint, in steps; 0 where there is none.
+    pub steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
+    /// Of each [`Reading`], a bit for each joint that has one.
+    pub joints: [u8; Reading::ALL.len()],
+}
+
+impl Readings {
+    /// Takes a value in its unit, rounded to a step. What no drive says is not taken: it is no number, or beyond ±3276.7 °C
+    /// or V.
+    pub fn set(&mut self, reading: Reading, joint: usize, value: f64) {
+        let steps = (value * reading.steps_per_unit()).round();
+        let place = self.steps[reading as usize].get_mut(joint);
+        let (Some(place), true) = (place, steps.abs() <= f64::from(i16::MAX)) else { return };
+        #[expect(clippy::cast_possible_truncation, reason = "rounded, and within the range")]
+        let steps = steps as i16;
+        *place = steps;
+        self.joints[reading as usize] |= 1 << joint;
+    }
+
+    /// In steps, where there is one.
+    pub fn get(&self, reading: Reading, joint: usize) -> Option<i16> {
+        let steps = self.steps[reading as usize].get(joint)?;
+        (self.joints[reading as usize] & (1 << joint) != 0).then_some(*steps)
+    }
+
+    /// Takes what later ones have.
+    pub fn update(&mut self, later: &Self) {
+        for reading in Reading::ALL {
+            let (own, joints) = (&mut self.steps[reading as usize], later.joints[reading as usize]);
+            for (joint, (own, later)) in
+                own.iter_mut().zip(later.steps[reading as usize]).enumerate()
+            {
+                if joints & (1 << joint) != 0 {
+                    *own = later;
+                }
+            }
+            self.joints[reading as usize] |= joints;
+        }
+    }
+
+    /// Whether a joint's mode is another one than before.
+    pub fn changes_mode(&self, before: &Self) -> bool {
+        let mode = |of: &Self, joint| of.get(Reading::Mode, joint);
+        (0..MAX_JOINTS).any(|joint| {
+            mode(self, joint).zip(mode(before, joint)).is_some_and(|(now, then)| now != then)
+        })
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.joints == [0; Reading::ALL.len()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reading_is_kept_to_a_step_and_what_no_drive_says_is_not() {
+        let mut readings = Readings::default();
+        readings.set(Reading::Temperature, 2, 41.26);
+        readings.set(Reading::SupplyVoltage, 7, 3276.7);
+        readings.set(Reading::Mode, 0, -1.0);
+        assert_eq!(readings.get(Reading::Temperature, 2), Some(413));
+        assert_eq!(readings.get(Reading::SupplyVoltage, 7), Some(32767));
+        assert_eq!(readings.get(Reading::Mode, 0), Some(-1));
+        assert_eq!(readings.get(Reading::Temperature, 1), None);
+        let before = readings;
+        for value in [f64::NAN, f64::INFINITY, 3276.8, -3300.0] {
+            readings.set(Reading::Temperature, 2, value);
+        }
+        readings.set(Reading::Temperature, MAX_JOINTS, 20.0);
+        assert_eq!(readings, before);
+        assert_eq!(readings.get(Reading::Temperature, MAX_JOINTS), None);
+    }
+
+    #[test]
+    fn later_readings_replace_those_before_and_a_mode_tells_a_change() {
+        let [mut held, mut later] = [Readings::default(); 2];
+        held.set(Reading::Mode, 0, 8.0);
+        held.set(Reading::Temperature, 0, 30.0);
+        later.set(Reading::Mode, 1, 10.0);
+        assert!(!later.changes_mode(&held), "of another joint");
+        held.update(&later);
+        assert_eq!(held.get(Reading::Mode, 0), Some(8));
+        assert_eq!(held.get(Reading::Mode, 1), Some(10));
+        assert_eq!(held.get(Reading::Temperature, 0), Some(300));
+        later.set(Reading::Mode, 0, 10.0);
+        assert!(later.changes_mode(&held));
+        held.update(&later);
+        assert!(!later.changes_mode(&held));
+        assert!(!held.is_empty() && Readings::default().is_empty());
     }
 }

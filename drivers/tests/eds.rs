@@ -91,6 +91,7 @@ proptest! {
                 torque: torque.into(),
                 reference: reference.into(),
                 status_word,
+                ..AxisValues::default()
             };
         }
         let mut frames = Vec::new();

@@ -11,7 +11,7 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use crate::common::ethercat::{Datagram, Pcapng, START_NS, ethernet, registered};
-use didim_core::JointSample;
+use didim_core::{JointSample, Reading};
 use didim_drivers::assemble::{Assembler, Losses};
 use didim_drivers::ethercat::Capture;
 use didim_drivers::layout::{CompiledLayout, LayoutError, LayoutSpec};
@@ -120,6 +120,22 @@ fn compare(samples: &[JointSample], truth: &[[Option<i64>; 7]]) -> usize {
         compared += 1;
     }
     compared
+}
+
+/// An object of the inputs that is a temperature, here the torque once more, is read in each cycle.
+#[test]
+fn an_object_of_the_inputs_may_be_a_reading() {
+    let temperature = toml::from_str("object = \"6077:00\"\nunit = \"0.1 degC\"").unwrap();
+    let spec = LayoutSpec { temperature: Some(temperature), ..by_eni() };
+    let layout = CompiledLayout::compile_eni(ENI, &spec).unwrap();
+    let (samples, losses, _) = read(TWO_DRIVES, &layout).unwrap();
+    assert_eq!((samples.len(), losses.cycles.total()), (40, 0));
+    for sample in &samples {
+        for axis in 0..2 {
+            let steps = sample.readings.get(Reading::Temperature, axis).unwrap();
+            assert_eq!(f64::from(steps), sample.motor_torque_nm[axis]);
+        }
+    }
 }
 
 #[test]

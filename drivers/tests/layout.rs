@@ -103,7 +103,7 @@ fn decode(layout: &CompiledLayout, frames: &[Frame]) -> CycleValues {
                 Quantity::Reference => axis.reference = value,
                 Quantity::StatusWord | Quantity::Enabled => axis.status_word = value as u16,
                 Quantity::Counter => values.counter = value as u64,
-                Quantity::NetworkState => {}
+                Quantity::NetworkState | Quantity::Reading(_) => {}
             }
         }
     }

@@ -18,6 +18,7 @@ mod eds;
 mod ethercat;
 mod layout;
 mod mcap;
+mod readings;
 mod samples;
 mod socketcan;
 mod sources;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use didim_drivers::frame::{Direction, Frame, FrameId, FrameKind, is_fd_length};
 use didim_drivers::source::mcap::{
-    Damage, FileEnd, McapError, McapInfo, McapScan, McapSource, McapWriter, repair,
+    Damage, FileEnd, JointState, McapError, McapInfo, McapScan, McapSource, McapWriter, repair,
 };
 use didim_drivers::source::{CandumpWriter, InterfaceName, Received, Source, StampDigits};
 use proptest::prelude::*;
@@ -84,6 +84,32 @@ fn some_frames(count: u8) -> Vec<Frame> {
             Frame::fd(id, true, &[n; 12]).unwrap().at(5_000_000_000 + u64::from(n) * 1_000_001)
         })
         .collect()
+}
+
+/// Joint states are for viewers: whoever reads the frames meets none of them.
+#[test]
+fn joint_states_stand_beside_the_frames() {
+    let frames = some_frames(200);
+    let names = ["elbow", "wrist"].map(str::to_owned);
+    let writer = McapWriter::new(Cursor::new(Vec::new()), &info(7)).unwrap();
+    let mut writer = writer.with_joints(&names).unwrap();
+    for (n, frame) in (0..).zip(&frames) {
+        writer.write(frame, n).unwrap();
+        let (position, effort) = ([f64::from(n), 0.5], [-1.0, f64::NAN]);
+        let (stamp_ns, sequence) = (frame.stamp_ns, n.into());
+        let state = JointState { stamp_ns, sequence, position: &position, effort: &effort };
+        writer.write_joints(&state).unwrap();
+        if n % 50 == 0 {
+            writer.flush().unwrap();
+        }
+    }
+    let most = writer.bytes();
+    assert_eq!(writer.frames(), 200);
+    let file = writer.finish().unwrap().into_inner();
+    assert!(file.len() as u64 <= most, "{} bytes, told {most}", file.len());
+    let (found, errors, source) = read(&file).unwrap();
+    assert_eq!((found, errors.len()), (frames, 0));
+    assert_eq!((source.counters().passed_over, source.counters().queue_drops), (0, 0));
 }
 
 proptest! {

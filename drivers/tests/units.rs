@@ -23,7 +23,7 @@ fn counts_are_angles_by_sign_scale_and_zero() {
     let text = DRIVES.replace("sign = 1, zero = 0", "sign = -1, zero = 100.0");
     let scales = scales(&text).unwrap();
     assert!(close(scales.position_rad(3, 100.0 + 2048.0), -TAU / 4.0));
-    assert!(close(scales.reference_rad(3, 100.0 - 8192.0), TAU));
+    assert!(close(scales.reference_rad(3, 100.0 - 8192.0, 0.0), TAU));
     let per_count = DRIVES.replace("counts_per_revolution = 8192", "rad_per_count = 0.25");
     assert!(close(self::scales(&per_count).unwrap().position_rad(0, -8.0), -2.0));
 }
@@ -140,7 +140,7 @@ proptest! {
         let value = scales.position_value(2, angle);
         prop_assert!(value.abs() <= f64::from(1_u32 << 31));
         prop_assert!((scales.position_rad(2, value) - angle).abs() < 1e-6);
-        prop_assert!((scales.reference_rad(2, scales.reference_value(2, angle)) - angle).abs() < 1e-6);
+        prop_assert!((scales.reference_rad(2, scales.reference_value(2, angle, 0.3), 0.3) - angle).abs() < 1e-6);
         prop_assert!(close(scales.torque_nm(2, scales.torque_value(2, torque)), torque));
     }
 }

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use didim_core::Readings;
+
 use crate::holes::Holes;
 use crate::measurement::Measurement;
 use crate::start::RecordingStart;
@@ -10,16 +12,23 @@ use crate::uniform::{Resampled, Uniform};
 /// Pieces that are listed for people.
 const LISTED: usize = 6;
 
-/// A stretch of a record in which nothing is missing.
+/// A stretch of a record in which nothing is missing and no drive changes its mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     /// When it begins, after the first sample of the record \[s\].
     pub begins_s: f64,
     /// Its samples.
     pub measurement: Measurement,
+    /// What the drives told besides, each with the number of its sample; empty but for frames of a bus.
+    pub readings: Vec<(usize, Readings)>,
 }
 
 impl Piece {
+    /// Samples without readings.
+    pub fn new(begins_s: f64, measurement: Measurement) -> Self {
+        Self { begins_s, measurement, readings: Vec::new() }
+    }
+
     /// The time of a sample, after the first of the record \[s\].
     pub fn time_s(&self, sample: usize) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
@@ -33,7 +42,7 @@ impl Piece {
     }
 }
 
-/// What was recorded, cut where samples are missing.
+/// What was recorded, cut where samples are missing and where a drive's mode changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// The pieces in their order; at least one.
@@ -51,8 +60,7 @@ impl Record {
         (pieces, resampled): (Vec<Uniform>, Resampled),
         measurement: impl Fn(Vec<Vec<f64>>) -> Measurement,
     ) -> Self {
-        let piece =
-            |Uniform { begins_s, columns }| Piece { begins_s, measurement: measurement(columns) };
+        let piece = |Uniform { begins_s, columns }| Piece::new(begins_s, measurement(columns));
         let pieces = pieces.into_iter().map(piece).collect();
         Self { pieces, resampled, holes: None, start: None }
     }
@@ -79,7 +87,7 @@ impl Record {
 impl From<Measurement> for Record {
     /// One whole piece.
     fn from(measurement: Measurement) -> Self {
-        let pieces = vec![Piece { begins_s: 0.0, measurement }];
+        let pieces = vec![Piece::new(0.0, measurement)];
         Self { pieces, resampled: Resampled::default(), holes: None, start: None }
     }
 }
@@ -94,7 +102,7 @@ impl fmt::Display for Cut<'_> {
         let more = if self.0.len() > LISTED { ", …" } else { "" };
         write!(
             f,
-            "samples are missing, and the record is cut there; {} whole pieces: {listed}{more}",
+            "samples are missing or a drive's mode changes, and the record is cut there; {} whole pieces: {listed}{more}",
             self.0.len()
         )
     }

@@ -9,6 +9,7 @@
 mod bag;
 mod bag_writer;
 mod code;
+mod collisions;
 mod export;
 mod motion;
 #[cfg(feature = "parquet")]

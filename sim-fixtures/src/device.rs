@@ -1,18 +1,23 @@
 //! The device: from the loop's samples to frames, without a clock.
 
-use didim_core::MAX_JOINTS;
 use didim_core::simulation::{ClosedLoop, SetupError, SimulationError, StepOutput};
 use didim_core::trajectory::Reference;
+use didim_core::{MAX_JOINTS, Reading};
 use didim_drivers::frame::{Frame, FrameError};
-use didim_drivers::layout::{CompiledLayout, Quantity};
+use didim_drivers::layout::{CompiledLayout, Quantity, Role};
 use didim_drivers::units::Scales;
 
+use crate::encoder::axis_of;
 use crate::streamed::Streamed;
+use crate::warmth::readings;
 use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
 
-/// Room that one cycle's frames need: SYNC, a sample and a target per axis, each sent twice, and
-/// an error report.
-pub const CYCLE_FRAMES: usize = 2 * (2 * MAX_JOINTS + 1) + 1;
+/// Room that one cycle's frames need: SYNC, a sample, a target and the readings of each axis, each sent
+/// twice, and an error report.
+pub const CYCLE_FRAMES: usize = 2 * ((2 + Reading::ALL.len()) * MAX_JOINTS + 1) + 1;
+
+/// How often messages that carry nothing but readings are sent \[ns\].
+const READINGS_EVERY_NS: u64 = 25_000_000;
 
 /// The simulated arm on a bus. It counts its own time: cycle k is due k periods after the start.
 pub struct VirtualDevice {
@@ -176,11 +181,23 @@ impl VirtualDevice {
     /// Appends the frames of a cycle, each with the values of its own arrival.
     fn stream(&mut self, stamp_ns: u64, frames: &mut Vec<Frame>) -> Result<(), DeviceError> {
         let start_ns = self.cycle * self.period_ns;
+        let tells = self.tells();
         for (message, after_ns) in self.arrivals.iter().copied() {
+            let plan = &self.encoder.layout().messages()[message];
+            if plan.role == Role::Reading && !tells[axis_of(plan)] {
+                continue;
+            }
             let values = self.streamed.at(&mut self.closed_loop, start_ns + after_ns)?;
             frames.push(self.encoder.frame(message, &values, stamp_ns + after_ns)?);
         }
         Ok(())
+    }
+
+    /// Of which axes the messages of nothing but readings come in this cycle: one after the other, for a bus may
+    /// have no room for all.
+    fn tells(&self) -> [bool; MAX_JOINTS] {
+        let every = (READINGS_EVERY_NS / self.period_ns).max(1);
+        core::array::from_fn(|axis| (self.cycle + axis as u64).is_multiple_of(every))
     }
 
     /// Runs the loop to the next cycle's instant.
@@ -210,6 +227,8 @@ impl VirtualDevice {
             motor_position_rad: sample.motor_position_rad,
             motor_torque_nm: sample.motor_torque_nm,
             motor_reference_rad,
+            readings: readings(sample.time_s),
+            tells: self.tells(),
         };
         self.encoder.encode(&cycle, stamp_ns, frames)
     }

@@ -3,9 +3,11 @@
 use didim_core::MAX_JOINTS;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{
-    AxisValues, CompiledLayout, CycleValues, EncodeError, Quantity, Role, SampledBy,
+    AxisValues, CompiledLayout, CycleValues, EncodeError, MessagePlan, Quantity, Role, SampledBy,
 };
 use didim_drivers::units::Scales;
+
+use crate::CycleReadings;
 
 /// CiA 402 "operation enabled", with the bits that a drive in position mode sets besides.
 const OPERATION_ENABLED: u16 = 0x1237;
@@ -14,6 +16,11 @@ const OPERATION_ENABLED: u16 = 0x1237;
 /// and the worst case. At 1 Mbit/s a bit is a microsecond.
 fn wire_time_ns(frame: &Frame) -> u64 {
     (47 + 8 * u64::from(frame.length)) * 1_200
+}
+
+/// The axis that a message is of, or the first of them.
+pub(crate) fn axis_of(message: &MessagePlan) -> usize {
+    message.extractions.iter().map(|signal| signal.axis).min().unwrap_or(0)
 }
 
 /// Why a cycle has no frames.
@@ -47,6 +54,10 @@ pub struct BusCycle {
     /// The reference that this cycle's frames carry \[rad\]: where the layout says `next-sync`, it
     /// is that of the next cycle.
     pub motor_reference_rad: [f64; MAX_JOINTS],
+    /// What the drives tell besides.
+    pub readings: CycleReadings,
+    /// Axes whose messages of nothing but readings come in this cycle.
+    pub tells: [bool; MAX_JOINTS],
 }
 
 /// Writes frames as the drives of a cell would: its layout, with its gains backwards.
@@ -87,6 +98,12 @@ impl CycleEncoder {
         for role in [Role::Sync, Role::Sample, Role::Target] {
             self.layout.encode(role, &values, stamp_ns, frames)?;
         }
+        for message in self.layout.messages().iter().filter(|message| message.role == Role::Reading)
+        {
+            if cycle.tells[axis_of(message)] {
+                frames.push(message.encode(&values, stamp_ns)?);
+            }
+        }
         // What comes in one datagram of EtherCAT comes at once.
         let one_by_one = self.layout.process_data().is_none() && !self.layout.at_arrival();
         if one_by_one && self.layout.sampled_by() == SampledBy::Sync {
@@ -113,7 +130,7 @@ impl CycleEncoder {
 
     /// The messages of a cycle, by their index in the layout, in the order in which they come where none
     /// waits for a SYNC, each with its arrival after the first \[ns\]: what marks the cycle, then axis by axis
-    /// the command and the answer to it.
+    /// the command and the answer to it; last what comes seldom.
     ///
     /// # Errors
     /// [`CycleError::Overrun`].
@@ -122,8 +139,8 @@ impl CycleEncoder {
         let mut order: Vec<usize> = (0..messages.len()).collect();
         order.sort_by_key(|index| {
             let message = &messages[*index];
-            let axis = message.extractions.iter().map(|signal| signal.axis).min();
-            (message.role != Role::Sync, axis, message.role != Role::Target)
+            let seldom = message.role == Role::Reading;
+            (seldom, message.role != Role::Sync, axis_of(message), message.role != Role::Target)
         });
         let mut arrival_ns = 0;
         let mut arrivals = Vec::with_capacity(order.len());
@@ -155,8 +172,13 @@ impl CycleEncoder {
             *axis = AxisValues {
                 position: self.scales.position_value(j, cycle.motor_position_rad[j]),
                 torque: self.scales.torque_value(j, cycle.motor_torque_nm[j]),
-                reference: self.scales.reference_value(j, cycle.motor_reference_rad[j]),
+                reference: self.scales.reference_value(
+                    j,
+                    cycle.motor_reference_rad[j],
+                    cycle.motor_position_rad[j],
+                ),
                 status_word: self.enabled,
+                readings: cycle.readings[j],
             };
         }
         values

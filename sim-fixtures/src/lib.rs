@@ -16,6 +16,7 @@ mod scenario;
 mod shipped;
 mod sink;
 mod streamed;
+mod warmth;
 
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};
@@ -27,3 +28,4 @@ pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};
 pub use shipped::{SHIPPED, shipped, tx40_paper, tx40_paper_errors, tx40_physical};
 pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};
+pub use warmth::CycleReadings;

@@ -3,6 +3,7 @@
 use didim_core::MAX_JOINTS;
 use didim_core::simulation::{ClosedLoop, SimulationError, StepOutput};
 
+use crate::warmth::readings;
 use crate::{BusCycle, Playback};
 
 /// The loop around the instant of the latest frame: its samples before it and from it on.
@@ -48,6 +49,8 @@ impl Streamed {
             motor_position_rad: between(&before.motor_position_rad, &after.motor_position_rad),
             motor_torque_nm: held.motor_torque_nm,
             motor_reference_rad: between(&before.motor_reference_rad, &after.motor_reference_rad),
+            readings: readings(time_s),
+            tells: [false; MAX_JOINTS],
         })
     }
 }

@@ -39,6 +39,7 @@ pub use open::{OPEN, OpenKey};
 pub use robot::RobotSource;
 
 use crate::archive::store::ConfigurationTexts;
+use crate::live::recording::JointCurves;
 use crate::live::worker::WindowOptions;
 use crate::text::sha256;
 
@@ -98,6 +99,18 @@ impl Cell {
     /// [`CellError::NoBus`], where the cell has recordings of other programs alone.
     pub fn bus(&self) -> Result<&CellBus, CellError> {
         self.bus.as_ref().ok_or_else(|| CellError::NoBus { cell: self.name.clone() })
+    }
+
+    /// What makes the joints' curves of the frames of its bus.
+    pub fn joint_curves(&self, bus: &CellBus) -> JointCurves {
+        JointCurves::new(bus.assembler(), self.robot.transmission().clone(), self.joint_names())
+    }
+
+    /// The names of the joints: a URDF's, or their numbers.
+    fn joint_names(&self) -> Vec<String> {
+        let numbered = || (1..=self.robot.joints()).map(|joint| format!("joint_{joint}"));
+        let named = self.urdf.as_ref().map(|arm| arm.joint_names().map(str::to_owned).collect());
+        named.unwrap_or_else(|| numbered().collect())
     }
 
     /// Whether a reference is recorded, as far as the cell tells: didim's own tables may have one.

@@ -1,7 +1,7 @@
 //! Whether the bus has room for the frames of the layout.
 
 use didim_drivers::frame::FrameId;
-use didim_drivers::layout::CompiledLayout;
+use didim_drivers::layout::{CompiledLayout, Role};
 
 use super::finding::Finding;
 use super::wire;
@@ -43,7 +43,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let what = format!(
         "the layout's {} messages at {rate} Hz take {percent} % of {at}{split} with worst-case bit \
          stuffing",
-        bus.layout.messages().len()
+        bus.layout.messages().iter().filter(|message| message.role != Role::Reading).count()
     );
     let remedy = if has_fd && bus.data_bitrate_bps.is_none() {
         "give `bus.data_bitrate_bps` if the frames switch their bit rate; else lower the rate of \
@@ -60,11 +60,12 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
 }
 
 /// The part of the time that the bus is busy with the messages of the layout, each once a cycle, at
-/// worst. Frames that the layout does not read come on top.
+/// worst. What brings nothing but readings comes seldom, and does not count. Frames that the layout does not read come on top.
 fn load(layout: &CompiledLayout, bitrate_bps: f64, data_bitrate_bps: f64) -> f64 {
     let seconds: f64 = layout
         .messages()
         .iter()
+        .filter(|message| message.role != Role::Reading)
         .map(|message| bits(message.format.id, message.format.fd, message.format.wire_length()))
         .map(|bits| bits.seconds(bitrate_bps, data_bitrate_bps))
         .sum();

@@ -1,9 +1,10 @@
 //! The task of a motion: from an arm, or from a cell and a stored result that lacks something.
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::excitation::{Aim, Bounds, ExcitationError, Margins, Noise, Task};
+use didim_core::excitation::{Aim, Bounds, Corners, ExcitationError, Margins, Noise, Shapes, Task};
 use didim_core::identification::{IdentificationError, Selection};
 use didim_core::robot::{ParameterKind, Robot};
+use didim_formats::UrdfArm;
 use nalgebra::DMatrix;
 
 use super::stored::StoredModel;
@@ -30,6 +31,11 @@ pub enum AssignmentError {
         "the result does not say how well its parameters are known together; identify again with this version"
     )]
     NoCovariance,
+    /// A box is stated, and no shape of the arm. State shapes, or leave the box out.
+    #[error(
+        "a box is stated, and nothing says how large the links are; state `capsules` in the robot file, or leave the box out"
+    )]
+    NoShapes,
 }
 
 /// What is wanted of a motion.
@@ -41,6 +47,8 @@ pub struct Wanted<'a> {
     pub margins: Margins,
     /// Largest acceleration of each joint, in place of the robot file's \[rad/s²\].
     pub accelerations: Option<&'a [f64]>,
+    /// A box in the frame of the base that the arm stays in.
+    pub inside: Option<Corners>,
     /// Parameters that are to be told; all that are identified when left out.
     pub parameters: Option<&'a [String]>,
     /// Whether a small condition number is wanted, and not small standard deviations.
@@ -69,6 +77,8 @@ pub struct Assignment {
     pub parameters: Vec<Lacking>,
     /// Whether noise is that of a result, and not assumed.
     pub measured_noise: bool,
+    /// Links of a URDF with collision shapes that are meshes, or cannot be read.
+    pub unread_shapes: Vec<String>,
 }
 
 /// An arm as a motion is designed for it.
@@ -86,6 +96,15 @@ struct Arm<'a> {
 }
 
 impl Assignment {
+    /// The same with what is not read of a URDF's shapes, where the arm is from one.
+    #[must_use]
+    pub fn with_urdf(self, urdf: Option<&UrdfArm>) -> Self {
+        Self {
+            unread_shapes: urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec()),
+            ..self
+        }
+    }
+
     /// For an arm of which nothing is known but what its file says.
     ///
     /// # Errors
@@ -206,7 +225,12 @@ impl Arm<'_> {
         let assumed = || robot.limits().map(|limits| ASSUMED_NOISE * limits.torque_max).collect();
         let levels = self.noise.unwrap_or_else(assumed);
         let count = columns.len();
+        let shapes = Shapes::of(robot, wanted.inside);
+        if wanted.inside.is_some() && shapes.is_none() {
+            return Err(AssignmentError::NoShapes);
+        }
         let bounds = Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard)?;
+        let bounds = bounds.with_shapes(shapes);
         let task = Task {
             model,
             bounds,
@@ -216,6 +240,11 @@ impl Arm<'_> {
             noise: Noise { levels, rows_per_s: self.rows_per_s },
             aim,
         };
-        Ok(Assignment { task, parameters: self.parameters, measured_noise })
+        Ok(Assignment {
+            task,
+            parameters: self.parameters,
+            measured_noise,
+            unread_shapes: Vec::new(),
+        })
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use didim_core::JointSample;
+use didim_core::{JointSample, Readings};
 use didim_drivers::assemble::{Losses, label};
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::samples::Samples;
@@ -60,7 +60,8 @@ pub enum LogError {
     },
 }
 
-/// Reads a whole log, MCAP recording or capture, motor side, cut where bus cycles are missing.
+/// Reads a whole log, MCAP recording or capture, motor side, cut where bus cycles are missing and where a drive changes
+/// its mode.
 ///
 /// Where targets take effect at the next SYNC, no target is known in the log's first cycle: the
 /// measurement begins with the second one.
@@ -88,10 +89,16 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
         let cycles = begin - *first.get_or_insert(begin);
         #[expect(clippy::cast_precision_loss, reason = "cycles are far fewer than 2^52")]
         let begins_s = cycles as f64 * bus.layout.period_ns() * 1e-9;
-        Piece { begins_s, measurement: Measurement { rate_unchecked, ..of_layout } }
+        let told = samples.iter().map(|sample| sample.readings).enumerate();
+        let readings = told.filter(|(_, readings)| !readings.is_empty()).collect();
+        Piece { begins_s, measurement: Measurement { rate_unchecked, ..of_layout }, readings }
     };
-    let pieces: Vec<Piece> =
-        samples.chunk_by(|one, next| next.sequence == one.sequence + 1).map(piece).collect();
+    let mut modes = Readings::default();
+    let is_whole = |one: &JointSample, next: &JointSample| {
+        modes.update(&one.readings);
+        next.sequence == one.sequence + 1 && !next.readings.changes_mode(&modes)
+    };
+    let pieces: Vec<Piece> = samples.chunk_by(is_whole).map(piece).collect();
     let (file, all) = (path.display(), samples.len());
     if left_out > 0 {
         let sample =

@@ -1,6 +1,7 @@
 //! A whole measurement at once: read from a log, identified, every method side by side; and a stored result, which predicts
 //! another measurement, tells the load in one, leaves as a model, or says which motion it lacks.
 
+mod advice;
 pub mod compare;
 mod consistent;
 mod difference;
@@ -14,6 +15,7 @@ mod rate;
 mod still;
 mod stored;
 
+pub use advice::Advised;
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
 pub use excitation::{Assignment, AssignmentError, Lacking, Wanted};
@@ -22,4 +24,4 @@ pub use log::{LogError, read_log};
 pub use payload::{LoadError, find_load};
 pub use rate::RateError;
 pub use still::still_joints;
-pub use stored::{OTHER_CONFIGURATION, ResultError, StoredModel};
+pub use stored::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};

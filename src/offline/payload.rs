@@ -111,6 +111,7 @@ mod tests {
             parameters: Vec::new(),
             against: None,
             load: None,
+            readings: Default::default(),
         })
     }
 

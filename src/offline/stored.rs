@@ -1,10 +1,11 @@
 //! A stored result, with the cell that it belongs to.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use didim_core::identification::{
-    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance,
+    KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance, Reached, Use,
 };
 use didim_core::robot::JointFriction;
 use serde::Deserialize;
@@ -76,6 +77,23 @@ pub struct StoredModel {
     pub(super) covariance: Option<ParameterCovariance>,
     /// Standard deviation of a row of each joint \[N·m or N\] as if rows were independent; empty where the result does not say.
     pub(super) noise: Vec<f64>,
+    /// How far the motion went, per joint; empty in results of versions that did not say.
+    pub(super) reached: Vec<Reached>,
+    /// Combined standard uncertainty of each parameter, where the result says so.
+    pub(super) combined: Vec<Option<f64>>,
+    /// The verdict for each use, where the result has one.
+    pub(super) uses: Vec<JudgedUse>,
+}
+
+/// What a stored result says of a use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JudgedUse {
+    /// Which.
+    pub of: Use,
+    /// Whether the result is good for it; none where that cannot be told.
+    pub applicable: Option<bool>,
+    /// What speaks against it.
+    pub reasons: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -104,6 +122,33 @@ struct StoredEstimate {
     covariance: Option<ParameterCovariance>,
     #[serde(default)]
     rms_error_per_joint_nm: Vec<f64>,
+    #[serde(default)]
+    reached_per_joint: Vec<Reached>,
+    #[serde(default)]
+    verdict: StoredVerdict,
+}
+
+#[derive(Default, Deserialize)]
+struct StoredVerdict {
+    #[serde(default)]
+    uses: HashMap<String, StoredUse>,
+}
+
+#[derive(Deserialize)]
+struct StoredUse {
+    applicable: Option<bool>,
+    #[serde(default)]
+    reasons: Vec<String>,
+}
+
+impl StoredVerdict {
+    fn judged(mut self) -> Vec<JudgedUse> {
+        let judged = |of: Use| {
+            let StoredUse { applicable, reasons } = self.uses.remove(of.name())?;
+            Some(JudgedUse { of, applicable, reasons })
+        };
+        Use::ALL.into_iter().filter_map(judged).collect()
+    }
 }
 
 #[derive(Deserialize)]
@@ -122,6 +167,7 @@ struct StoredParameter {
     value: f64,
     standard_deviation: Option<f64>,
     classical_standard_deviation: Option<f64>,
+    combined_standard_deviation: Option<f64>,
 }
 
 impl StoredEstimate {
@@ -162,6 +208,8 @@ impl StoredModel {
             });
         }
         let noise = estimate.noise();
+        let (reached, uses) = (estimate.reached_per_joint, estimate.verdict.judged());
+        let combined = estimate.parameters.iter().map(|p| p.combined_standard_deviation).collect();
         let unfit = |what| ResultError::Parameters { file: file.to_path_buf(), what };
         match estimate.position_cutoff {
             Some(StoredCutoff { cutoff_hz }) => {
@@ -198,8 +246,18 @@ impl StoredModel {
             return Err(unfit(unknown.to_string()));
         }
         let (method, covariance) = (estimate.method, estimate.covariance);
-        let model =
-            Self { parameters, kept, method, configuration, uncertainty, covariance, noise };
+        let model = Self {
+            parameters,
+            kept,
+            method,
+            configuration,
+            uncertainty,
+            covariance,
+            noise,
+            reached,
+            combined,
+            uses,
+        };
         Ok((model, cell))
     }
 
@@ -214,6 +272,9 @@ impl StoredModel {
             uncertainty: known.model_uncertainty.clone(),
             covariance: known.covariance.clone(),
             noise: Vec::new(),
+            reached: Vec::new(),
+            combined: Vec::new(),
+            uses: Vec::new(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! A designed motion in words: what it tells, and what a person who runs it has to know.
 
-use didim_core::excitation::{Design, LimitKind, Predicted, Used};
+use didim_core::excitation::{Design, LimitKind, Nearest, Other, Predicted, Used};
 
 use crate::offline::{Assignment, Lacking};
 use crate::text::{aligned, significant};
@@ -14,12 +14,10 @@ pub fn design_header(
     keeps_time: bool,
 ) -> Vec<String> {
     let duration_s = design.series.duration_s;
-    let mut lines = vec![
-        format!(
-            "Motion for the robot {robot}, {duration_s} s, designed by didim. FIRST RUN IT AT 10 % SPEED."
-        ),
-        "Collision NOT checked: neither of the arm with itself nor with anything around it.".into(),
-    ];
+    let mut lines = vec![format!(
+        "Motion for the robot {robot}, {duration_s} s, designed by didim. FIRST RUN IT AT 10 % SPEED."
+    )];
+    lines.extend(collision_words(assignment, design.nearest));
     let kinds = |limited: bool| {
         let has = |kind: &LimitKind| design.used.iter().any(|used| used.kind == *kind) == limited;
         let names: Vec<String> =
@@ -44,6 +42,72 @@ pub fn design_header(
     lines.push("Limits used (SI units):".into());
     lines.extend(design.used.iter().map(limit));
     lines
+}
+
+/// What of collisions was checked, how near the arm comes, and what was not.
+fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<String> {
+    let mut lines = Vec::new();
+    let link = |number: usize| match number {
+        0 => "the base".to_owned(),
+        number => format!("link {number}"),
+    };
+    let pair = |of: usize, other: Other| match other {
+        Other::Link(other) => format!("{} and {}", link(of), link(other)),
+        Other::Side => format!("{} and the box", link(of)),
+    };
+    match assignment.task.bounds.shapes() {
+        None => lines.push(
+            "Collision NOT checked: neither of the arm with itself nor with anything around it."
+                .into(),
+        ),
+        Some(shapes) => {
+            let inside =
+                if shapes.boxed { ", and all links but the base inside the box" } else { "" };
+            let near = nearest.map_or_else(String::new, |of| {
+                format!(" Nearest: {}, {:.0} mm.", pair(of.link, of.other), 1e3 * of.gap_m)
+            });
+            lines.push(format!(
+                "Collision checked at 5000 points per second by the stated shapes, 20 mm apart: links that no joint \
+                 connects{inside}.{near}"
+            ));
+            lines.push(format!(
+                "Collision NOT checked: links that a joint connects, tool, load, cables, and anything {}.",
+                if shapes.boxed { "inside the box" } else { "around the arm" }
+            ));
+            if !shapes.shapeless.is_empty() {
+                let links: Vec<String> = shapes.shapeless.iter().map(|of| link(*of)).collect();
+                lines.push(format!(
+                    "Collision NOT checked, for they have no shape: {}.",
+                    links.join(", ")
+                ));
+            }
+            if !shapes.always_near.is_empty() {
+                let pairs: Vec<String> =
+                    shapes.always_near.iter().map(|(of, other)| pair(*of, *other)).collect();
+                lines.push(format!(
+                    "Collision NOT checked, for their shapes are near in every posture: {}.",
+                    pairs.join("; ")
+                ));
+            }
+        }
+    }
+    if !assignment.unread_shapes.is_empty() {
+        lines.push(format!(
+            "Collision NOT checked, for their collision shapes are meshes, or cannot be read: {}.",
+            assignment.unread_shapes.join(", ")
+        ));
+    }
+    lines
+}
+
+/// The last line of what is printed.
+pub(super) fn warning(assignment: &Assignment) -> &'static str {
+    match assignment.task.bounds.shapes() {
+        None => "collision NOT checked; first run it at 10 % speed\n",
+        Some(_) => {
+            "collision checked by the stated shapes alone, as the head of a file says; first run it at 10 % speed\n"
+        }
+    }
 }
 
 fn limit(used: &Used) -> String {
@@ -96,5 +160,5 @@ pub fn design_text(assignment: &Assignment, design: &Design, told: &Predicted) -
     });
     let shares: Vec<String> = shares.collect();
     text += &format!("of the limits it uses: {}\n", shares.join(", "));
-    text + "collision NOT checked; first run it at 10 % speed\n"
+    text + warning(assignment)
 }

@@ -1,5 +1,6 @@
 //! Results for people: tables, plots in the terminal, and figures.
 
+mod advice;
 pub mod comparison;
 mod consistent;
 pub mod convergence;
@@ -23,6 +24,7 @@ use didim_core::robot::Robot;
 
 use crate::text::significant;
 
+pub use advice::advice_text;
 pub use consistent::consistent_summary;
 pub use design::{design_header, design_text};
 pub use payload::payload_text;

@@ -158,9 +158,9 @@ fn recordings<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a RecordingOptions
 /// Where `didim run` keeps recordings: what a log brings is recorded already.
 pub fn archiver(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
-    let sources = &cell.bus().ok()?.sources;
-    let (options, folder) = recordings(cell, paths).filter(|_| !sources.iter().any(is_log))?;
-    Some(ArchiverOptions { folder, recordings: options.clone() })
+    let bus = cell.bus().ok()?;
+    let (options, folder) = recordings(cell, paths).filter(|_| !bus.sources.iter().any(is_log))?;
+    Some(ArchiverOptions { folder, recordings: options.clone(), curves: cell.joint_curves(bus) })
 }
 
 /// How the cell cuts windows and identifies them. What it identified last is left in `last`.

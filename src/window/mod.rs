@@ -1,6 +1,7 @@
 //! The samples that one result comes from, with what a person noted of them.
 
 mod note;
+mod readings;
 
 use core::ops::Range;
 
@@ -9,6 +10,7 @@ use didim_formats::RecordingStart;
 use serde::{Deserialize, Serialize};
 
 pub use note::{Note, NoteError};
+pub use readings::{DriveReadings, JointMode, JointReading};
 
 /// What ended a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,6 +24,8 @@ pub enum WindowEnd {
     Command,
     /// It reached its greatest length.
     Length,
+    /// A drive changed its mode.
+    ModeChange,
     /// The log ended.
     EndOfStream,
 }
@@ -49,6 +53,12 @@ impl Window {
     /// Sequence number of the first sample.
     pub fn first_sequence(&self) -> u64 {
         self.samples.first().map_or(0, |sample| sample.sequence)
+    }
+
+    /// What the drives told besides along the samples that count.
+    pub fn readings(&self) -> DriveReadings {
+        let counted = self.samples.get(self.counted.clone()).unwrap_or_default();
+        DriveReadings::of(counted.iter().map(|sample| &sample.readings))
     }
 
     /// Sequence number of the last sample.

@@ -9,11 +9,19 @@ use std::sync::LazyLock;
 
 use modules::Package;
 
-const PACKAGES: [&str; 7] =
-    ["core/src", "drivers/src", "formats/src", "sim-fixtures/src", "src", "lab/src", "cli/src"];
+const PACKAGES: [&str; 8] = [
+    "core/src",
+    "drivers/src",
+    "formats/src",
+    "sim-fixtures/src",
+    "src",
+    "lab/src",
+    "cli/src",
+    "publish/src",
+];
 
 /// Folders with what stands in them, files and folders, from the top: each uses only what comes after it.
-const ORDER: [(&str, &str); 9] = [
+const ORDER: [(&str, &str); 10] = [
     (
         "core/src",
         "identification excitation feasibility simulation control dynamics trajectory regression signal robot numeric sample",
@@ -29,13 +37,14 @@ const ORDER: [(&str, &str); 9] = [
     ("src/archive", "fleet drift store"),
     (
         "src/offline",
-        "compare consistent difference excitation payload predict stored log identify limits still rate",
+        "compare consistent difference advice excitation payload predict stored log identify limits still rate",
     ),
     (
         "cli/src",
-        "lib baseline capture check compare convert demo design export fleet history manual metrics new note payload predict reload replay robot run study \
+        "lib advise baseline capture check compare convert demo design export fleet history manual metrics new note payload predict reload replay robot run study \
          top window convert_frames identify choices input stream sim outcome state status names terminal output error tell progress",
     ),
+    ("publish/src", "main send cabinet link ledger message configuration"),
 ];
 
 type Edges = BTreeMap<PathBuf, BTreeSet<PathBuf>>;

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use didim::live::stream::{PrivateNetwork, RUN_PREFIX, StreamOptions};
-use didim_core::JointSample;
+use didim_core::{JointSample, Reading};
 
 /// A network of its own for one test; everything it left is removed at the end.
 pub(crate) struct Network {
@@ -85,6 +85,12 @@ pub(crate) fn sample(sequence: u64) -> JointSample {
     sample.motor_position_rad[0] = sequence as f64;
     sample.motor_torque_nm[5] = -(sequence as f64);
     sample.has_reference = sequence.is_multiple_of(2);
+    if sequence.is_multiple_of(3) {
+        let celsius = (sequence % 1000) as f64;
+        sample.readings.set(Reading::Temperature, 7, celsius);
+        sample.readings.set(Reading::SupplyVoltage, 0, 48.0);
+        sample.readings.set(Reading::Mode, 3, -8.0);
+    }
     sample
 }
 

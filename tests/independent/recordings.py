@@ -4,6 +4,7 @@ The files are written by our tests: `whole` and `repaired` hold every kind of fr
 killed recorder leaves, `ring` is a file of the ring of a whole service and `kept` what it kept of it.
 """
 
+import math
 import os
 import pathlib
 import re
@@ -53,6 +54,7 @@ def frames_of_file(path):
     with path.open("rb") as file:
         reader = mcap.reader.make_reader(file, decoder_factories=[mcap_ros2.decoder.DecoderFactory()], validate_crcs=True)
         messages = reader.iter_decoded_messages(log_time_order=False)
+        messages = [entry for entry in messages if entry[1].topic != "/joint_states"]
         frames = [frame_of_message(channel, message, decoded) for _, channel, message, decoded in messages]
         count = reader.get_summary().statistics.message_count
     return frames, count
@@ -65,7 +67,7 @@ class Recordings(unittest.TestCase):
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = pathlib.Path(temporary.name)
         # As tests/run builds it: of one package, or without the feature, much is built anew.
-        cargo = ["cargo", "test", "--quiet", "--workspace", "--features", "parquet", "--locked", "--test", "tests"]
+        cargo = ["cargo", "test", "--quiet", "--workspace", "--features", "parquet,tls", "--locked", "--test", "tests"]
         cargo += ["--", "--ignored", WRITE]
         subprocess.run(cargo, cwd=ROOT, check=True, env=os.environ | {"DIDIM_RECORDINGS": cls.folder}, stdout=subprocess.DEVNULL)
 
@@ -89,13 +91,33 @@ class Recordings(unittest.TestCase):
     def test_what_is_kept_is_a_part_of_the_ring(self):
         frames, count = frames_of_file(self.folder / "kept.mcap")
         ring, _ = frames_of_file(self.folder / "ring.mcap")
-        self.assertEqual(count, len(frames))
         begin = next(k for k, frame in enumerate(ring) if frame == frames[0])
-        self.assertTrue(ring[begin : begin + count] == frames)
+        self.assertTrue(ring[begin : begin + len(frames)] == frames)
         with (self.folder / "kept.mcap").open("rb") as file:
             (metadata,) = mcap.reader.make_reader(file).iter_metadata()
         self.assertEqual(metadata.name, "didim")
         self.assertEqual((metadata.metadata["window"], metadata.metadata["interfaces"]), ("0", "vcan0"))
+
+    def test_what_is_kept_has_the_curves_of_the_joints(self):
+        frames, count = frames_of_file(self.folder / "kept.mcap")
+        frame_at = {frame["time"]: frame for frame in frames}
+        with (self.folder / "kept.mcap").open("rb") as file:
+            reader = mcap.reader.make_reader(file, decoder_factories=[mcap_ros2.decoder.DecoderFactory()], validate_crcs=True)
+            states = list(reader.iter_decoded_messages(topics=["/joint_states"]))
+        # One packed frame is one sample.
+        self.assertEqual((len(states), count), (len(frames), 2 * len(frames)))
+        for schema, _, message, state in states:
+            self.assertEqual(schema.name, "sensor_msgs/msg/JointState")
+            stamp = state.header.stamp
+            self.assertEqual(stamp.sec * 10**9 + stamp.nanosec, message.log_time)
+            self.assertIn(message.log_time, frame_at)
+            self.assertEqual(list(state.name), [f"joint_{joint}" for joint in range(1, 7)])
+            self.assertEqual([len(state.position), len(state.velocity), len(state.effort)], [6, 0, 6])
+            # The motor of axis 1 turns by 196608 counts, 32 times a turn of its joint; that of axis 4 by 65536, -48 times.
+            data = frame_at[message.log_time]["data"]
+            for axis, counts in [(0, 196608 * 32), (3, 65536 * -48)]:
+                raw = int.from_bytes(data[4 * axis : 4 * axis + 4], "little", signed=True)
+                self.assertAlmostEqual(state.position[axis], math.tau * raw / counts, delta=1e-12)
 
     def test_a_file_without_an_end_gives_its_whole_chunks(self):
         with (self.folder / "cut.mcap.part").open("rb") as file:

@@ -161,11 +161,29 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-robot(5)", "didim-identify(1)"],
     ),
     page(
+        "advise",
+        "Says in words what a stored result lacks: which parameters noise leaves more uncertain than `parameter_uncertainty` of the cell allows, how far the joints \
+         concerned moved, which joint should swing from where to where, how fast and for how many seconds, and which standard deviation would come of it. All that is \
+         said was tried: swings of one joint and of two, from a few postures, within the limits of `didim design`, weighed by the same information. It says as well what no \
+         motion changes. It moves nothing; `--out` writes the motions as files for people to run.",
+        &[
+            ["didim advise result.json --cell cell.toml", "what is missing"],
+            [
+                "didim advise result.json --cell cell.toml --out next.csv",
+                "the motions as files too, next-1.csv and so on",
+            ],
+        ],
+        &[STATE],
+        &["didim-design(1)", "didim-identify(1)", "didim-parameters(7)"],
+    ),
+    page(
         "design",
         "Designs a motion within the limits of the arm that makes the standard deviations of its parameters small, added to what a result knows already: a finite Fourier \
          series that begins and ends at rest. It writes files for people to run, and moves nothing. Speeds, accelerations and jerks stay below half of the robot file's \
          limits unless `--speed` says otherwise, positions 5 % of the range away from their ends, torques below 80 %, by the parameters of the result or the nominal ones. \
-         Collision is not checked: look at the motion in a simulation, and first run it at 10 % speed. Programs for KUKA and ABB visit the same positions, but their controllers \
+         Where the robot file states `capsules` of the links, or the URDF has boxes, cylinders and balls for collision shapes, links that no joint connects stay 20 mm apart, and with \
+         `--box` inside a box; nothing else is checked, and without shapes nothing at all: the head of every file says what was. Look at `--preview`, at the motion in a \
+         simulation, and first run it at 10 % speed. Programs for KUKA and ABB visit the same positions, but their controllers \
          make the time law: the figures do not hold for them.",
         &[
             [
@@ -180,9 +198,13 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "didim design --cell cell.toml --result result.json --parameters ia4,ia5 --duration 10 --out next.csv",
                 "a motion for two parameters",
             ],
+            [
+                "didim design --robot arm.toml --duration 20 --box=-0.8,-0.8,0,0.8,0.8,1.5 --out next.csv --preview next.html",
+                "inside a box, with a page to look at",
+            ],
         ],
         &[STATE],
-        &["didim-identify(1)", "didim-robot(5)", "didim-parameters(7)"],
+        &["didim-advise(1)", "didim-identify(1)", "didim-robot(5)", "didim-parameters(7)"],
     ),
     page(
         "compare",
@@ -241,7 +263,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     ),
     page(
         "convert",
-        "The endings of the names say what is written: a table (.csv), an MCAP recording (.mcap), else a candump log.",
+        "The endings of the names say what is written: a table (.csv), an MCAP recording (.mcap), else a candump log. A recording has \
+         the frames, and the curves of the joints as joint states of ROS 2 for PlotJuggler and Foxglove.",
         &[
             [
                 "didim convert --cell cell.toml drive.log curves.csv",

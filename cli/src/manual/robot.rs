@@ -26,39 +26,55 @@ pub(super) const ROBOT: Reference = Reference {
     ],
 };
 
-const TOP: &[Section] = &[Section {
-    heading: "The top of the file",
-    path: "",
-    about: "Before the first `[table]`.",
-    keys: &[
-        key("name", Text, "", Required, "Name of the robot, as results and scenarios have it."),
-        key(
-            "gravity_m_s2",
-            Numbers,
-            "m/s²",
-            Required,
-            "Gravity in the frame of the base, x, y and z.",
-        ),
-        key(
-            "joint",
-            Tables,
-            "",
-            Required,
-            "The joints, `[[joint]]`, from the base to the flange; 1 to 8.",
-        ),
-        key("transmission", Table, "", Required, "Gear ratios and couplings."),
-        key("friction", Table, "", Required, "The friction terms of all joints."),
-        key(
-            "nominal",
-            Other("table of numbers"),
-            "",
-            Optional("unknown"),
-            "Values of parameters, by their names (didim-parameters(7)) and in their units. Those that are not listed are 0. \
+const TOP: &[Section] = &[
+    Section {
+        heading: "The top of the file",
+        path: "",
+        about: "Before the first `[table]`.",
+        keys: &[
+            key("name", Text, "", Required, "Name of the robot, as results and scenarios have it."),
+            key(
+                "gravity_m_s2",
+                Numbers,
+                "m/s²",
+                Required,
+                "Gravity in the frame of the base, x, y and z.",
+            ),
+            key(
+                "joint",
+                Tables,
+                "",
+                Required,
+                "The joints, `[[joint]]`, from the base to the flange; 1 to 8.",
+            ),
+            key("transmission", Table, "", Required, "Gear ratios and couplings."),
+            key("friction", Table, "", Required, "The friction terms of all joints."),
+            key(
+                "base_capsules",
+                Tables,
+                "",
+                Optional("none"),
+                "Shapes of the base, in its frame: as `capsules` of a joint. Without ends one reaches from the origin of the base to that of the first link.",
+            ),
+            key(
+                "nominal",
+                Other("table of numbers"),
+                "",
+                Optional("unknown"),
+                "Values of parameters, by their names (didim-parameters(7)) and in their units. Those that are not listed are 0. \
              `zz1r` and `zz1` are one parameter.",
-        ),
-    ],
-    example: "name = \"tx40\"\ngravity_m_s2 = [0.0, 0.0, -9.81]\n\n[nominal]\nzz1 = 1.24\nfv1 = 8.0\nfc1 = 7.34",
-}];
+            ),
+        ],
+        example: "name = \"tx40\"\ngravity_m_s2 = [0.0, 0.0, -9.81]\n\n[nominal]\nzz1 = 1.24\nfv1 = 8.0\nfc1 = 7.34",
+    },
+    Section {
+        heading: "base_capsules",
+        path: "base_capsules.0",
+        about: "As `joint.capsules`, in the frame of the base.",
+        keys: &CAPSULE,
+        example: "base_capsules = [{ from_m = [0.0, 0.0, 0.05], to_m = [0.0, 0.0, 0.3], radius_m = 0.09 }]",
+    },
+];
 
 const fn limit(name: &'static str, unit: &'static str, meaning: &'static str) -> Key {
     key(name, Number, unit, Required, meaning)
@@ -70,6 +86,24 @@ const fn planned(name: &'static str, unit: &'static str, meaning: &'static str) 
 
 const LOWEST: &str = "Smallest position of the joint.";
 const HIGHEST: &str = "Largest position of the joint.";
+/// Of a shape, of a link and of the base.
+const CAPSULE: [Key; 3] = [
+    key(
+        "from_m",
+        Numbers,
+        "m",
+        Optional("the origin of that frame"),
+        "One end of the segment, x, y and z.",
+    ),
+    key(
+        "to_m",
+        Numbers,
+        "m",
+        Optional("the origin of the next link's frame; of the last link its own"),
+        "The other end. Has to be stated where the next joint is prismatic.",
+    ),
+    key("radius_m", Number, "m", Required, "The radius; greater than 0."),
+];
 const FASTEST: &str = "Largest speed of the joint; greater than 0.";
 const PLANNED: &str = "Largest acceleration; greater than 0. Motions are planned with it; no identification needs it.";
 const JERK: &str =
@@ -127,8 +161,23 @@ const JOINT: &[Section] = &[
                 "A torque or force that acts on the joint beside gravity and the drive, as of a spring or a counterbalance; positive along the \
                  positive direction of the joint.",
             ),
+            key(
+                "capsules",
+                Tables,
+                "",
+                Optional("none"),
+                "Shapes of the link, which designed motions hold apart from those of other links and from a box; of a link without any, collisions are \
+                 not checked.",
+            ),
         ],
         example: REVOLUTE,
+    },
+    Section {
+        heading: "joint.capsules",
+        path: "joint.0.capsules.0",
+        about: "All points within a radius of a segment in the frame of the link: at least as large as what it stands for.",
+        keys: &CAPSULE,
+        example: CAPSULES,
     },
     Section {
         heading: "[[joint]]: limits of a revolute joint",
@@ -178,6 +227,9 @@ const JOINT: &[Section] = &[
 
 const REVOLUTE: &str = "[[joint]]\ntype = \"revolute\"\nalpha_deg = -90.0\nd_m = 0.0\ntheta_deg = -90.0\nr_m = 0.0\ndrive_inertia = true\nposition_min_deg = \
                         -125.0\nposition_max_deg = 125.0\nvelocity_max_rad_s = 5.009\ntorque_max_nm = 131.84";
+const CAPSULES: &str = "[[joint]]\ntype = \"revolute\"\nalpha_deg = -90.0\nd_m = 0.0\ntheta_deg = -90.0\nr_m = 0.0\ndrive_inertia = true\nposition_min_deg = \
+                        -125.0\nposition_max_deg = 125.0\nvelocity_max_rad_s = 5.009\ntorque_max_nm = 131.84\ncapsules = [{ from_m = [0.0, 0.0, 0.05], to_m = [0.225, 0.0, 0.05], \
+                        radius_m = 0.07 }]";
 const PRISMATIC: &str = "[[joint]]\ntype = \"prismatic\"\nalpha_deg = 90.0\nd_m = 0.0\ntheta_deg = 0.0\nr_m = 0.12\ndrive_inertia = true\nposition_min_m = \
                          0.0\nposition_max_m = 1.2\nvelocity_max_m_s = 1.5\nforce_max_n = 900.0";
 

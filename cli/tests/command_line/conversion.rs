@@ -2,7 +2,7 @@
 
 use didim::cell::Cell;
 use didim::offline::read_log;
-use didim_formats::{Measurement, read_csv};
+use didim_formats::{Measurement, list_bag, read_csv};
 
 use super::support::{Folder, cia402_cell, data, didim, head, packed_cell, shipped};
 
@@ -82,6 +82,30 @@ fn log_to_table_to_log_is_the_same_log() {
     let log = folder.path("again.log");
     didim(&["convert", "--cell", &packed_cell(), &data().packed_csv, &log]).done();
     assert!(std::fs::read(&data().packed_log).unwrap() == std::fs::read(&log).unwrap());
+}
+
+/// A viewer of robots' data finds the joints in a recording, without knowing the bus.
+#[test]
+fn a_recording_has_the_curves_of_the_joints_beside_its_frames() {
+    let folder = Folder::new();
+    let recording = folder.path("arm.mcap");
+    didim(&["convert", "--cell", &packed_cell(), &data().packed_log, &recording]).done();
+    let log = read_log(data().packed_log.as_ref(), &cell(&packed_cell())).unwrap();
+    let samples = log.into_whole().unwrap().signals.position_rad[0].len();
+    let topics = list_bag(recording.as_ref()).unwrap().topics;
+    let joint_states = topics.iter().find(|topic| topic.name == "/joint_states").unwrap();
+    assert_eq!(joint_states.messages, samples);
+    assert!(
+        joint_states
+            .joints
+            .iter()
+            .map(String::as_str)
+            .eq(["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6"])
+    );
+    // Its frames are read back as they were, and nothing counts as passed over.
+    let again = folder.path("again.log");
+    didim(&["convert", "--cell", &packed_cell(), &recording, &again]).done();
+    assert!(std::fs::read(&data().packed_log).unwrap() == std::fs::read(&again).unwrap());
 }
 
 /// A target takes effect at the SYNC after its frame, so that the first cycle of a log has none:

@@ -76,6 +76,8 @@ fn the_arm_that_is_not_like_the_others_is_found_by_its_parameter() {
     let other = folder.file("other.csv", &text.replace(",tx40,", ",ur5e,"));
     let mixed = [&files[..6], &[other]].concat();
     fleet(&mixed, &[]).refused(1, &["cabinet 7 is a ur5e", "arms of one type"]);
+    let unreadable = folder.file("unreadable.csv", &text.replace("tx40,1,", "tx40,one,"));
+    fleet(&[unreadable], &[]).refused(1, &["unreadable.csv", "`one`", "`result`", "history --out"]);
     let strange = folder.file("strange.csv", "a,b\n1,2\n");
     fleet(&[strange], &[]).refused(1, &["strange.csv", "no column `identity`", "history --out"]);
 }

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::program::parameters_with_units;
+
 use super::support::{Configuration, Folder, cia402_cell, data, didim};
 
 /// Replays the same log so many times into one folder.
@@ -53,6 +55,8 @@ fn results_are_listed_compared_and_reported() {
     let document =
         json(&didim(&["history", "--state", &state, "--json", "--report", &report]).done());
     assert_eq!(document["results"].as_array().unwrap().len(), 2);
+    // Of both results and of the baseline.
+    assert_eq!(parameters_with_units(&document), 3 * 28);
     assert_eq!(document["results"][1]["compared"], true);
     assert_eq!(document["baseline"]["result"]["result"], 0);
     let parameters = document["results"][1]["parameters"].as_array().unwrap();

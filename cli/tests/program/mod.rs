@@ -28,6 +28,22 @@ pub(crate) fn command(arguments: &[&dyn AsRef<OsStr>]) -> Command {
     command
 }
 
+/// How many parameters an output has: whatever has a name and a value must have a unit.
+#[track_caller]
+pub(crate) fn parameters_with_units(output: &Value) -> usize {
+    let inner: usize = match output {
+        Value::Array(values) => values.iter().map(parameters_with_units).sum(),
+        Value::Object(values) => values.values().map(parameters_with_units).sum(),
+        _ => 0,
+    };
+    let is_parameter = output["name"].is_string()
+        && ["value", "found", "standard_deviation"].iter().any(|key| !output[key].is_null());
+    if is_parameter {
+        assert!(output["unit"].as_str().is_some_and(|unit| !unit.is_empty()), "{output}");
+    }
+    inner + usize::from(is_parameter)
+}
+
 /// How a program ended.
 #[derive(Debug)]
 pub(crate) struct Finished {

@@ -37,18 +37,22 @@ impl<'a> Barrier<'a> {
         Some(torques)
     }
 
-    /// The largest share of any limit, with the place of the limit.
+    /// The largest share of any limit, with the place of the limit; none of a gap.
     pub(super) fn largest(
         &self,
         motion: &Motion,
         torques: Option<&DMatrix<f64>>,
-    ) -> Option<(usize, f64)> {
+    ) -> (Option<usize>, f64) {
         let shares = self.bounds.all.iter().enumerate().filter_map(|(place, bound)| {
             let values = of_kind(bound.kind, motion, torques)?;
             let shares = (0..values.ncols()).map(|i| bound.share(column(values, i)).abs());
             Some((place, shares.fold(0.0, f64::max)))
         });
-        shares.max_by(|a, b| a.1.total_cmp(&b.1))
+        let (place, share) = shares.max_by(|a, b| a.1.total_cmp(&b.1)).unzip();
+        let share = share.unwrap_or(0.0);
+        let of_gaps =
+            self.bounds.shapes.as_ref().map_or(0.0, |of| of.largest(self.model, &motion[0]));
+        if of_gaps > share { (None, of_gaps) } else { (place, share) }
     }
 
     /// The value times `weight`, its gradient added to `by_motion`; nothing outside a limit.
@@ -82,6 +86,12 @@ impl<'a> Barrier<'a> {
                 for (gradient, d) in gradient.iter_mut().zip(bound.direction) {
                     *gradient += slope * d;
                 }
+            }
+        }
+        if let Some(shapes) = &self.bounds.shapes {
+            for (i, mut gradient) in by_motion[0].column_iter_mut().enumerate() {
+                let q = column(&motion[0], i);
+                value += shapes.add(self.model, weight, q, gradient.as_mut_slice())?;
             }
         }
         if let Some(by_torque) = by_torque {

@@ -76,6 +76,11 @@ impl Basis {
         self.at_samples[0].nrows()
     }
 
+    /// n; the first coordinates are their means.
+    pub(super) fn joints(&self) -> usize {
+        self.units.len()
+    }
+
     /// Coordinates of all joints, n m.
     pub(super) fn coordinates(&self) -> usize {
         self.units.len() * self.width()

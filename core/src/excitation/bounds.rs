@@ -3,6 +3,7 @@
 use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
 use super::series::{FourierSeries, State};
+use super::shapes::{Nearest, Shapes};
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
 use crate::robot::{Limits, Robot};
@@ -50,6 +51,8 @@ pub struct Bounds {
     pub(super) all: Vec<Bound>,
     /// Standard parameters that torques are computed with.
     pub(super) parameters: Option<Vec<f64>>,
+    /// What is held apart, where shapes are stated.
+    pub(super) shapes: Option<Shapes>,
 }
 
 /// How much of a limit a motion uses.
@@ -151,7 +154,36 @@ impl Bounds {
                 }
             }
         }
-        Ok(Self { all, parameters })
+        Ok(Self { all, parameters, shapes: None })
+    }
+
+    /// The same with shapes that are held apart.
+    #[must_use]
+    pub fn with_shapes(self, shapes: Option<Shapes>) -> Self {
+        Self { shapes, ..self }
+    }
+
+    /// What is held apart; nothing where no shapes are stated.
+    pub fn shapes(&self) -> Option<&Shapes> {
+        self.shapes.as_ref()
+    }
+
+    /// The narrowest gap along a motion, at so many samples per second \[Hz\], where shapes are stated.
+    pub fn nearest(&self, model: &Model, series: &FourierSeries, rate_hz: f64) -> Option<Nearest> {
+        self.shapes.as_ref()?.nearest_along(model, series, rate_hz)
+    }
+
+    /// The largest share of any limit or gap, with how much of each a motion uses.
+    pub(super) fn share(
+        &self,
+        model: &Model,
+        series: &FourierSeries,
+        rate_hz: f64,
+    ) -> (f64, Vec<Used>, Option<Nearest>) {
+        let used = self.used(model, series, rate_hz);
+        let nearest = self.nearest(model, series, rate_hz);
+        let of_gaps = nearest.map_or(0.0, |of| of.share());
+        (used.iter().map(|used| used.share).fold(of_gaps, f64::max), used, nearest)
     }
 
     /// How much of each limit a motion uses, at so many samples per second \[Hz\].

@@ -5,11 +5,12 @@ use super::descent::descend;
 use super::error::ExcitationError;
 use super::search::Search;
 use super::series::FourierSeries;
+use super::shapes::Nearest;
 use super::task::Task;
 use super::told::value;
 
 /// Limits are kept at so many samples per second \[Hz\]: ten times the fastest output.
-const CHECK_HZ: f64 = 5000.0;
+pub(super) const CHECK_HZ: f64 = 5000.0;
 const STAGES: u32 = 4;
 /// Weights of the barrier, one after the other.
 const WEIGHTS: [f64; STAGES as usize] = [0.1, 0.02, 0.004, 0.0008];
@@ -32,6 +33,8 @@ pub struct Design {
     pub value: f64,
     /// How much of each limit it uses, checked at 5000 samples per second.
     pub used: Vec<Used>,
+    /// The narrowest gap between shapes along it, likewise; nothing where no shapes are stated.
+    pub nearest: Option<Nearest>,
 }
 
 /// Designs a motion in so many steps from a random one, which the seed decides. The same task, seed and steps give the
@@ -64,20 +67,19 @@ pub fn design(
             return Err(ExcitationError::NotTold { duration_s });
         }
     }
-    let (series, used) = within(task, search.basis.series(&x));
+    let (series, used, nearest) = within(task, search.basis.series(&x));
     let value = value(task, &series)?;
-    Ok(Design { series, value, used })
+    Ok(Design { series, value, used, nearest })
 }
 
 /// The motion, smaller where between the samples of the design it leaves a limit.
-fn within(task: &Task, mut series: FourierSeries) -> (FourierSeries, Vec<Used>) {
+fn within(task: &Task, mut series: FourierSeries) -> (FourierSeries, Vec<Used>, Option<Nearest>) {
     loop {
-        let used = task.bounds.used(&task.model, &series, CHECK_HZ);
-        let share = used.iter().map(|used| used.share).fold(0.0, f64::max);
-        // Shares of positions and of gravity do not vanish with the motion: it takes more than one step.
+        let (share, used, nearest) = task.bounds.share(&task.model, &series, CHECK_HZ);
+        // Shares of positions, gravity and gaps do not vanish with the motion: it takes more than one step.
         if share <= 1.0 {
-            return (series, used);
+            return (series, used, nearest);
         }
-        series = series.scaled((1.0 / share).min(0.999));
+        series = series.scaled((1.0 / share).clamp(0.9, 0.999));
     }
 }

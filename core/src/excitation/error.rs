@@ -47,6 +47,18 @@ pub enum ExcitationError {
         /// Part of the limit.
         share: f64,
     },
+    /// Shapes are too near each other, or to the box, in all postures that were tried. Correct them.
+    #[error(
+        "the shapes of the arm are less than 20 mm from each other, or from a side of the box, in all postures that were tried; \
+         check `capsules` in the robot file, the URDF's collision shapes, and the box"
+    )]
+    Touching,
+    /// No joint can swing within the limits. Correct them.
+    #[error(
+        "no joint can swing within these limits, as far as one degree, from any posture that was tried; check the limits of \
+         the robot file and its parameters"
+    )]
+    NoSwing,
     /// A wanted parameter is none of those that are identified.
     #[error("no parameter `{name}` is identified; there are {}", known.join(" "))]
     UnknownParameter {

@@ -4,31 +4,40 @@
 //! A [`Task`] says which arm, which limits ([`Bounds`]), what is known already and what is wanted ([`Aim`]).
 //! [`design`] starts from a random series well inside the limits and improves it by a barrier method (Nocedal
 //! and Wright, *Numerical Optimization*, ch. 7.2 and 19.6), so that every iterate may be run; gradients
-//! are analytic. The series and its use for robots: J. Swevers, C. Ganseman, D. Tükel, J. De Schutter and H. Van Brussel,
+//! are analytic. [`advise`] tries swings of one joint or two instead, which words can say. The series and its use for robots: J. Swevers, C. Ganseman, D. Tükel, J. De Schutter and H. Van Brussel,
 //! *Optimal robot excitation and identification*, IEEE Transactions on Robotics and Automation 13, 1997.
 //!
 //! ```text
-//! design → {search, descent, told} → task → {barrier, information, objective} → {basis, bounds} → {series, error} → limit_kind
+//! advice → {design, candidates} → {search, descent, told, swing} → task → {barrier, information, objective} → bounds → shapes → basis → {series, error, random, clearance} → limit_kind
 //! ```
 
+mod advice;
 mod barrier;
 mod basis;
 mod bounds;
+mod candidates;
+mod clearance;
 mod descent;
 mod design;
 mod error;
 mod information;
 mod limit_kind;
 mod objective;
+mod random;
 mod search;
 mod series;
+mod shapes;
+mod swing;
 mod task;
 mod told;
 
+pub use advice::{Advice, Advised, advise};
 pub use bounds::{Bounds, Margins, Used};
 pub use design::{Design, Progress, design};
 pub use error::ExcitationError;
 pub use limit_kind::LimitKind;
 pub use series::{FourierSeries, JointSeries, State};
+pub use shapes::{Corners, Nearest, Other, Shapes};
+pub use swing::{Swing, Swings};
 pub use task::{Aim, Noise, Task};
-pub use told::{Predicted, predicted};
+pub use told::{Predicted, information, predicted};

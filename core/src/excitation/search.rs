@@ -2,7 +2,6 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardUniform};
 
 use super::barrier::Barrier;
 use super::basis::{Basis, Motion, Unit};
@@ -11,12 +10,16 @@ use super::error::ExcitationError;
 use super::information::Information;
 use super::limit_kind::LimitKind;
 use super::objective::Objective;
+use super::random::uniform;
 use super::task::Task;
 use crate::robot::SignModel;
 
 /// What of the smallest speed limit the sign of friction takes to change: between two samples a narrow law jumps, and
 /// has no gradient.
 const SIGN_WIDTH: f64 = 0.1;
+/// Postures that are tried where the arm cannot rest in the middle of its ranges, and how far from there they are at most.
+const POSTURES: usize = 200;
+const NEAR: f64 = 0.8;
 /// Largest share of a limit of the first motion.
 const FIRST_SHARE: f64 = 0.7;
 
@@ -54,37 +57,51 @@ impl<'a> Search<'a> {
         Some(value + walls)
     }
 
-    /// The largest share of a limit along a motion, and which limit it is.
-    pub(super) fn largest(&mut self, x: &[f64]) -> (usize, f64) {
+    /// The largest share of a limit along a motion, and which limit it is; none where it is a gap.
+    pub(super) fn largest(&mut self, x: &[f64]) -> (Option<usize>, f64) {
         let motion = self.basis.motion(x);
         let torques = self.barrier.torques(&motion);
-        self.barrier.largest(&motion, torques.as_ref()).unwrap_or((0, 0.0))
+        self.barrier.largest(&motion, torques.as_ref())
     }
 
     /// Coordinates of a random motion well inside the limits.
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<f64>, ExcitationError> {
-        let mut x = vec![0.0; self.basis.coordinates()];
-        let (place, share) = self.largest(&x);
-        if share.is_nan() || share >= 1.0 {
-            let Bound { joint, kind, .. } = self.bounds.all[place];
-            return Err(ExcitationError::Middle { joint: joint + 1, kind, share });
-        }
-        let enough = FIRST_SHARE.max(0.5 * (1.0 + share));
         let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let (posture, share) = self.posture(seed)?;
+        let enough = FIRST_SHARE.max(0.5 * (1.0 + share));
+        let mut x = posture.clone();
         for x in &mut x {
-            *x = uniform(&mut random);
+            *x += uniform(&mut random);
         }
         while self.largest(&x).1 > enough {
-            x.iter_mut().for_each(|x| *x *= 0.9);
+            x.iter_mut().zip(&posture).for_each(|(x, rest)| *x = rest + 0.9 * (*x - rest));
         }
         Ok(x)
     }
-}
 
-/// −1 to 1.
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
-    let unit: f64 = StandardUniform.sample(random);
-    2.0 * unit - 1.0
+    /// Where the arm can rest: in the middle of its ranges, or else in the first of some random postures; with the largest share of a
+    /// limit there.
+    fn posture(&mut self, seed: u64) -> Result<(Vec<f64>, f64), ExcitationError> {
+        let mut x = vec![0.0; self.basis.coordinates()];
+        let (place, share) = self.largest(&x);
+        if share < 1.0 {
+            return Ok((x, share));
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        for _ in 0..POSTURES {
+            for mean in x.iter_mut().take(self.basis.joints()) {
+                *mean = NEAR * uniform(&mut random);
+            }
+            let share = self.largest(&x).1;
+            if share < FIRST_SHARE {
+                return Ok((x, share));
+            }
+        }
+        Err(place.map_or(ExcitationError::Touching, |place| {
+            let Bound { joint, kind, .. } = self.bounds.all[place];
+            ExcitationError::Middle { joint: joint + 1, kind, share }
+        }))
+    }
 }
 
 /// Positions about the middle of the range, in halves of it, and speeds in the largest.
@@ -109,6 +126,7 @@ mod tests {
     use crate::dynamics::{BaseParameters, Model};
     use crate::excitation::bounds::Margins;
     use crate::excitation::descent::descend;
+    use crate::excitation::shapes::Shapes;
     use crate::excitation::task::{Aim, Noise};
     use crate::robot::Robot;
 
@@ -119,11 +137,18 @@ mod tests {
             "torque_max_nm = 131.84\nknown_torque = { position_deg = [-200, 10, 200], torque_nm = [-20, 3, 28] }",
             1,
         );
+        // Links that come near each other, and a box about them.
+        let file = file.replace(
+            "drive_inertia = true",
+            "drive_inertia = true\ncapsules = [{ radius_m = 0.06 }]",
+        );
         let robot = Robot::from_toml(&file).unwrap();
+        let shapes = Shapes::of(&robot, Some([[-0.6, -0.6, -0.1], [0.6, 0.6, 1.0]]));
         let nominal = robot.nominal().unwrap().standard().to_vec();
         let model = Model::new(&robot).with_load(nominal.clone());
         let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
         let bounds = Bounds::new(&robot, Margins::default(), None, Some(nominal)).unwrap();
+        let bounds = bounds.with_shapes(shapes);
         let before = DMatrix::identity(columns.len(), columns.len());
         let levels = robot.limits().map(|limits| 0.01 * limits.torque_max).collect();
         let noise = Noise { levels, rows_per_s: 40.0 };

@@ -21,13 +21,25 @@ pub struct Predicted {
     pub condition_number: f64,
 }
 
+/// The information of a motion of the task's length, with what is known already (b × b): what is known before the next one.
+pub fn information(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
+    told_at(task, series, TOLD_HZ)
+}
+
+/// The same by so many samples per second \[Hz\].
+pub(super) fn told_at(task: &Task, series: &FourierSeries, rate_hz: f64) -> DMatrix<f64> {
+    let task = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
+    let (mut told, _) = task.information(task.model.clone(), rate_hz);
+    told.along(&sampled(series, task.duration_s, rate_hz))
+}
+
 /// What the aim of a task makes of a motion.
 ///
 /// # Errors
 /// [`ExcitationError::NotTold`].
 pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, ExcitationError> {
     let (mut information, objective) = task.information(task.model.clone(), TOLD_HZ);
-    let told = objective.of(&information.along(&sampled(series, series.duration_s)));
+    let told = objective.of(&information.along(&sampled(series, series.duration_s, TOLD_HZ)));
     told.map(|(value, _)| value).ok_or(ExcitationError::NotTold { duration_s: series.duration_s })
 }
 
@@ -36,7 +48,7 @@ pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, Excitati
 /// # Errors
 /// [`ExcitationError::NotTold`].
 pub fn predicted(task: &Task, motion: &impl Reference) -> Result<Predicted, ExcitationError> {
-    let motion = sampled(motion, task.duration_s);
+    let motion = sampled(motion, task.duration_s, TOLD_HZ);
     let deviations = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
     let (mut information, _) = deviations.information(task.model.clone(), TOLD_HZ);
     let covariance = covariance(&information.along(&motion))
@@ -51,13 +63,13 @@ pub fn predicted(task: &Task, motion: &impl Reference) -> Result<Predicted, Exci
 }
 
 /// A motion at the samples that stand for it; its jerk tells nothing.
-fn sampled(motion: &impl Reference, duration_s: f64) -> Motion {
+fn sampled(motion: &impl Reference, duration_s: f64, rate_hz: f64) -> Motion {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a motion has far fewer samples than 2^52"
     )]
-    let samples = (duration_s * TOLD_HZ).round().max(1.0) as usize;
+    let samples = (duration_s * rate_hz).round().max(1.0) as usize;
     let none = || DMatrix::zeros(motion.joints(), samples);
     let [mut q, mut dq, mut ddq, jerk] = [none(), none(), none(), none()];
     for i in 0..samples {

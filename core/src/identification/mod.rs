@@ -48,8 +48,8 @@ pub use judgement::{
     Elsewhere, Estimate, Fit, FitMotion, Foretold, Freedom, FreedomEstimate, FrictionChange,
     FrictionGain, FrictionScore, HeldOut, Identification, Information, KeptParameter,
     ModelUncertainty, Note, Output, ParameterCovariance, ParameterEstimate, PositionBias, Quantity,
-    Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay, UseVerdict,
-    Uses, Verdict,
+    Reached, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay,
+    UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

@@ -1,5 +1,6 @@
 //! An arm, as read from its file.
 
+use super::capsule::Capsule;
 use super::friction::{FrictionTerms, JointFriction, SignModel};
 use super::joint::{Joint, Limits};
 use super::known_torque::KnownTorque;
@@ -20,6 +21,8 @@ pub struct Robot {
     pub(super) own_friction: Vec<JointFriction>,
     /// Of each joint, where it has one.
     pub(super) known_torques: Vec<Option<KnownTorque>>,
+    /// Of the base and each link; all are empty where the file states none.
+    pub(super) capsules: Vec<Vec<Capsule>>,
     pub(super) parameters: ParameterTable,
     pub(super) nominal: Option<NominalParameters>,
 }
@@ -118,6 +121,11 @@ impl Robot {
     /// The torque that acts on each joint beside gravity and drive, where one is stated.
     pub fn known_torques(&self) -> &[Option<KnownTorque>] {
         &self.known_torques
+    }
+
+    /// The shapes that the file states: of the base, and of each link.
+    pub fn capsules(&self) -> &[Vec<Capsule>] {
+        &self.capsules
     }
 
     /// The standard parameters of the model.

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::capsule::RawCapsule;
 use super::friction::RawJointFriction;
 use super::known_torque::RawKnownTorque;
 use super::{
-    Angle, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
+    Angle, Capsule, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
     ParameterTable, Robot, RobotError, SignModel, Transmission,
 };
 use crate::MAX_JOINTS;
@@ -18,6 +19,8 @@ use crate::MAX_JOINTS;
 struct RawRobot {
     name: Spanned<String>,
     gravity_m_s2: Spanned<[f64; 3]>,
+    #[serde(default)]
+    base_capsules: Vec<Spanned<RawCapsule>>,
     #[serde(default)]
     joint: Vec<Spanned<RawJoint>>,
     transmission: RawTransmission,
@@ -48,6 +51,8 @@ struct RawJoint {
     force_max_n: Option<Spanned<f64>>,
     friction: Option<Spanned<RawJointFriction>>,
     known_torque: Option<Spanned<RawKnownTorque>>,
+    #[serde(default)]
+    capsules: Vec<Spanned<RawCapsule>>,
 }
 
 #[derive(Deserialize)]
@@ -142,6 +147,10 @@ impl Robot {
                 })
             })
             .collect::<Result<_, _>>()?;
+        let of_links = raw.joint.iter().map(|joint| &joint.get_ref().capsules);
+        let capsules = (core::iter::once(&raw.base_capsules).chain(of_links).enumerate())
+            .map(|(link, capsules)| read_capsules(text, link, capsules, joints.get(link)))
+            .collect::<Result<_, _>>()?;
         let parameters = ParameterTable::new(&joints, friction, &own_friction, &transmission);
         let nominal =
             raw.nominal.map(|values| read_nominal(text, &parameters, &values)).transpose()?;
@@ -154,6 +163,7 @@ impl Robot {
             friction,
             own_friction,
             known_torques,
+            capsules,
             parameters,
             nominal,
         })
@@ -272,6 +282,25 @@ fn read_friction(
     };
     let own = joints.iter().zip(1..).map(own).collect::<Result<_, _>>()?;
     Ok((FrictionTerms { viscous, coulomb, offset }, own))
+}
+
+/// Those of the base, link 0, or of the link of a joint; `next` is the joint that it carries.
+fn read_capsules(
+    text: Text<'_>,
+    link: usize,
+    capsules: &[Spanned<RawCapsule>],
+    next: Option<&Joint>,
+) -> Result<Vec<Capsule>, RobotError> {
+    let read = |raw: &Spanned<RawCapsule>| {
+        raw.get_ref().of_link(next).map_err(|message| {
+            let of = match link {
+                0 => "`base_capsules`".to_owned(),
+                joint => format!("`capsules` of joint {joint}"),
+            };
+            RobotError::Format { line: text.line_of(raw), message: format!("{of}: {message}") }
+        })
+    };
+    capsules.iter().map(read).collect()
 }
 
 fn read_nominal(

@@ -2,6 +2,7 @@
 
 mod angle;
 mod arm;
+mod capsule;
 mod error;
 mod file;
 mod friction;
@@ -14,6 +15,7 @@ mod transmission;
 
 pub use angle::Angle;
 pub use arm::Robot;
+pub use capsule::Capsule;
 pub use error::RobotError;
 pub use friction::{FrictionLaw, FrictionTerms, JointFriction, SignModel};
 pub use joint::{Joint, JointKind, Limits};

@@ -1,5 +1,6 @@
 //! Motions that are designed: within every limit, the same every time, and better for what is wanted.
 
+mod collisions;
 mod study;
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};

@@ -27,8 +27,9 @@ impl State {
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
         cycle.messages |= bit(index);
+        message.read_readings(frame, &mut self.readings);
         match message.role {
-            Role::Sync => {}
+            Role::Sync | Role::Reading => {}
             Role::Sample => cycle.frames += 1,
             Role::Target => cycle.references.frames += 1,
         }

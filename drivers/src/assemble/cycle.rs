@@ -90,7 +90,7 @@ impl Cycle {
             sample.motor_position_rad[axis] = position;
             sample.motor_torque_nm[axis] = scales.torque_nm(axis, self.values.torque[axis]);
             if sample.has_reference {
-                let reference = scales.reference_rad(axis, self.references.value[axis]);
+                let reference = scales.reference_rad(axis, self.references.value[axis], position);
                 sample.motor_reference_rad[axis] = reference;
                 sample.has_reference = scales.is_continuous(axis, position, reference);
             }
@@ -137,7 +137,7 @@ impl Cycle {
             let of = |Arrived { references, .. }: &Arrived| {
                 let is_there = references.axes & bit(axis) != 0;
                 let stamp_ns = is_there.then_some(references.stamp_ns[axis]);
-                (scales.reference_rad(axis, references.value[axis]), stamp_ns)
+                (scales.reference_rad(axis, references.value[axis], position), stamp_ns)
             };
             match between(of(before), of(after)).filter(|_| sample.has_reference) {
                 Some(reference) if scales.is_continuous(axis, position, reference) => {

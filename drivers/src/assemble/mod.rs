@@ -40,7 +40,7 @@ mod period;
 mod sync;
 mod values;
 
-use didim_core::JointSample;
+use didim_core::{JointSample, Readings};
 
 pub use losses::{CycleCause, CycleLosses, FrameCause, FrameLosses, Losses, label};
 
@@ -51,7 +51,7 @@ use self::grid::Grid;
 use self::period::PeriodWatch;
 use self::values::{References, first};
 use crate::frame::Frame;
-use crate::layout::{CompiledLayout, CyclesBy, Role, SampledBy};
+use crate::layout::{CompiledLayout, CyclesBy, MessagePlan, Role, SampledBy};
 use crate::units::Scales;
 
 /// Makes samples of frames.
@@ -83,6 +83,9 @@ struct State {
     pending: References,
     /// The latest value of each signal that is valid at the arrival of its frame.
     latest: Arrived,
+    /// Readings that came since the cycle before was decided, and the frames that brought nothing else.
+    readings: Readings,
+    reading_frames: u64,
     /// Messages that the cycle before did not get.
     missing_before: u64,
     /// Sequence of the latest cycle.
@@ -118,6 +121,8 @@ impl Assembler {
             open: None,
             pending: References::default(),
             latest: Arrived::default(),
+            readings: Readings::default(),
+            reading_frames: 0,
             missing_before: 0,
             sequence: 0,
             counter: 0,
@@ -145,6 +150,9 @@ impl Assembler {
             Ok(found) => found,
             Err(why) => return state.losses.frames.count(why.into(), 1),
         };
+        if message.role == Role::Reading {
+            return state.reading_frame(message, frame);
+        }
         if state.reach_ns.is_some() {
             if message.role == Role::Sync {
                 state.sync_frame(frame.stamp_ns);
@@ -156,6 +164,8 @@ impl Assembler {
             (SampledBy::Sync, Role::Sync) => state.sync_frame(frame.stamp_ns),
             (SampledBy::Sync, Role::Sample) => state.sample_frame(index, message, frame),
             (SampledBy::Sync, Role::Target) => state.target_frame(index, message, frame),
+            // Taken above.
+            (SampledBy::Sync, Role::Reading) => {}
         }
     }
 
@@ -188,6 +198,7 @@ impl Assembler {
         let state = &self.state;
         state.open.map_or(0, |cycle| cycle.frames + cycle.references.frames)
             + state.pending.frames
+            + state.reading_frames
             + state.ready.map_or(0, |ready| ready.frames)
     }
 
@@ -258,9 +269,21 @@ impl State {
         self.losses.cycles.count(cause, cycles);
     }
 
+    /// A frame that carries nothing but readings: of the cycle that is decided next, wherever in it.
+    fn reading_frame(&mut self, message: &MessagePlan, frame: &Frame) {
+        if self.grid.is_none() {
+            return self.losses.frames.count(FrameCause::BeforeFirstSync, 1);
+        }
+        self.end_by_time(frame.stamp_ns);
+        message.read_readings(frame, &mut self.readings);
+        self.reading_frames += 1;
+    }
+
     /// Decides the open cycle: a sample, or a loss. `followed` says whether the next SYNC has come.
     fn end_cycle(&mut self, followed: bool) {
         let Some(mut cycle) = self.open.take() else { return };
+        let readings = core::mem::take(&mut self.readings);
+        cycle.frames += core::mem::take(&mut self.reading_frames);
         if cycle.doubtful && !followed {
             cycle.fault = Some(CycleCause::MissingSync);
         }
@@ -275,7 +298,7 @@ impl State {
         let sample = cycle.sample(self.whole, self.axes, &self.scales, self.reach_ns);
         let sample = sample.and_then(|sample| {
             self.continuity.admit(&sample.motor_position_rad, self.axes, &self.scales)?;
-            Ok(sample)
+            Ok(JointSample { readings, ..sample })
         });
         match sample {
             Err(cause) => {

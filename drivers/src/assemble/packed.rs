@@ -62,6 +62,7 @@ impl State {
             let before = std::mem::replace(&mut self.pending, references);
             references = if follows { before } else { References::default() };
         }
+        message.read_readings(frame, &mut self.readings);
         self.open = Some(Cycle {
             stamp_ns: frame.stamp_ns,
             sequence: self.sequence,

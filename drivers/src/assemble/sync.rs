@@ -116,6 +116,7 @@ impl State {
             return self.losses.frames.count(FrameCause::Duplicate, 1);
         }
         cycle.values = values;
+        message.read_readings(frame, &mut self.readings);
         if let Some(fault) = fault {
             cycle.fault = first(cycle.fault, fault);
         }

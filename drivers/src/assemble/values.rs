@@ -32,7 +32,7 @@ pub(super) struct References {
     pub(super) frames: u64,
 }
 
-/// A layout has at most 33 messages, so an index is a bit of a `u64`.
+/// A layout has at most 57 messages, so an index is a bit of a `u64`.
 pub(super) fn bit(index: usize) -> u64 {
     1 << (index & 63)
 }
@@ -51,7 +51,7 @@ pub(super) fn read_values(
         let place = match extraction.quantity {
             Quantity::Position => &mut values.position[axis],
             Quantity::Torque => &mut values.torque[axis],
-            Quantity::Reference => continue,
+            Quantity::Reference | Quantity::Reading(_) => continue,
             Quantity::Counter => {
                 values.counter = extraction.signal.field.bits(payload);
                 continue;

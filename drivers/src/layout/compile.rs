@@ -6,8 +6,10 @@ use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
 use super::field::Encoding;
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Validity};
+use super::readings::{in_own_unit, readings};
 use super::spec::{
-    CyclesBy, LayoutSpec, PositionValidity, ReferenceValidity, SignalNames, TorqueValidity,
+    CyclesBy, FollowingError, LayoutSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
+    SignalNames, TorqueValidity,
 };
 
 /// The shortest and the longest nominal period that are taken \[µs\].
@@ -80,18 +82,25 @@ pub(super) fn finish(
     check_overlaps(&messages)?;
     let next_sync = spec.reference.as_ref().is_some_and(|r| r.valid == ReferenceValidity::NextSync);
     for message in &mut messages {
-        let target_only = message.extractions.iter().all(|e| e.quantity == Quantity::Reference);
-        if message.role == Role::Sample && target_only {
+        if message.role != Role::Sample {
+            continue;
+        }
+        let is_reading = |e: &Extraction| matches!(e.quantity, Quantity::Reading(_));
+        let mut others = message.extractions.iter().filter(|e| !is_reading(e)).peekable();
+        if others.peek().is_none() {
+            message.role = Role::Reading;
+        } else if others.all(|e| e.quantity == Quantity::Reference) {
             message.role = Role::Target;
         }
     }
     check_sync(&messages, spec)?;
+    let needed = || messages.iter().filter(|message| message.role != Role::Reading);
     let sampled_by = if messages.iter().any(|message| message.role == Role::Sync) {
         SampledBy::Sync
-    } else if messages.len() == 1 {
+    } else if needed().count() == 1 {
         SampledBy::Packed
     } else {
-        let names: Vec<_> = messages.iter().map(|m| m.format.name.as_str()).collect();
+        let names: Vec<_> = needed().map(|m| m.format.name.as_str()).collect();
         let reason = format!(
             "missing: the signals are in several messages ({}), so that a message of the bus has \
              to mark the instant of the sample",
@@ -104,6 +113,7 @@ pub(super) fn finish(
         at_arrival: at_arrival(spec),
         torque: timing.or_else(|problem| refuse("torque.valid", problem))?,
         reference_at_next_sync: next_sync,
+        following_error: following_error(spec)?,
         enabled: spec.enabled.as_ref().map_or(0, |enabled| enabled.is),
     };
     let by = spec.cycles_by;
@@ -113,6 +123,18 @@ pub(super) fn finish(
 /// Whether signals are valid at the arrival of their own frames.
 pub(super) fn at_arrival(spec: &LayoutSpec) -> bool {
     spec.position.valid == PositionValidity::Arrival
+}
+
+/// What the references are, where they are following errors: those of the position beside them.
+fn following_error(spec: &LayoutSpec) -> Result<Option<FollowingError>, LayoutError> {
+    let Some(ReferenceSpec { following_error: Some(error), valid, .. }) = &spec.reference else {
+        return Ok(None);
+    };
+    if *valid == ReferenceValidity::NextSync {
+        let reason = "\"next-sync\" is of a target; a following error is of the position beside it";
+        return refuse("reference.valid", reason.into());
+    }
+    Ok(Some(*error))
 }
 
 /// What a SYNC and signals that are valid at their own arrival ask of each other.
@@ -166,7 +188,10 @@ fn check_no_objects(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("reference.object", reference.is_some_and(|r| r.object.is_some())),
         ("reference.unit", reference.is_some_and(|r| r.unit.is_some())),
     ];
-    match keys.into_iter().find(|(_, given)| *given) {
+    let of_readings = readings(spec).flat_map(|(_, [_, object, unit], of)| {
+        [(object, of.object.is_some()), (unit, of.unit.is_some())]
+    });
+    match keys.into_iter().chain(of_readings).find(|(_, given)| *given) {
         Some((key, _)) => refuse(
             key,
             "is for `nodes` and `slaves` only; a DBC file has `signal` and units".into(),
@@ -202,6 +227,12 @@ fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
             patterns.push(("enabled", Quantity::Enabled, enabled.signal.clone()));
         }
         (None, None) => {}
+    }
+    for (reading, [key, ..], of) in readings(spec) {
+        let Some(signal) = &of.signal else {
+            return refuse(key, "missing: name the signal, as \"Message.Signal\"".into());
+        };
+        patterns.push((key, Quantity::Reading(reading), signal.clone()));
     }
     Ok(patterns)
 }
@@ -264,7 +295,7 @@ fn add(
 ) -> Result<(), LayoutError> {
     let (message, signal) = split(key, name)?;
     let format = database.message(key, message)?;
-    let signal = database.signal(key, message, signal)?;
+    let signal = in_own_unit(quantity, database.signal(key, message, signal)?)?;
     check_integer(quantity, &signal)?;
     let extraction = Extraction { quantity, axis, signal };
     match messages.iter_mut().find(|plan| plan.format.id == format.id) {
@@ -288,9 +319,11 @@ fn add(
 /// A status word is a word and a counter counts: neither has a scale.
 pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result<(), LayoutError> {
     let fault = match quantity {
-        Quantity::Position | Quantity::Torque | Quantity::Reference | Quantity::NetworkState => {
-            None
-        }
+        Quantity::Position
+        | Quantity::Torque
+        | Quantity::Reference
+        | Quantity::NetworkState
+        | Quantity::Reading(_) => None,
         Quantity::StatusWord | Quantity::Enabled | Quantity::Counter
             if signal.field.encoding() != Encoding::Unsigned
                 || signal.field.scale() != (1.0, 0.0) =>
@@ -318,8 +351,11 @@ pub(super) fn check_integer(quantity: Quantity, signal: &SignalFormat) -> Result
 
 fn check_overlaps(messages: &[MessagePlan]) -> Result<(), LayoutError> {
     for message in messages {
-        for (k, second) in message.extractions.iter().enumerate() {
-            for first in &message.extractions[..k] {
+        // One reading may be that of every axis.
+        let is_own = |e: &&Extraction| !matches!(e.quantity, Quantity::Reading(_));
+        let signals: Vec<&Extraction> = message.extractions.iter().filter(is_own).collect();
+        for (k, second) in signals.iter().enumerate() {
+            for first in &signals[..k] {
                 if first.signal.field.overlaps(&second.signal.field) {
                     let name = |e: &Extraction| {
                         format!("{} of axis {} ({})", e.quantity, e.axis + 1, e.signal.name)

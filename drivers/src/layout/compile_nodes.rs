@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
+use didim_core::Reading;
+
 use super::compile::{at_arrival, check_integer, finish, refuse};
 use super::dbc::{MessageFormat, SignalFormat};
 use super::eds::{Dictionary, Direction, EdsError, Mapped, Object, Pdo, Sent, identifier};
 use super::error::LayoutError;
 use super::field::{ByteOrder, Field};
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
+use super::readings::{in_own_unit, readings};
 use super::spec::{LayoutSpec, NodeSpec, ReferenceValidity};
 use crate::frame::FrameId;
 
@@ -69,7 +72,8 @@ pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("enabled", spec.enabled.is_some()),
         ("except", !spec.except.is_empty()),
     ];
-    match signals.into_iter().find(|(_, given)| *given) {
+    let of_readings = readings(spec).map(|(_, [signal, ..], of)| (signal, of.signal.is_some()));
+    match signals.into_iter().chain(of_readings).find(|(_, given)| *given) {
         Some((key, _)) => refuse(
             key,
             "names a signal of a DBC file; with `nodes` and `slaves` use `object`".into(),
@@ -134,6 +138,15 @@ pub(super) fn wanted(spec: &LayoutSpec) -> Result<Vec<Wanted<'_>>, LayoutError> 
     if let Some(word) = &spec.status_word {
         let (key, word) = ("status_word", Some(word.as_str()));
         wanted.push(one(key, key, Quantity::StatusWord, word, Some(""), Direction::Transmit)?);
+    }
+    for (reading, [_, key, unit_key], of) in readings(spec) {
+        let unit = match (reading, of.unit.as_deref()) {
+            (Reading::Mode, Some(_)) => return refuse(unit_key, "a mode has none".into()),
+            (Reading::Mode, None) => Some(""),
+            (_, unit) => unit,
+        };
+        let (quantity, object) = (Quantity::Reading(reading), of.object.as_deref());
+        wanted.push(one(key, unit_key, quantity, object, unit, Direction::Transmit)?);
     }
     Ok(wanted)
 }
@@ -216,6 +229,7 @@ fn add(
     let dictionary = &node.dictionary;
     let name = format!("{} of node {}", pdo.name(), dictionary.node);
     let signal = signal(&name, dictionary, pdo, mapped, wanted.unit)?;
+    let signal = in_own_unit(wanted.quantity, signal)?;
     check_integer(wanted.quantity, &signal)?;
     let extraction = Extraction { quantity: wanted.quantity, axis, signal };
     match messages.iter_mut().find(|plan| plan.format.id == sent.id) {
@@ -255,7 +269,12 @@ fn find<'n>(
     let mut unusable = None;
     for pdo in pdos {
         let Some(mapped) = pdo.find(object) else { continue };
-        match pdo.sent(&node.dictionary) {
+        let sent = match wanted.quantity {
+            // It has no instant: when it comes is the drive's.
+            Quantity::Reading(_) => pdo.there(&node.dictionary),
+            _ => pdo.sent(&node.dictionary),
+        };
+        match sent {
             Ok(sent) => return Ok((pdo, mapped, sent)),
             Err(error) => unusable = unusable.or(Some(error)),
         }

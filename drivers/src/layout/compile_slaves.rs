@@ -11,6 +11,7 @@ use super::error::LayoutError;
 use super::field::{ByteOrder, Encoding, Field};
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role};
 use super::process_data::{Gathered, INPUTS_ID, OUTPUTS_ID, ProcessData, ProcessDatagram, SYNC_ID};
+use super::readings::in_own_unit;
 use super::slaves::{Area, Entry, Network, NetworkError, Slave, encoding_of, learn, read_eni};
 use super::spec::LayoutSpec;
 use crate::ethercat::{Capture, LRD, LRW, LWR};
@@ -225,6 +226,7 @@ fn message(
     let mut put = |quantity, unit: &str, name: String, field: Option<Field>| {
         let field = field.ok_or_else(|| wrong(&name, "1 to 64 bits can be read"))?;
         let signal = SignalFormat { name, field, unit: unit.to_owned(), range: None };
+        let signal = in_own_unit(quantity, signal)?;
         check_integer(quantity, &signal)?;
         extractions.push(Extraction { quantity, axis, signal });
         Ok::<_, LayoutError>(())

@@ -1,7 +1,7 @@
 //! Numbers to frames: what a drive and its controller would send. For the simulated robot and for
 //! tests; the service itself sends nothing.
 
-use didim_core::MAX_JOINTS;
+use didim_core::{MAX_JOINTS, Reading};
 
 use super::field::DoesNotFit;
 use super::plan::{CompiledLayout, MessagePlan, Quantity, Role};
@@ -19,6 +19,8 @@ pub struct AxisValues {
     pub reference: f64,
     /// CiA 402 status word, or the state of another kind of drive.
     pub status_word: u16,
+    /// What the drive tells besides, in the units of [`Reading`] and their order.
+    pub readings: [f64; Reading::ALL.len()],
 }
 
 /// What all axes put on the bus in one cycle.
@@ -83,6 +85,7 @@ impl MessagePlan {
                 Quantity::Reference => axis.reference,
                 Quantity::StatusWord | Quantity::Enabled => f64::from(axis.status_word),
                 Quantity::NetworkState => f64::from(OPERATIONAL),
+                Quantity::Reading(reading) => axis.readings[reading as usize],
                 Quantity::Counter => {
                     // `insert` keeps the low bits: a counter starts again at 2^width.
                     extraction.signal.field.insert(&mut payload, values.counter);

@@ -112,6 +112,12 @@ impl Field {
         (self.factor, self.offset)
     }
 
+    /// The same bits in a unit of which so many make one of the field's.
+    #[must_use]
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self { factor: factor * self.factor, offset: factor * self.offset, ..self }
+    }
+
     /// The bits as they are, in the low end of the result; bytes beyond the payload read as zero.
     pub fn bits(&self, payload: &[u8]) -> u64 {
         let mut word = 0u128;

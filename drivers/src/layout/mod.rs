@@ -19,6 +19,7 @@ mod error;
 mod field;
 mod plan;
 mod process_data;
+mod readings;
 mod slaves;
 mod spec;
 
@@ -36,6 +37,7 @@ pub(crate) use process_data::{
 };
 pub use slaves::NetworkError;
 pub use spec::{
-    CyclesBy, EnabledSpec, ExceptSpec, LayoutSpec, NodeSpec, PositionSpec, PositionValidity,
-    ReferenceSpec, ReferenceValidity, SignalNames, SlaveSpec, TorqueSpec, TorqueValidity,
+    CyclesBy, EnabledSpec, ExceptSpec, FollowingError, LayoutSpec, NodeSpec, PositionSpec,
+    PositionValidity, ReadingSpec, ReferenceSpec, ReferenceValidity, SignalNames, SlaveSpec,
+    TorqueSpec, TorqueValidity,
 };

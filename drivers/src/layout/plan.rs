@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use didim_core::Reading;
 use didim_core::identification::SignalTiming;
 
 use super::dbc::{MessageFormat, SignalFormat};
 use super::field::Field;
 use super::process_data::ProcessData;
-use super::spec::CyclesBy;
+use super::spec::{CyclesBy, FollowingError};
 use crate::frame::{Frame, FrameId, FrameKind};
 
 /// One entry for every identifier of 11 bits.
@@ -34,6 +35,8 @@ pub enum Quantity {
     /// What the EtherCAT network said of itself in the cycle: AL status, and whether the working
     /// counters are the expected ones.
     NetworkState,
+    /// What a drive tells besides.
+    Reading(Reading),
 }
 
 impl fmt::Display for Quantity {
@@ -46,6 +49,9 @@ impl fmt::Display for Quantity {
             Self::Enabled => "state",
             Self::Counter => "counter",
             Self::NetworkState => "network state",
+            Self::Reading(Reading::Temperature) => "temperature",
+            Self::Reading(Reading::SupplyVoltage) => "supply voltage",
+            Self::Reading(Reading::Mode) => "mode",
         })
     }
 }
@@ -60,6 +66,8 @@ pub enum Role {
     Sample,
     /// It carries nothing but references.
     Target,
+    /// It carries nothing but readings, and may come seldom.
+    Reading,
 }
 
 /// The message whose arrival is the instant of a sample.
@@ -119,7 +127,7 @@ pub struct MessagePlan {
     pub format: MessageFormat,
     /// What it is to a sample.
     pub role: Role,
-    /// Its signals, in the order position, torque, reference, status word, state, counter.
+    /// Its signals, in the order position, torque, reference, status word, state, readings, counter.
     pub extractions: Vec<Extraction>,
     /// Frames in which such an integer has one of these values carry something else.
     pub except: Vec<(Field, Vec<u16>)>,
@@ -131,6 +139,8 @@ pub(super) struct Validity {
     pub(super) at_arrival: bool,
     pub(super) torque: SignalTiming,
     pub(super) reference_at_next_sync: bool,
+    /// What the references are, where they are following errors and no positions.
+    pub(super) following_error: Option<FollowingError>,
     /// The value that the states have of drives that are enabled.
     pub(super) enabled: u16,
 }
@@ -287,6 +297,11 @@ impl CompiledLayout {
     /// Whether a reference takes effect in the sample after the one whose cycle carries it.
     pub fn reference_at_next_sync(&self) -> bool {
         self.validity.reference_at_next_sync
+    }
+
+    /// What the references are, where they are following errors and no positions.
+    pub fn following_error(&self) -> Option<FollowingError> {
+        self.validity.following_error
     }
 
     /// The signal that carries a quantity of an axis (from 0), if the layout has it.

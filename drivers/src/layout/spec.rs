@@ -62,6 +62,15 @@ pub struct LayoutSpec {
     /// axis has the one value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enabled: Option<EnabledSpec>,
+    /// Temperature of each motor, however seldom it comes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<ReadingSpec>,
+    /// Supply or DC link voltage of each drive, however seldom it comes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply_voltage: Option<ReadingSpec>,
+    /// Mode of each drive, an integer: a window ends where one changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<ReadingSpec>,
     /// Which frames of the layout's messages carry something else.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub except: Vec<ExceptSpec>,
@@ -143,6 +152,21 @@ pub struct EnabledSpec {
     pub signal: SignalNames,
     /// Its value where the drive is enabled.
     pub is: u16,
+}
+
+/// The signal of what a drive tells besides.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReadingSpec {
+    /// `Message.Signal` of the DBC file, with `{axis}` or of each axis; one signal may be that of all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<SignalNames>,
+    /// With `nodes` or `slaves`: index and sub-index of the object, as `6079:00`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<String>,
+    /// With `nodes` or `slaves`: the unit of the object, which their files do not tell; none of a mode.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
 }
 
 /// Frames that have the identifier of a message and are something else, as answers about registers.
@@ -253,6 +277,29 @@ pub struct ReferenceSpec {
     pub unit: Option<String>,
     /// When it is valid.
     pub valid: ReferenceValidity,
+    /// For a signal that is no position but a following error: which difference it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub following_error: Option<FollowingError>,
+}
+
+/// Which difference a following error is: drives have either.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FollowingError {
+    /// The position to be reached less the measured one, as 60F4h of CiA 402: the reference is their sum.
+    TargetMinusActual,
+    /// The measured position less the one to be reached: the reference is their difference.
+    ActualMinusTarget,
+}
+
+impl FollowingError {
+    /// What it has to be multiplied by to be added to the measured position.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::TargetMinusActual => 1.0,
+            Self::ActualMinusTarget => -1.0,
+        }
+    }
 }
 
 /// When a reference takes effect.

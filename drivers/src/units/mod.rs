@@ -39,6 +39,8 @@ struct AxisScale {
     modulo: bool,
     position: Range,
     reference: Range,
+    /// The angle of one unit of a following error, where references are such.
+    following_rad: Option<f64>,
     nm_per_unit: f64,
 }
 
@@ -106,10 +108,13 @@ impl Scales {
         scale.angle(scale.position, value)
     }
 
-    /// The motor angle of a reference position \[rad\].
-    pub fn reference_rad(&self, axis: usize, value: f64) -> f64 {
+    /// The motor angle of a reference \[rad\], which a following error is away from the measured angle.
+    pub fn reference_rad(&self, axis: usize, value: f64, position_rad: f64) -> f64 {
         let scale = self.axis(axis);
-        scale.angle(scale.reference, value)
+        match scale.following_rad {
+            Some(rad_per_unit) => position_rad + rad_per_unit * value,
+            None => scale.angle(scale.reference, value),
+        }
     }
 
     /// The motor torque \[N·m\].
@@ -132,10 +137,14 @@ impl Scales {
         scale.value(scale.position, angle_rad)
     }
 
-    /// The reference that a controller sends for a motor angle \[unit of the DBC file\].
-    pub fn reference_value(&self, axis: usize, angle_rad: f64) -> f64 {
+    /// The reference that a controller sends for a motor angle \[unit of the DBC file\], or the following
+    /// error that a drive at a measured angle reports.
+    pub fn reference_value(&self, axis: usize, angle_rad: f64, position_rad: f64) -> f64 {
         let scale = self.axis(axis);
-        scale.value(scale.reference, angle_rad)
+        match scale.following_rad {
+            Some(rad_per_unit) => (angle_rad - position_rad) / rad_per_unit,
+            None => scale.value(scale.reference, angle_rad),
+        }
     }
 
     /// The torque that a drive reports \[unit of the DBC file\].
@@ -169,15 +178,22 @@ fn axis_scale(
         modulo: position.wraps == Wraps::Modulo,
         ..AxisScale::default()
     };
-    for (quantity, range) in
-        [(Quantity::Position, &mut scale.position), (Quantity::Reference, &mut scale.reference)]
-    {
+    for quantity in [Quantity::Position, Quantity::Reference] {
         // A layout may be without a reference; the compiler has made sure of the position.
         let Some(signal) = layout.signal(quantity, axis) else { continue };
         check_unit(axis, signal, units)?;
-        *range = Range::of(signal);
+        if let (Quantity::Reference, Some(error)) = (quantity, layout.following_error()) {
+            // A difference has neither a zero nor a range that it could wrap in.
+            scale.following_rad = Some(error.sign() * scale.rad_per_unit);
+            continue;
+        }
+        let range = Range::of(signal);
         if scale.modulo && !range.length.is_finite() {
             return Err(UnitsError::NoModulus { axis: axis + 1, signal: signal.name.clone() });
+        }
+        match quantity {
+            Quantity::Position => scale.position = range,
+            _ => scale.reference = range,
         }
     }
     let (nm_per_unit, units) = nm_per_unit(axis, torque.scale)?;

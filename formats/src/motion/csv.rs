@@ -2,6 +2,8 @@
 
 use core::fmt::Write as _;
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
 use nalgebra::DMatrix;
@@ -10,6 +12,9 @@ use super::error::MotionError;
 use super::file::{MotionFile, TABLE_HZ};
 
 const POSITION: &str = "joint_position_rad_";
+
+/// The longest table of a motion that is read \[bytes\]: hours of it.
+const MOST_BYTES: u64 = 256 << 20;
 
 /// `time_s`, then positions, velocities and accelerations of all joints.
 pub(super) fn write(file: &MotionFile<'_>) -> String {
@@ -50,9 +55,19 @@ pub struct MotionPoints {
 /// # Errors
 /// [`MotionError::Unreadable`].
 pub fn read_motion(path: &Path) -> Result<MotionPoints, MotionError> {
-    let text = std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let points = text.and_then(|text| points(&text));
+    let points = bounded(path).and_then(|text| points(&text));
     points.map_err(|problem| MotionError::Unreadable { file: path.to_path_buf(), problem })
+}
+
+fn bounded(path: &Path) -> Result<String, String> {
+    let said = |error: std::io::Error| error.to_string();
+    let mut text = String::new();
+    let file = File::open(path).map_err(said)?;
+    let read = file.take(MOST_BYTES + 1).read_to_string(&mut text).map_err(said)?;
+    if read as u64 > MOST_BYTES {
+        return Err("it has more than 256 MiB, and a motion has not; name the table of one".into());
+    }
+    Ok(text)
 }
 
 fn points(text: &str) -> Result<MotionPoints, String> {

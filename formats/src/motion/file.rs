@@ -2,8 +2,6 @@
 
 use didim_core::excitation::FourierSeries;
 
-use super::error::MotionError;
-
 /// Points per second of tables \[Hz\].
 pub(super) const TABLE_HZ: f64 = 500.0;
 /// Points per second of trajectories \[Hz\].
@@ -39,14 +37,6 @@ impl MotionFile<'_> {
         )]
         let last = steps as usize;
         (0..=last).map(move |i| duration_s * i as f64 / steps)
-    }
-
-    /// The six axes that a controller of a maker has.
-    pub(super) fn six_axes(&self, maker: &'static str) -> Result<(), MotionError> {
-        match self.series.joints.len() {
-            6 => Ok(()),
-            joints => Err(MotionError::SixAxes { maker, joints }),
-        }
     }
 }
 

@@ -46,17 +46,32 @@ impl MotionFormat {
         !matches!(self, Self::Krl | Self::Rapid)
     }
 
+    /// Whether it can be written for an arm of so many joints: programs are of six axes.
+    ///
+    /// # Errors
+    /// [`MotionError::SixAxes`].
+    pub fn fits(self, joints: usize) -> Result<(), MotionError> {
+        let maker = match self {
+            Self::Csv | Self::JointTrajectory => return Ok(()),
+            Self::UrScript => "Universal Robots",
+            Self::Krl => "KUKA",
+            Self::Rapid => "ABB",
+        };
+        if joints == 6 { Ok(()) } else { Err(MotionError::SixAxes { maker, joints }) }
+    }
+
     /// The file.
     ///
     /// # Errors
-    /// [`MotionError`].
+    /// [`MotionError::SixAxes`].
     pub fn write(self, file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
-        match self {
-            Self::Csv => Ok(csv::write(file)),
-            Self::JointTrajectory => Ok(joint_trajectory::write(file)),
+        self.fits(file.series.joints.len())?;
+        Ok(match self {
+            Self::Csv => csv::write(file),
+            Self::JointTrajectory => joint_trajectory::write(file),
             Self::UrScript => urscript::write(file, name),
             Self::Krl => krl::write(file, name),
             Self::Rapid => rapid::write(file, name),
-        }
+        })
     }
 }

@@ -2,12 +2,10 @@
 
 use core::fmt::Write as _;
 
-use super::error::MotionError;
 use super::file::{MotionFile, PROGRAM_HZ, degrees, identifier, list};
 
 /// Absolute joint moves with zones between them: the controller chooses its speed along them.
-pub(super) fn write(file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
-    file.six_axes("ABB")?;
+pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     let name = identifier(name);
     let mut text = format!("MODULE {name}_module\n") + &file.comments("  !");
     text += "  ! The controller makes the time law. First with a speed of 10 %.\n";
@@ -22,5 +20,5 @@ pub(super) fn write(file: &MotionFile<'_>, name: &str) -> Result<String, MotionE
             "    MoveAbsJ [[{axes}], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]\\NoEOffs, v500, {zone}, tool0;"
         );
     }
-    Ok(text + "  ENDPROC\nENDMODULE\n")
+    text + "  ENDPROC\nENDMODULE\n"
 }

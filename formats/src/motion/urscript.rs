@@ -2,7 +2,6 @@
 
 use core::fmt::Write as _;
 
-use super::error::MotionError;
 use super::file::{MotionFile, identifier, list};
 use super::spline::coefficients;
 
@@ -51,8 +50,7 @@ const LOOP: &str = "\
 end
 ";
 
-pub(super) fn write(file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
-    file.six_axes("Universal Robots")?;
+pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     let name = identifier(name);
     let lists = coefficients(file.series);
     let mut text = file.comments("#");
@@ -69,5 +67,5 @@ pub(super) fn write(file: &MotionFile<'_>, name: &str) -> Result<String, MotionE
     }
     text += LOOP;
     let _ = writeln!(text, "{name}()");
-    Ok(text)
+    text
 }

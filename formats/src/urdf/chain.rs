@@ -4,7 +4,7 @@ use didim_core::MAX_JOINTS;
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::error::UrdfError;
-use super::file::{Body, File, FileJoint, Inertial, Kind, Link};
+use super::file::{Body, File, FileJoint, Inertial, Kind, Link, Rounded};
 use super::note::UrdfNote;
 
 /// What a continuous joint is taken to turn either way \[rad\].
@@ -42,6 +42,8 @@ pub(super) struct Carried {
     pub(super) body: Option<Body>,
     /// Whether a joint that is no part of the chain leads to it.
     pub(super) is_held: bool,
+    /// Capsules about its collision shapes, likewise.
+    pub(super) capsules: Vec<Rounded>,
 }
 
 impl Axis {
@@ -61,6 +63,10 @@ pub(super) struct Chain {
     pub(super) up: Vector3<f64>,
     /// Whether every body is known.
     pub(super) has_bodies: bool,
+    /// Capsules about the collision shapes of what stands still below the first axis, in the frame of the base.
+    pub(super) base_capsules: Vec<Rounded>,
+    /// Links with collision shapes that are meshes, or cannot be read.
+    pub(super) unread_shapes: Vec<String>,
     pub(super) notes: Vec<UrdfNote>,
 }
 
@@ -104,8 +110,11 @@ impl File {
             tip_pose: poses[tip].unwrap_or_else(IsometryMatrix3::identity),
             up: standing.rotation.inverse() * Vector3::z(),
             has_bodies: true,
+            base_capsules: Vec::new(),
+            unread_shapes: Vec::new(),
             notes: Vec::new(),
         };
+        self.stand(base, &moving, &poses, &mut chain);
         for &k in &moving {
             let joint = &self.joints[k];
             // Of the joint's own frame, which is that of its child at q = 0.
@@ -115,6 +124,38 @@ impl File {
             chain.axes.push(axis);
         }
         Ok(chain)
+    }
+
+    /// The shapes of a link that does not move, and of all that stands on it.
+    fn stand(
+        &self,
+        link: usize,
+        moving: &[usize],
+        poses: &[Option<IsometryMatrix3<f64>>],
+        chain: &mut Chain,
+    ) {
+        let capsules = self.shapes(link, poses, chain);
+        chain.base_capsules.extend(capsules);
+        for (k, joint) in self.joints.iter().enumerate() {
+            if joint.parent == link && !moving.contains(&k) {
+                self.stand(joint.child, moving, poses, chain);
+            }
+        }
+    }
+
+    /// The capsules of a link in the frame of the base, where it has shapes; what is not read is named.
+    fn shapes(
+        &self,
+        link: usize,
+        poses: &[Option<IsometryMatrix3<f64>>],
+        chain: &mut Chain,
+    ) -> Vec<Rounded> {
+        let Link { name, capsules, has_unread_shapes, .. } = &self.links[link];
+        if *has_unread_shapes {
+            chain.unread_shapes.push(name.clone());
+        }
+        let pose = poses[link].unwrap_or_else(IsometryMatrix3::identity);
+        capsules.iter().map(|capsule| capsule.seen_from(&pose)).collect()
     }
 
     /// The links that move with a link, up to the next joints of the chain.
@@ -137,7 +178,8 @@ impl File {
             }
             _ => None,
         };
-        axis.carried.push(Carried { link, body, is_held });
+        let capsules = self.shapes(link, poses, chain);
+        axis.carried.push(Carried { link, body, is_held, capsules });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
                 if joint.moves() {

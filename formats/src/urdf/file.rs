@@ -32,6 +32,24 @@ pub(super) struct Link {
     pub(super) place: Place,
     /// Where its `<inertial>` stands.
     pub(super) inertial: Option<Range<usize>>,
+    /// Capsules about its collision shapes, in the link's frame.
+    pub(super) capsules: Vec<Rounded>,
+    /// Whether there are others: meshes, and what cannot be read.
+    pub(super) has_unread_shapes: bool,
+}
+
+/// A capsule about a shape: all within a radius of the way between two points \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rounded {
+    pub(super) ends: [Point3<f64>; 2],
+    pub(super) radius_m: f64,
+}
+
+impl Rounded {
+    /// Seen from the frame in which this one's has the pose.
+    pub(super) fn seen_from(&self, pose: &IsometryMatrix3<f64>) -> Self {
+        Self { ends: self.ends.map(|end| pose * end), ..*self }
+    }
 }
 
 /// Where an element stands in the text \[bytes\].
@@ -212,7 +230,10 @@ impl File {
             }
             let (body, place) = (inertial(node)?, place(node));
             let inertial = child(node, "inertial")?.map(|inertial| inertial.range());
-            links.push(Link { name, body, place, inertial });
+            let shapes: Vec<Option<Rounded>> = children(node, "collision").map(rounded).collect();
+            let has_unread_shapes = shapes.iter().any(Option::is_none);
+            let capsules = shapes.into_iter().flatten().collect();
+            links.push(Link { name, body, place, inertial, capsules, has_unread_shapes });
         }
         if links.is_empty() {
             return Err(UrdfError::Missing {
@@ -339,6 +360,27 @@ fn origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
     let angles = three(origin, "rpy")?.unwrap_or_default().map(quarter_turn);
     let rotation = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
     Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
+}
+
+/// The capsule about a `<collision>`; none about a mesh, or what is no shape: no identification needs it.
+fn rounded(collision: Node<'_, '_>) -> Option<Rounded> {
+    let geometry = child(collision, "geometry").ok()??;
+    let shape = |name| child(geometry, name).ok().flatten();
+    let size = |node: Node<'_, '_>, name| number(node, name).ok().filter(|size| *size > 0.0);
+    let (half, radius_m) = if let Some(ball) = shape("sphere") {
+        (Vector3::zeros(), size(ball, "radius")?)
+    } else if let Some(rod) = shape("cylinder") {
+        (Vector3::z() * 0.5 * size(rod, "length")?, size(rod, "radius")?)
+    } else {
+        let sides = three(shape("box")?, "size").ok()?.filter(|sides| sides.min() > 0.0)?;
+        // About the longest side, through the middle of the others.
+        let (longest, length) = sides.argmax();
+        let mut half = Vector3::zeros();
+        half[longest] = 0.5 * length;
+        (half, 0.5 * (sides - 2.0 * half).norm())
+    };
+    let capsule = Rounded { ends: [Point3::from(-half), Point3::from(half)], radius_m };
+    Some(capsule.seen_from(&origin(collision).ok()?))
 }
 
 fn inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {

@@ -18,8 +18,8 @@ pub(crate) use file::Body;
 pub use note::UrdfNote;
 
 use chain::{Axis, Chain};
-use file::File;
-use modified_dh::{Placed, place};
+use file::{File, Rounded};
+use modified_dh::{Frame, Placed, place};
 
 /// Gravity, against z of the root of a URDF \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.81;
@@ -39,6 +39,8 @@ pub struct UrdfArm {
     tip_position_m: Vector3<f64>,
     up: Vector3<f64>,
     has_bodies: bool,
+    base_capsules: Vec<Rounded>,
+    unread_shapes: Vec<String>,
     notes: Vec<UrdfNote>,
 }
 
@@ -77,8 +79,17 @@ impl UrdfArm {
     /// [`UrdfError`].
     pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
         let file = File::read(text)?;
-        let Chain { base, tip, axes, tip_pose, up, has_bodies, mut notes } =
-            file.chain(base, tip)?;
+        let Chain {
+            base,
+            tip,
+            axes,
+            tip_pose,
+            up,
+            has_bodies,
+            base_capsules,
+            unread_shapes,
+            mut notes,
+        } = file.chain(base, tip)?;
         let placed = place(&axes, &mut notes);
         let tip_position_m = tip_pose.translation.vector;
         let text = text.to_owned();
@@ -92,6 +103,8 @@ impl UrdfArm {
             tip_position_m,
             up,
             has_bodies,
+            base_capsules,
+            unread_shapes,
             notes,
         })
     }
@@ -116,6 +129,11 @@ impl UrdfArm {
         self.tip_position_m.into()
     }
 
+    /// Links with collision shapes that are unread_shapes, or cannot be read.
+    pub fn unread_shapes(&self) -> &[String] {
+        &self.unread_shapes
+    }
+
     /// What has to be known of it.
     pub fn notes(&self) -> &[UrdfNote] {
         &self.notes
@@ -137,6 +155,7 @@ impl UrdfArm {
         let frame = self.placed[0].frame();
         let gravity = (frame.seen(&self.up) * -GRAVITY_M_S2).map(clean);
         writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
+        write_capsules(out, "base_capsules", &self.base_capsules, frame)?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.placed).enumerate() {
             let prismatic = axis.is_prismatic;
             writeln!(out, "\n[[joint]] # {}: {}", number + 1, plain(&axis.name))?;
@@ -162,6 +181,9 @@ impl UrdfArm {
             writeln!(out, "position_max_{position} = {high:?}")?;
             writeln!(out, "{velocity} = {:?}", axis.velocity)?;
             writeln!(out, "{effort} = {:?}", axis.effort)?;
+            let capsules: Vec<Rounded> =
+                axis.carried.iter().flat_map(|of| &of.capsules).copied().collect();
+            write_capsules(out, "capsules", &capsules, placed.frame())?;
             for (key, value) in own.into_iter().flatten() {
                 writeln!(out, "{key} = {value}")?;
             }
@@ -193,6 +215,29 @@ impl UrdfArm {
         }
         Ok(())
     }
+}
+
+/// Shapes of the base's frame, seen in another; nothing where there are none.
+fn write_capsules(
+    out: &mut String,
+    key: &str,
+    capsules: &[Rounded],
+    frame: &Frame,
+) -> std::fmt::Result {
+    if capsules.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "{key} = [")?;
+    let pose = frame.pose().inverse();
+    for capsule in capsules {
+        let [from, to] = capsule.seen_from(&pose).ends.map(|end| end.coords.map(clean));
+        writeln!(
+            out,
+            "  {{ from_m = [{:?}, {:?}, {:?}], to_m = [{:?}, {:?}, {:?}], radius_m = {:?} }},",
+            from.x, from.y, from.z, to.x, to.y, to.z, capsule.radius_m
+        )?;
+    }
+    writeln!(out, "]")
 }
 
 /// A name on one line.

@@ -126,6 +126,8 @@ fn encoded(
             motor_position_rad: at(&signals.position_rad, k),
             motor_torque_nm: at(&signals.torque_nm, k),
             motor_reference_rad: at(reference, (k + ahead).min(samples - 1)),
+            readings: Default::default(),
+            tells: [false; MAX_JOINTS],
         };
         let mut frames = Vec::new();
         encoder.encode(&cycle, epoch_ns + k as u64 * period_ns, &mut frames)?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use didim_formats::{LongTableError, read_long_table};
 use serde::Serialize;
@@ -152,11 +153,11 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
                 monitoring,
                 payload,
             ] = row;
-            let loaded = !payload.is_empty() && number(file, "payload_kg", &payload)? != 0.0;
+            let loaded = !payload.is_empty() && number::<f64>(file, "payload_kg", &payload)? != 0.0;
             if monitoring != "true" || loaded {
                 continue;
             }
-            let result = result.parse().unwrap_or_default();
+            let result = number(file, "result", &result)?;
             let is_newer =
                 |member: &Member| (time.as_str(), result) > (&*member.time, member.result);
             let key = (file.clone(), cell);
@@ -197,7 +198,7 @@ pub fn members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
     Ok(newest.into_iter().map(named).collect())
 }
 
-fn number(file: &Path, column: &'static str, text: &str) -> Result<f64, FleetError> {
+fn number<T: FromStr>(file: &Path, column: &'static str, text: &str) -> Result<T, FleetError> {
     let wrong = || FleetError::NotANumber {
         file: file.to_owned(),
         column,

@@ -1,9 +1,11 @@
 //! What was identified when: a line per result in `history.jsonl`, beside the results.
 
 mod file;
+mod follow;
 mod line;
 
 pub use file::{HistoryError, read_history};
+pub use follow::{HistoryFollower, HistoryMark};
 pub use line::{HISTORY_SCHEMA, HistoryLine, ParameterValue};
 
 pub(super) use file::HistoryFile;

@@ -17,7 +17,10 @@ pub use configurations::ConfigurationTexts;
 pub use error::StoreError;
 pub(crate) use folder::RECENT_LINES;
 pub use folder::{DEFAULT_KEEP, Store, Stored, result_file};
-pub use history::{HISTORY_SCHEMA, HistoryError, HistoryLine, ParameterValue, read_history};
+pub use history::{
+    HISTORY_SCHEMA, HistoryError, HistoryFollower, HistoryLine, HistoryMark, ParameterValue,
+    read_history,
+};
 pub use known::{KeptValue, Known, read_known};
 pub use load::{FoundLoad, LoadChange, mass_text};
 pub use record::{Beside, ResultRecord, WindowProvenance};

@@ -12,6 +12,7 @@ use super::error::{StoreError, at, write};
 use super::history::{HISTORY_SCHEMA, HistoryFile, HistoryLine, ParameterValue};
 use super::timestamp::Timestamp;
 use crate::files::read_bytes;
+use crate::window::DriveReadings;
 
 const NAME: &str = ".owed.jsonl";
 /// Lines that may be owed: a disk that takes results and no line for longer loses the oldest.
@@ -117,6 +118,8 @@ struct ResultFile {
 #[derive(Default, Deserialize)]
 struct Recorded {
     recorded: Option<RecordingStart>,
+    #[serde(flatten)]
+    readings: DriveReadings,
 }
 
 #[derive(Deserialize)]
@@ -173,6 +176,7 @@ pub(super) fn line_of(
         parameters,
         against: None,
         load: None,
+        readings: window.readings,
     })
 }
 
@@ -199,6 +203,7 @@ mod tests {
             parameters: Vec::new(),
             against: None,
             load: None,
+            readings: DriveReadings::default(),
         }
     }
 

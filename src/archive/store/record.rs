@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::against::Against;
 use super::load::FoundLoad;
 use super::samples::input_sha256;
-use crate::window::{Note, Window, WindowEnd};
+use crate::window::{DriveReadings, Note, Window, WindowEnd};
 
 /// The content of a result file. It holds neither run time nor the date of the computation: the same input gives the
 /// same bytes. When that was recorded is a part of it.
@@ -49,6 +49,9 @@ pub struct WindowProvenance {
     /// When its first sample was recorded, by the stamps of the bus; nothing where these have no date.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recorded: Option<RecordingStart>,
+    /// What the drives told besides along the samples that count.
+    #[serde(flatten)]
+    pub readings: DriveReadings,
 }
 
 impl WindowProvenance {
@@ -66,6 +69,7 @@ impl WindowProvenance {
             sample_rate_hz: window.sample_rate_hz,
             end: window.end,
             recorded: window.start,
+            readings: window.readings(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What the bus thread counts, and how the bus is: plain numbers.
 
+use didim_core::Readings;
 use didim_drivers::assemble::Losses;
 use didim_drivers::clock::ClockCounters;
 use didim_drivers::source::SourceCounters;
@@ -73,6 +74,8 @@ pub struct AcquisitionCounts {
     pub source_failures: u64,
     /// What mapping the stamps of CLOCK_REALTIME counted.
     pub clock: ClockCounters,
+    /// What the drives told last besides.
+    pub readings: Readings,
     /// Where the latencies of frames begin.
     pub frame_time: FrameTime,
     /// Iterations of the thread's loop: they continue while the thread is healthy, frames or not.

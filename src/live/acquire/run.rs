@@ -198,6 +198,7 @@ impl Acquisition {
         // it is counted here. Either latency is too long by what writing takes, and never too short.
         while let Some(Assembled { sample, completed_ns }) = self.samples.poll() {
             self.writer.write(&sample, drops, now, read_ns)?;
+            self.counts.readings.update(&sample.readings);
             self.completed_ns.extend(completed_ns);
         }
         if !self.completed_ns.is_empty() {

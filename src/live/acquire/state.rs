@@ -11,6 +11,7 @@ use super::real_time::RealTimeGrants;
 use super::recent::{Flow, RecentCounts, by_cause};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{RecordingStatus, SharedRecording};
+use crate::window::DriveReadings;
 
 /// How long frames are under way to the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,6 +117,9 @@ pub struct AcquisitionStatus {
     pub cycles_lost: BTreeMap<String, u64>,
     /// What was counted in the last seconds.
     pub recent: RecentCounts,
+    /// What the drives told last besides, while the bus is well: each value once.
+    #[serde(flatten)]
+    pub readings: DriveReadings,
     /// What the thread was given.
     pub real_time: Option<RealTimeGrants>,
     /// Receive buffer that the kernel granted, the smallest of all interfaces \[bytes\].
@@ -150,7 +154,7 @@ impl AcquisitionStatus {
 
     /// The counts in the form of the snapshot; rates and latencies are the status's to add.
     pub fn new(counts: &AcquisitionCounts, real_time: Option<RealTimeGrants>) -> Self {
-        let AcquisitionCounts { bus, source, losses, batches, .. } = counts;
+        let AcquisitionCounts { bus, source, losses, batches, readings, .. } = counts;
         Self {
             bus: *bus,
             frames: source.frames,
@@ -159,6 +163,7 @@ impl AcquisitionStatus {
             counters: FaultCounters::of(counts),
             frames_unused: by_cause(losses.frames.by_cause()),
             cycles_lost: by_cause(losses.cycles.by_cause()),
+            readings: DriveReadings::of(bus.is_well().then_some(readings)),
             real_time,
             ..Self::default()
         }

@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use super::archive_folder::{ArchiveFolder, Kind};
+use super::curves::JointCurves;
 use super::extract::{ExtractError, Runs, Stretch, extract, find, newest};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE, Request, SharedArchive, lock};
@@ -50,6 +51,7 @@ pub(super) struct Archive {
     pub(super) ring: PathBuf,
     pub(super) folder: PathBuf,
     pub(super) options: RecordingOptions,
+    pub(super) curves: JointCurves,
     pub(super) shared: SharedArchive,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
@@ -210,7 +212,7 @@ impl Archive {
         let so_far = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
         let most = self.options.ring_bytes().min(self.options.keep_bytes()) / 2;
         let too_large = match find(&self.ring, so_far, Runs::Latest) {
-            Ok(Some(found)) => found.bytes > most,
+            Ok(Some(found)) => found.bytes(&self.curves) > most,
             _ => false,
         };
         if too_long || too_large {
@@ -233,15 +235,16 @@ impl Archive {
         let kept = found.and_then(|found| {
             let folder =
                 ArchiveFolder::open(&self.folder, self.options.keep, self.options.keep_bytes())?;
-            if (self.room)(&self.folder)?.spare < found.bytes {
-                return Err(ArchiveError::NoRoom { bytes: found.bytes });
+            let bytes = found.bytes(&self.curves);
+            if (self.room)(&self.folder)?.spare < bytes {
+                return Err(ArchiveError::NoRoom { bytes });
             }
-            if !folder.make_room(found.bytes)? {
-                return Err(ArchiveError::TooLarge { bytes: found.bytes });
+            if !folder.make_room(bytes)? {
+                return Err(ArchiveError::TooLarge { bytes });
             }
             let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
             let path = folder.path(one.kind, number, &one.label);
-            let frames = extract(&found, &path, &one.more)?;
+            let frames = extract(&found, &path, &one.more, &self.curves)?;
             folder.prune(one.kind)?;
             Ok((path, frames))
         });

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::archive::Archive;
+use super::curves::JointCurves;
 use super::options::{RecordingOptions, archive_folder, ring_folder};
 use super::request::{
     CaptureAnswer, CaptureError, QUEUE, Request, SharedArchive, check_capture_name, lock,
@@ -21,12 +22,14 @@ const FINISH_TIMEOUT: Duration = Duration::from_secs(4);
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// What the archiver needs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ArchiverOptions {
     /// Folder of everything recorded.
     pub folder: PathBuf,
     /// Margins, rates and bounds.
     pub recordings: RecordingOptions,
+    /// What makes the joints' curves of the frames.
+    pub curves: JointCurves,
 }
 
 /// Takes requests. It never waits but for the answer of a capture.
@@ -57,6 +60,7 @@ impl Archiver {
             ring: ring_folder(&options.folder),
             folder: archive_folder(&options.folder),
             options: options.recordings.clone(),
+            curves: options.curves.clone(),
             shared: shared.clone(),
             waiting: Vec::new(),
             capture: None,

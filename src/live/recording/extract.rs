@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use didim_drivers::source::mcap::{McapInfo, McapScan, McapWriteError};
 use didim_drivers::source::{McapError, McapSource, McapWriter};
 
+use super::curves::JointCurves;
 use super::ring::segments;
 use crate::files::replace;
 
@@ -43,8 +44,16 @@ pub(super) struct Found {
     stretch: Stretch,
     /// The latest stamp on disk of this run \[ns\].
     pub(super) newest_ns: u64,
+    /// Most that the frames take in the recording \[bytes\].
+    pub(super) frame_bytes: u64,
+}
+
+impl Found {
     /// Most that the recording will have \[bytes\].
-    pub(super) bytes: u64,
+    pub(super) fn bytes(&self, curves: &JointCurves) -> u64 {
+        let Stretch { from_ns, to_ns, .. } = self.stretch;
+        self.frame_bytes + curves.bytes(to_ns.min(self.newest_ns).saturating_sub(from_ns))
+    }
 }
 
 /// Which runs of the recorder may have a stretch.
@@ -89,8 +98,9 @@ pub(super) fn find(
     }
     files.reverse();
     let overhead = 16 * 1024;
-    let bytes = files.iter().map(|(_, scan)| overlapping(scan, stretch)).sum::<u64>() + overhead;
-    Ok(Some(Found { files, stretch, newest_ns, bytes }))
+    let frame_bytes =
+        files.iter().map(|(_, scan)| overlapping(scan, stretch)).sum::<u64>() + overhead;
+    Ok(Some(Found { files, stretch, newest_ns, frame_bytes }))
 }
 
 /// The latest stamp on disk \[ns\] of the latest run.
@@ -129,15 +139,17 @@ fn overlapping(scan: &McapScan, stretch: Stretch) -> u64 {
     overlaps.map(|chunk| (chunk.end - chunk.offset) * 3 / 2 + 512).sum()
 }
 
-/// Writes a stretch into a file; tells how many frames it has. `more` is for its metadata.
+/// Writes a stretch into a file, with the joints' curves; tells how many frames it has. `more` is for its
+/// metadata.
 pub(super) fn extract(
     found: &Found,
     path: &Path,
     more: &BTreeMap<String, String>,
+    curves: &JointCurves,
 ) -> Result<u64, ExtractError> {
     let mut failed = None;
     let replaced = replace(path, |out| {
-        copy(found, out, path, more).map_err(|error| {
+        copy(found, out, path, more, curves.clone()).map_err(|error| {
             failed = Some(error);
             io::ErrorKind::Other.into()
         })
@@ -152,6 +164,7 @@ fn copy(
     out: &mut dyn io::Write,
     path: &Path,
     more: &BTreeMap<String, String>,
+    mut curves: JointCurves,
 ) -> Result<u64, ExtractError> {
     let failed = |cause| ExtractError::Write { path: path.to_owned(), cause };
     let (mut out, mut writer) = (Some(out), None::<McapWriter<&mut dyn io::Write>>);
@@ -161,18 +174,20 @@ fn copy(
         let Some(info) = source.info().cloned() else { continue };
         if let Some(out) = out.take() {
             let info = McapInfo { more: more.clone(), ..info };
-            writer = Some(McapWriter::new(out, &info).map_err(failed)?);
+            let begun = McapWriter::new(out, &info).map_err(failed)?;
+            writer = Some(begun.with_joints(curves.names()).map_err(failed)?);
         }
         let Some(writer) = &mut writer else { continue };
         while let Some(frame) = source.next_frame()? {
             let stretch = found.stretch;
             if (stretch.from_ns..=stretch.to_ns).contains(&frame.stamp_ns) {
                 let sequence = source.last_sequence().unwrap_or(0);
-                writer.write(&frame, sequence).map_err(failed)?;
+                curves.write(&frame, sequence, writer).map_err(failed)?;
             }
         }
     }
-    let writer = writer.ok_or(ExtractError::NotThere)?;
+    let mut writer = writer.ok_or(ExtractError::NotThere)?;
+    curves.finish(&mut writer).map_err(failed)?;
     let frames = writer.frames();
     writer.finish().map_err(failed)?;
     Ok(frames)

@@ -12,6 +12,7 @@
 mod archive;
 mod archive_folder;
 mod archiver;
+mod curves;
 mod extract;
 mod input;
 mod options;
@@ -25,6 +26,7 @@ mod window;
 mod writer;
 
 pub use archiver::{Archiver, ArchiverOptions, ArchiverThread};
+pub use curves::JointCurves;
 pub use input::{is_mcap, open_log};
 pub use options::{RecorderOptions, RecordingOptions, recording_folders};
 pub use output::{CreateOutput, Output, create_file};

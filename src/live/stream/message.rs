@@ -3,7 +3,7 @@
 //! The derive of `ZeroCopySend` writes `unsafe impl` after checking every field; a layout that
 //! changes must change the version in its `type_name`.
 
-use didim_core::sample::{JointSample, MAX_JOINTS};
+use didim_core::sample::{JointSample, MAX_JOINTS, Reading, Readings};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Samples of one batch.
@@ -12,7 +12,7 @@ pub const BATCH_SAMPLES: usize = 64;
 /// One joint sample as it lies in shared memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("didim.StreamSample.v2")]
+#[type_name("didim.StreamSample.v3")]
 pub struct StreamSample {
     /// [`JointSample::sequence`].
     pub sequence: u64,
@@ -32,11 +32,16 @@ pub struct StreamSample {
     pub motor_reference_rad: [f64; MAX_JOINTS],
     /// 1 when the reference counts. Not a bool: of those, not every byte is one.
     pub has_reference: u64,
+    /// [`Readings::steps`].
+    pub reading_steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
+    /// [`Readings::joints`], and zeros, so that no byte is left out.
+    pub reading_joints: [u8; 8],
 }
 
 impl StreamSample {
     /// The sample with the drops known when it was assembled, written at `written_ns`.
     pub fn new(sample: &JointSample, queue_drops: u64, written_ns: u64) -> Self {
+        let [temperature, voltage, mode] = sample.readings.joints;
         Self {
             sequence: sample.sequence,
             stamp_ns: sample.stamp_ns,
@@ -46,11 +51,15 @@ impl StreamSample {
             motor_torque_nm: sample.motor_torque_nm,
             motor_reference_rad: sample.motor_reference_rad,
             has_reference: u64::from(sample.has_reference),
+            reading_steps: sample.readings.steps,
+            reading_joints: [temperature, voltage, mode, 0, 0, 0, 0, 0],
         }
     }
 
     /// The sample without what concerns the transport.
     pub fn joint_sample(&self) -> JointSample {
+        let [temperature, voltage, mode, ..] = self.reading_joints;
+        let joints = [temperature, voltage, mode];
         JointSample {
             sequence: self.sequence,
             stamp_ns: self.stamp_ns,
@@ -58,6 +67,7 @@ impl StreamSample {
             motor_torque_nm: self.motor_torque_nm,
             motor_reference_rad: self.motor_reference_rad,
             has_reference: self.has_reference == 1,
+            readings: Readings { steps: self.reading_steps, joints },
         }
     }
 }
@@ -94,7 +104,7 @@ impl BatchKind {
 /// A batch of samples: the unit of sending and of notification.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
-#[type_name("didim.SampleBatch.v2")]
+#[type_name("didim.SampleBatch.v3")]
 pub struct SampleBatch {
     /// Which run of the acquisition it is; changes when the acquisition is restarted.
     pub session: u64,

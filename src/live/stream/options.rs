@@ -19,7 +19,7 @@ pub const DEFAULT_BUFFER_S: f64 = 20.0;
 const MAX_BATCH_AGE: Duration = Duration::from_millis(50);
 
 /// Version of the samples' services: processes of different versions do not meet.
-const SAMPLES_VERSION: &str = "v2";
+const SAMPLES_VERSION: &str = "v3";
 /// Version of the services of the documents, estimates and status.
 const DOCUMENTS_VERSION: &str = "v1";
 /// Name of the samples' service.
@@ -180,7 +180,7 @@ impl StreamOptions {
     }
 
     /// Shared memory of the samples \[bytes\]: readers × (buffer + borrowed) + loaned slots. At
-    /// 5 kHz and 20 s that is 1,963 batches and 59 MB, at 500 Hz 557 batches and 17 MB.
+    /// 5 kHz and 20 s that is 1,963 batches and 73 MB, at 500 Hz 557 batches and 21 MB.
     pub fn samples_bytes(&self) -> u64 {
         let slots = MAX_READERS * (self.buffer_batches() + MAX_BORROWED) + MAX_LOANED;
         let slot = size_of::<SampleBatch>() as u64 + SLOT_OVERHEAD_BYTES;

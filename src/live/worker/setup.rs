@@ -19,7 +19,7 @@ pub(super) enum WhenBusy {
 }
 
 /// What the worker needs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct WorkerOptions {
     /// The stream.
     pub stream: StreamOptions,

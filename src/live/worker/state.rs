@@ -16,7 +16,7 @@ use crate::archive::store::{FoundLoad, ParameterValue};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{ArchiveStatus, SharedArchive};
 use crate::live::stream::Batch;
-use crate::window::{Note, Window};
+use crate::window::{DriveReadings, Note, Window};
 
 /// State of the current window.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,6 +59,9 @@ pub struct EstimateSummary {
     /// What the arm carried along it; nothing where that cannot be told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
+    /// What the drives told besides along the samples that count.
+    #[serde(flatten)]
+    pub readings: DriveReadings,
 }
 
 impl EstimateSummary {
@@ -78,6 +81,7 @@ impl EstimateSummary {
                 .map(ToString::to_string)
                 .collect(),
             load,
+            readings: window.readings(),
         }
     }
 }

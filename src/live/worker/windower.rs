@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use didim_core::JointSample;
+use didim_core::{JointSample, Readings};
 
 use super::open::OpenWindow;
 use super::options::{PlannedTrigger, WindowPlan};
@@ -25,6 +25,8 @@ pub struct Windower {
     /// A command closed a window with the last sample.
     identified: bool,
     last_sequence: Option<u64>,
+    /// The modes that the drives told last.
+    modes: Readings,
     opened: u64,
     /// The one window of a recording, in place of whatever the plan would open.
     recorded: Option<RecordedWindow>,
@@ -67,6 +69,7 @@ impl Windower {
             begin: false,
             identified: false,
             last_sequence: None,
+            modes: Readings::default(),
             opened: 0,
             recorded: None,
         }
@@ -96,6 +99,7 @@ impl Windower {
         }
         let loss = self.last_sequence.and_then(|after| Loss::between(after, sample.sequence));
         let rejected = loss.and_then(|loss| self.handle_loss(loss));
+        let parted = self.handle_modes(&sample.readings);
         let moving = self.is_moving(sample);
         if self.open.is_none() && self.opens(moving) {
             let before = self.recent.iter().copied().collect();
@@ -107,9 +111,21 @@ impl Windower {
         self.identified = false;
         let closed = self.append(sample, moving);
         self.remember(sample);
-        // A window takes more than one sample, so one that has just been opened after a loss is
+        // A window takes more than one sample, so one that has just been opened after another is
         // not closed by the same sample.
-        rejected.or(closed)
+        rejected.or(parted).or(closed)
+    }
+
+    /// A window does not span a change of a drive's mode: the open one ends before it, and what was seen
+    /// cannot be the margin of what follows.
+    fn handle_modes(&mut self, readings: &Readings) -> Option<WindowEvent> {
+        let changed = readings.changes_mode(&self.modes);
+        self.modes.update(readings);
+        if !changed {
+            return None;
+        }
+        self.recent.clear();
+        Some(self.open.take()?.close(&self.plan, WindowEnd::ModeChange))
     }
 
     /// Takes the next sample of a recording: its window was opened and closed before, and is so again.

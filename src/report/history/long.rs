@@ -63,6 +63,7 @@ pub fn long_table<'a>(
             "note",
             text(|row| row.line.note.as_ref().and_then(|note| note.text.as_deref()).unwrap_or("")),
         ),
+        ("motor_temperature_c", number(|row| row.line.readings.mean_temperature_c())),
     ];
     columns.map(|(name, values)| LongColumn { name, values }).into()
 }

@@ -13,7 +13,7 @@ pub use plot::plot;
 use didim_formats::RecordingStart;
 
 use crate::archive::drift::{Entry, JudgedHistory};
-use crate::text::aligned;
+use crate::text::{aligned, significant};
 use crate::window::Note;
 
 /// What the last column says of a result.
@@ -79,11 +79,15 @@ fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
 
 /// A table with what was noted.
 fn noted(history: &JudgedHistory, table: String) -> String {
-    // Notes are words, and stand to the left in the last column; with them what was found of the load.
+    // Notes are words, and stand to the left in the last column; with them what was found of the load, and how warm it was.
     let notes = history.entries.iter().map(|entry| {
         let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
         let note = entry.line.note.as_ref().map(Note::line);
-        note.into_iter().chain(load).collect::<Vec<_>>().join("; ")
+        let told = entry.line.readings.temperatures_c().map(|range| {
+            let [coolest, hottest] = [range.start(), range.end()].map(|c| significant(*c, 3));
+            format!("motors at {coolest} to {hottest} °C")
+        });
+        note.into_iter().chain(load).chain(told).collect::<Vec<_>>().join("; ")
     });
     let notes: Vec<String> = notes.collect();
     if notes.iter().all(String::is_empty) {

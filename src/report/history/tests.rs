@@ -4,7 +4,8 @@ use super::*;
 use crate::archive::drift::{Baseline, DriftOptions};
 use crate::archive::store::{HISTORY_SCHEMA, HistoryLine, ParameterValue, Timestamp};
 use crate::report::html::HistoryReport;
-use crate::window::Note;
+use crate::window::{DriveReadings, Note};
+use didim_core::{Reading, Readings};
 
 const HOSTILE: &str = "<script>alert('&\"')</script>";
 
@@ -34,6 +35,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         parameters: vec![value("fc3", fc3, 0.01), value("mx4", -0.02, 0.0001)],
         against: None,
         load: None,
+        readings: Default::default(),
     }
 }
 
@@ -46,6 +48,10 @@ fn lines() -> Vec<HistoryLine> {
     lines[7].recorded = RecordingStart::of_unix_ns(1_795_291_200_000_000_000);
     lines[5].note =
         Some(Note { payload_kg: Some(2.0), text: Some("new".into()), ..Note::default() });
+    let mut warm = Readings::default();
+    warm.set(Reading::Temperature, 0, 31.0);
+    warm.set(Reading::Temperature, 3, 36.5);
+    lines[2].readings = DriveReadings::of([&warm]);
     lines
 }
 
@@ -59,7 +65,7 @@ fn the_table_says_what_became_of_each_result() {
 result    recorded (UTC)      stored (UTC)   method  applicable  relative error               drift  noted
 0              not known  2026-11-22 07:17  idim-ls         yes          5.64 %                   –
 1              not known  2026-11-23 07:17  idim-ls         yes          5.64 %            baseline
-2              not known  2026-11-24 07:17  idim-ls         yes          5.64 %             in band
+2              not known  2026-11-24 07:17  idim-ls         yes          5.64 %             in band  motors at 31.0 to 36.5 °C
 3              not known  2026-11-25 07:17  idim-ls         yes          5.64 %  outside: fc3 +11.7 %
 4              not known  2026-11-26 07:17  idim-ls          NO               –        not compared
 5              not known  2026-11-27 07:17  idim-ls         yes          5.64 %        not compared  2 kg, new

@@ -15,6 +15,7 @@ mod motion;
 mod names;
 mod parameters;
 mod prediction;
+mod preview;
 mod provenance;
 mod summary;
 
@@ -24,6 +25,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub use comparison::{ComparisonReport, SimulatedInput};
 pub use history::HistoryReport;
 pub use prediction::PredictionReport;
+pub use preview::preview;
 pub use provenance::{InputFile, Origin, SampleRange};
 
 use super::panel::CURVES;
@@ -65,7 +67,7 @@ impl Report<'_> {
         let content = html! {
             (summary::heading(self))
             main {
-                (summary::verdict(estimate))
+                (summary::verdict(self))
                 (contents(&sections))
                 (summary::key_figures(self))
                 (sections)

@@ -12,7 +12,7 @@ use sha2::Sha256;
 use super::{Report, number};
 use crate::archive::store::WindowProvenance;
 use crate::cell::Cell;
-use crate::window::Note;
+use crate::window::{DriveReadings, Note};
 
 /// Where the samples of a result come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,9 +40,21 @@ pub enum SampleRange {
         begins_s: f64,
         /// When the first sample of the measurement was recorded, where that is known.
         recorded: Option<RecordingStart>,
+        /// What the drives told besides along the samples that count.
+        readings: DriveReadings,
     },
     /// A window of the stream.
     Window(WindowProvenance),
+}
+
+impl SampleRange {
+    /// What the drives told besides along the samples that count.
+    pub fn readings(&self) -> &DriveReadings {
+        match self {
+            Self::Measurement { readings, .. } => readings,
+            Self::Window(window) => &window.readings,
+        }
+    }
 }
 
 /// A file by its name and content.
@@ -138,11 +150,11 @@ pub(super) fn entries(cell: &Cell, origin: &Origin) -> Markup {
 
 fn samples(samples: &SampleRange) -> Markup {
     match samples {
-        SampleRange::Measurement { counted, rate_hz, begins_s, recorded } => html! {
+        SampleRange::Measurement { counted, rate_hz, begins_s, recorded, readings } => html! {
             div { dt { "Recorded" } dd { (RecordingStart::shown(*recorded)) } }
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
             @if *begins_s > 0.0 {
-                div { dt { "Samples are missing before" } dd { (format!("{begins_s:.3} s")) } }
+                div { dt { "Cut before" } dd { (format!("{begins_s:.3} s")) } }
             }
             div { dt { "Samples that count" } dd {
                 (counted.start) " to " (counted.end.saturating_sub(1)) ", "
@@ -150,6 +162,7 @@ fn samples(samples: &SampleRange) -> Markup {
                 (seconds(counted.end.saturating_sub(1), *rate_hz))
                 " after the first" @if *begins_s > 0.0 { " of this piece" }
             } }
+            (told(readings))
         },
         SampleRange::Window(window) => html! {
             div { dt { "Recorded" } dd { (RecordingStart::shown(window.recorded)) } }
@@ -161,8 +174,23 @@ fn samples(samples: &SampleRange) -> Markup {
             div { dt { "Samples that count" } dd {
                 (window.counted) " from " (window.first_counted)
             } }
+            (told(&window.readings))
         },
     }
+}
+
+/// What the drives told along them.
+fn told(readings: &DriveReadings) -> Markup {
+    html! {
+        @for (name, text) in readings.lines() {
+            div { dt { (capitalised(name)) } dd { (text) } }
+        }
+    }
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn seconds(samples: usize, rate_hz: f64) -> String {

@@ -1,7 +1,7 @@
 //! What is read first: which arm, may the result be used, how good is it; and last, how it was
 //! found.
 
-use didim_core::identification::{ConvergenceStep, Estimate, Method};
+use didim_core::identification::{ConvergenceStep, Method, Use};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
@@ -23,7 +23,8 @@ pub(super) fn heading(report: &Report<'_>) -> Markup {
     }
 }
 
-pub(super) fn verdict(estimate: &Estimate) -> Markup {
+pub(super) fn verdict(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
     let verdict = &estimate.verdict;
     let (class, heading) = if verdict.applicable {
         ("applicable", "Applicable")
@@ -55,10 +56,43 @@ pub(super) fn verdict(estimate: &Estimate) -> Markup {
                     td { (line.meaning) }
                 } } }
             } }
+            (lacking(report))
             @if !verdict.notes.is_empty() {
                 p { "Notes on the result:" }
                 ul { @for note in &verdict.notes { li { (sentence(&note.to_string())) } } }
             }
+        }
+    }
+}
+
+/// A joint that stays below this share of its highest speed hardly moves.
+const HARDLY: f64 = 0.1;
+
+/// Where a use is refused: what noise leaves uncertain, and which joints hardly moved.
+fn lacking(report: &Report<'_>) -> Markup {
+    let estimate = &report.identification.estimate;
+    let refused = Use::ALL.iter().any(|of| estimate.verdict.uses.of(*of).applicable == Some(false));
+    let limit = report.cell.options.limits.parameter_uncertainty;
+    let uncertain: Vec<&str> = (estimate.parameters.iter())
+        .filter(|of| of.relative_standard_deviation > limit)
+        .map(|of| of.name.as_str())
+        .collect();
+    if !refused || uncertain.is_empty() {
+        return html! {};
+    }
+    let limits = report.cell.robot.limits();
+    let still: Vec<String> = (1..)
+        .zip(estimate.reached_per_joint.iter().zip(limits))
+        .filter(|(_, (reached, limits))| reached.speed() < HARDLY * limits.velocity_max)
+        .map(|(joint, _): (usize, _)| joint.to_string())
+        .collect();
+    html! {
+        p {
+            "Noise alone leaves these uncertain by more than " (percent(limit, 2)) ": " (uncertain.join(", ")) "."
+            @if !still.is_empty() {
+                " Joints that stayed below a tenth of their highest speed: " (still.join(", ")) "."
+            }
+            " " code { "didim advise" } " with this result says which motions bring them, and how well."
         }
     }
 }

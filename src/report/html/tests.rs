@@ -2,12 +2,13 @@ use std::path::Path;
 
 use didim_core::identification::{
     ConvergenceStep, Estimate, Fit, FitMotion, Freedom, FreedomEstimate, Information, Note,
-    ParameterEstimate, Quantity, Reason, TorqueDelay, Verdict,
+    ParameterEstimate, Quantity, Reached, Reason, TorqueDelay, Uses, Verdict,
 };
 use didim_core::regression::NoiseAutocorrelation;
 
 use super::*;
 use crate::cell::Library;
+use crate::window::DriveReadings;
 
 pub(super) const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
 
@@ -130,6 +131,7 @@ pub(super) fn origin() -> Origin {
             rate_hz: 1000.0,
             begins_s: 0.0,
             recorded: None,
+            readings: DriveReadings::default(),
         },
         further: Vec::new(),
         note: None,
@@ -305,6 +307,29 @@ fn each_use_has_its_verdict() {
     let uses = uses.split_once("</table>").unwrap().0;
     for of in didim_core::identification::Use::ALL {
         assert!(uses.contains(of.name()), "{of}: {uses}");
+    }
+}
+
+/// Which joints hardly moved, where a use is refused and noise leaves a parameter uncertain.
+#[test]
+fn what_noise_leaves_uncertain_is_said_where_a_use_is_refused() {
+    let (cell, mut identification, origin) = (cell(), identification(), origin());
+    let reached = |speed: f64| Reached {
+        position: [0.0, 0.1],
+        velocity: [-speed, 0.01],
+        acceleration: [-1.0, 1.0],
+    };
+    let speeds = [1.0, 1.0, 1.0, 0.2, 0.2, 1.5];
+    identification.estimate.reached_per_joint = speeds.map(reached).into();
+    let page = |identification: &Identification| {
+        Report { cell: &cell, identification, origin: &origin }.to_html()
+    };
+    identification.estimate.verdict.uses = Uses::default();
+    assert!(!page(&identification).contains("didim advise"));
+    identification.estimate.verdict.uses.prediction.applicable = Some(false);
+    let html = page(&identification);
+    for part in ["more than 10 %: mx2r, fc6, fc_m6.", "highest speed: 4, 5.", "didim advise"] {
+        assert!(html.contains(part), "{part}");
     }
 }
 

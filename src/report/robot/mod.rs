@@ -1,6 +1,7 @@
 //! What a robot file says of an arm, for people: what lets them see a wrong sign.
 
 mod picture;
+mod postures;
 
 use didim_core::dynamics::{BaseParameters, LinkFrame, Model};
 use didim_core::robot::{Joint, JointKind, ParameterKind, Robot};
@@ -9,6 +10,7 @@ use crate::cell::RobotSource;
 use crate::text::{aligned, significant};
 
 pub use picture::picture;
+pub use postures::postures;
 
 /// A base parameter's sum is shown so far.
 const LONGEST: usize = 100;

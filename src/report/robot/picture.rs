@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use didim_core::dynamics::Model;
+use didim_core::dynamics::{LinkFrame, Model};
 use didim_core::robot::{JointKind, Robot};
 
 use crate::text::escape;
@@ -23,7 +23,7 @@ text{font:12px sans-serif;fill:var(--ink)}.heading{font-size:15px}.paper{fill:va
 .axis{stroke:var(--axis);stroke-width:2}.end{fill:var(--axis)}.joint{fill:var(--paper);stroke:var(--ink)}\
 .frame{fill:none;stroke:var(--faint)}.ground{stroke:var(--ink);stroke-width:2}";
 
-type Vector = [f64; 3];
+pub(super) type Vector = [f64; 3];
 
 /// Links, and the axis of every joint with its number on the side of the positive sense. `names` are the joints', where
 /// they have any.
@@ -39,13 +39,7 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
         ("from the side", back, up),
         ("from above, aslant", slanted, tilted),
     ];
-    // From one origin to the next along the common normal, then along the axis.
-    let mut way: Vec<Vector> = vec![[0.0; 3]];
-    for (joint, frame) in robot.chain().iter().zip(&frames) {
-        let r = joint.r_m;
-        way.push(add(frame.origin_m, scaled(frame.axes[2], -r)));
-        way.push(frame.origin_m);
-    }
+    let way = way(robot, &frames, &[]);
     let size = way.iter().flatten().fold(0.05_f64, |size, value| size.max(value.abs()));
     let axis = AXIS * size;
     let mut svg = String::new();
@@ -147,14 +141,28 @@ pub fn picture(robot: &Robot, names: &[&str]) -> String {
     svg
 }
 
+/// From one origin to the next along the common normal, then along the axis, at these positions.
+pub(super) fn way(robot: &Robot, frames: &[LinkFrame], q: &[f64]) -> Vec<Vector> {
+    let mut way: Vec<Vector> = vec![[0.0; 3]];
+    for (index, (joint, frame)) in robot.chain().iter().zip(frames).enumerate() {
+        let slid = match joint.kind {
+            JointKind::Revolute => 0.0,
+            JointKind::Prismatic => q.get(index).copied().unwrap_or(0.0),
+        };
+        way.push(add(frame.origin_m, scaled(frame.axes[2], -joint.r_m - slid)));
+        way.push(frame.origin_m);
+    }
+    way
+}
+
 /// Against gravity; z where there is none.
-fn up(gravity: Vector) -> Vector {
+pub(super) fn up(gravity: Vector) -> Vector {
     let size = dot(gravity, gravity).sqrt();
     if size > 0.0 { scaled(gravity, -1.0 / size) } else { [0.0, 0.0, 1.0] }
 }
 
 /// A direction at right angles to another, along x where it can be.
-fn perpendicular(to: Vector) -> Vector {
+pub(super) fn perpendicular(to: Vector) -> Vector {
     let of = |axis: Vector| add(axis, scaled(to, -dot(axis, to)));
     let x = of([1.0, 0.0, 0.0]);
     if dot(x, x) > 0.01 { normalised(x) } else { normalised(of([0.0, 1.0, 0.0])) }
@@ -168,19 +176,19 @@ fn nice(most: f64) -> f64 {
     (digit.unwrap_or(1.0) * power * 1e6).round() / 1e6
 }
 
-fn dot(a: Vector, b: Vector) -> f64 {
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn add(a: Vector, b: Vector) -> Vector {
+pub(super) fn add(a: Vector, b: Vector) -> Vector {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-fn scaled(a: Vector, by: f64) -> Vector {
+pub(super) fn scaled(a: Vector, by: f64) -> Vector {
     a.map(|value| value * by)
 }
 
-fn cross(a: Vector, b: Vector) -> Vector {
+pub(super) fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

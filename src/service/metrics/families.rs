@@ -8,6 +8,7 @@ use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
 use crate::service::status::Snapshot;
+use crate::window::JointReading;
 
 use Kind::{Counter, Gauge, Summary};
 
@@ -91,6 +92,24 @@ fn acquisition(text: &mut Text, status: &AcquisitionStatus) {
     for (name, help, bytes) in buffers {
         if let Some(bytes) = bytes {
             text.family(name, Gauge, help).value(count(bytes));
+        }
+    }
+    let readings = [
+        (
+            "didim_motor_temperature_celsius",
+            "Temperature of the motors, as the drives told it last.",
+            &status.readings.temperature,
+        ),
+        (
+            "didim_supply_voltage_volts",
+            "Supply voltage of the drives, as they told it last.",
+            &status.readings.supply_voltage,
+        ),
+    ];
+    for (name, help, joints) in readings.into_iter().filter(|(.., joints)| !joints.is_empty()) {
+        let mut family = text.family(name, Gauge, help);
+        for JointReading { joint, last, .. } in joints.iter().take(MAX_LABELS) {
+            family.labelled(&[("joint", &joint.to_string())], *last);
         }
     }
     if let Some(grants) = &status.real_time {

@@ -10,6 +10,7 @@ use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
+use crate::text::significant;
 
 /// Whether the terminal is sent colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +97,7 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     }
     rows.causes("frames unused", &status.frames_unused);
     rows.causes("cycles lost", &status.cycles_lost);
+    status.readings.lines().into_iter().for_each(|(name, text)| rows.plain(name, text));
     if let Some(recording) = &status.recording {
         recording_rows(rows, recording);
     }
@@ -161,6 +163,10 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
                 estimate.parameters.len()
             ),
         );
+        if let Some(range) = estimate.readings.temperatures_c() {
+            let [coolest, hottest] = [range.start(), range.end()].map(|c| significant(*c, 3));
+            rows.plain("last estimate at", format!("{coolest} to {hottest} °C, motors"));
+        }
         if estimate.applicable {
             rows.judged("verdict", "applicable", true);
         }

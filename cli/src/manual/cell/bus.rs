@@ -4,7 +4,7 @@ use super::super::reference::Kind::{
     File, Number, Numbers, Other, Table, Tables, Text, Whole, Word,
 };
 use super::super::reference::Presence::{Choice, Default, Optional, Required};
-use super::super::reference::{Section, key};
+use super::super::reference::{Key, Section, key};
 use super::data::HELD;
 
 const SIGNAL: &str = "With a DBC file: `Message.Signal`, with `{axis}` in place of the number of the axis, from 1; or a list of one for each axis.";
@@ -14,6 +14,24 @@ const OBJECT: &str =
 const UNIT: &str = "With `nodes` or `slaves`: the unit of the object, which their files do not tell; the gains are checked against it.";
 const INTEGER: &str = "Its signal of the DBC file, as of `position`: an unsigned integer of at most 16 bits, with factor 1 and offset 0. Its bits may be \
                        those of other signals.";
+const READING: &[Key] = &[
+    key(
+        "signal",
+        Other(NAMES),
+        "",
+        Optional("`object` names it"),
+        "With a DBC file: `Message.Signal`, as of `position`; one signal may be that of every axis. A temperature is in \"degC\", \"°C\" or \"C\", or in \
+         tenths (\"0.1 degC\", \"0.1 °C\"); a voltage in \"V\", \"mV\", \"0.1 V\" or \"0.01 V\"; a mode is an integer of at most 16 bits.",
+    ),
+    key("object", Text, "", Optional("`signal` names it"), OBJECT),
+    key(
+        "unit",
+        Text,
+        "",
+        Optional("that of the DBC file"),
+        "With `nodes` or `slaves`: the unit of the object, one of those; none of a mode.",
+    ),
+];
 const PROVENANCE: &str = "Where the numbers come from: a data sheet with its page, an object read from the drive, a measurement. Never empty.";
 
 pub(super) const SECTIONS: &[Section] = &[
@@ -161,6 +179,27 @@ pub(super) const SECTIONS: &[Section] = &[
                 "With a DBC file, in place of `status_word`: a state that drives of another kind send.",
             ),
             key(
+                "temperature",
+                Table,
+                "",
+                Optional("not on the bus"),
+                "Temperature of each motor, however seldom it comes.",
+            ),
+            key(
+                "supply_voltage",
+                Table,
+                "",
+                Optional("not on the bus"),
+                "Supply or DC link voltage of each drive, however seldom it comes.",
+            ),
+            key(
+                "mode",
+                Table,
+                "",
+                Optional("not on the bus"),
+                "Mode of each drive (6061h of CiA 402): a window ends where one changes, and a log is cut there.",
+            ),
+            key(
                 "except",
                 Tables,
                 "",
@@ -225,6 +264,28 @@ pub(super) const SECTIONS: &[Section] = &[
             key("is", Whole, "", Required, "Its value where the drive is enabled."),
         ],
         example: "[bus.layout]\nenabled = { signal = \"Feedback_{axis}.Status\", is = 1 }",
+    },
+    Section {
+        heading: "bus.layout.temperature",
+        path: "bus.layout.temperature",
+        about: "The temperature of each motor. It may come in a message of its own, at any time, with an object in a PDO that goes by events too: it is of \
+                the cycle that it comes in, and no sample waits for it.",
+        keys: READING,
+        example: "[bus.layout]\ntemperature = { signal = \"LowSpeed_{axis}.MotorTemperature\" }",
+    },
+    Section {
+        heading: "bus.layout.supply_voltage",
+        path: "bus.layout.supply_voltage",
+        about: "The supply or DC link voltage of each drive; it comes as a temperature does.",
+        keys: READING,
+        example: "[bus.layout]\nsupply_voltage = { object = \"6079:00\", unit = \"mV\" }",
+    },
+    Section {
+        heading: "bus.layout.mode",
+        path: "bus.layout.mode",
+        about: "The mode of each drive; it comes as a temperature does. A window ends where one changes, and a log is cut there.",
+        keys: READING,
+        example: "[bus.layout]\nmode = { object = \"6061:00\" }",
     },
     Section {
         heading: "bus.layout.except",
@@ -319,6 +380,15 @@ pub(super) const SECTIONS: &[Section] = &[
                 Required,
                 "When it takes effect: `\"instant\"`, in the sample whose cycle carries it, as one that the drive reports; `\"next-sync\"`, in the next \
                  sample, as a synchronous RPDO (CiA 301) and an output of EtherCAT; `\"arrival\"`, as of the position.",
+            ),
+            key(
+                "following_error",
+                Word(&["target-minus-actual", "actual-minus-target"]),
+                "",
+                Optional("it is a position"),
+                "Where no target is on the bus: the signal is a following error in the unit of the position, and this difference. \
+                 `\"target-minus-actual\"`, as 60F4h of CiA 402: the reference is position + following error; `\"actual-minus-target\"`: position − \
+                 following error. Drives have either: move one axis slowly forward, and the target is ahead.",
             ),
         ],
         example: "[bus.layout]\nreference = { signal = \"RPDO1_{axis}.TargetPosition\", valid = \"next-sync\" }",

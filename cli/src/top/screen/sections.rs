@@ -68,6 +68,10 @@ fn bus(section: &mut Section, status: &AcquisitionStatus) {
         "samples",
         &format!("{:.0}/s, {} in all", status.samples_per_second, status.samples),
     );
+    for (name, text) in status.readings.lines() {
+        let what = name.rsplit(' ').next().unwrap_or(name);
+        section.plain(what, &text);
+    }
 }
 
 fn losses(section: &mut Section, rows: &[Row]) {

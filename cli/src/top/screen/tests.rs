@@ -131,6 +131,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
             reasons: vec![],
             monitoring_reasons: Vec::new(),
             load: None,
+            readings: Default::default(),
         }),
         drift,
         ..EstimationStatus::default()

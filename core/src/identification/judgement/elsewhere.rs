@@ -7,6 +7,7 @@ use rand_distr::{Distribution, Uniform};
 use serde::Serialize;
 
 use super::freedoms::Columns;
+use super::reached::Reached;
 use crate::identification::given::{Context, IdentificationError};
 use crate::identification::observation::{Motion, known_at, regressor_rows};
 use crate::regression::{JointSolution, relative_errors};
@@ -81,17 +82,10 @@ fn states(context: &Context<'_>, motion: &Motion) -> Motion {
     };
     let positions: Vec<[f64; 2]> =
         (context.robot.limits()).map(|limits| [limits.position_min, limits.position_max]).collect();
-    let reached = |signal: &dyn Fn(usize, usize) -> f64| -> Vec<[f64; 2]> {
-        let range = |joint: usize| {
-            let values = context.experiment.counted_samples().map(|k| signal(k, joint));
-            values.fold([f64::MAX, f64::MIN], |[least, most], value| {
-                [least.min(value), most.max(value)]
-            })
-        };
-        (0..joints).map(range).collect()
-    };
+    let reached = Reached::of(context, motion);
+    let of = |quantity: fn(&Reached) -> [f64; 2]| reached.iter().map(quantity).collect::<Vec<_>>();
     let position = uniform(&positions);
-    let velocity = uniform(&reached(&|k, joint| motion.velocity(k, joint)));
-    let acceleration = uniform(&reached(&|k, joint| motion.acceleration(k, joint)));
+    let velocity = uniform(&of(|reached| reached.velocity));
+    let acceleration = uniform(&of(|reached| reached.acceleration));
     Motion::of(position, velocity, acceleration)
 }

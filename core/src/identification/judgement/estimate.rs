@@ -13,6 +13,7 @@ use super::held_out::HeldOut;
 use super::information::Information;
 use super::model_uncertainty::ModelUncertainty;
 use super::parameter_covariance::ParameterCovariance;
+use super::reached::Reached;
 use super::uses::Verdict;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::Selection;
@@ -164,6 +165,8 @@ pub struct Estimate {
     pub samples: usize,
     /// Rows of the observation matrix, all joints together.
     pub rows: usize,
+    /// How far the motion went, per joint.
+    pub reached_per_joint: Vec<Reached>,
     /// The cut-off of the position filter, where the data chose it and not the cell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_cutoff: Option<ChosenCutoff>,

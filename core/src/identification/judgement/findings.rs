@@ -15,6 +15,7 @@ use super::information::Information;
 use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
+use super::reached::Reached;
 use super::uncertainty::Uncertainty;
 use super::uses::Verdict;
 use super::verdict::Known;
@@ -141,6 +142,7 @@ impl Findings<'_> {
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
             rows: observations.matrix().nrows(),
+            reached_per_joint: Reached::of(context, self.motion),
             position_cutoff: None,
             friction: None,
             parameters: ParameterEstimate::of(

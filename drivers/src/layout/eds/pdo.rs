@@ -87,6 +87,10 @@ pub(in crate::layout) struct Sent {
     pub(in crate::layout) id: FrameId,
 }
 
+/// Where a file lacks what a PDO is sent by.
+const REMEDY: &str =
+    "the layout needs the identifier and the transmission type; take a DCF that has them";
+
 impl Pdo {
     /// Every PDO of a direction that maps something.
     pub(in crate::layout) fn all(
@@ -155,29 +159,8 @@ impl Pdo {
     /// # Errors
     /// The PDO does not exist, or goes by events.
     pub(in crate::layout) fn sent(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
-        let index = self.direction.first().0 + self.number;
-        let remedy = "the layout needs the identifier and the transmission type; take a DCF that \
-                      has them";
-        let cob_id = dictionary.required(index, 1, remedy)?;
-        let refuse = |sub, reason: String| EdsError::Pdo {
-            file: dictionary.file.to_owned(),
-            section: name(index, sub),
-            pdo: self.name(),
-            node: dictionary.node,
-            reason,
-        };
-        if cob_id.number & INVALID != 0 {
-            return Err(refuse(
-                1,
-                format!(
-                    "bit 31 of the COB-ID 0x{:X} says that the PDO does not exist; clear it in the \
-                     drive and give its DCF",
-                    cob_id.number
-                ),
-            ));
-        }
-        let id = identifier(cob_id.number).map_err(|reason| dictionary.refuse(&cob_id, reason))?;
-        let kind = dictionary.required(index, 2, remedy)?;
+        let Sent { id } = self.there(dictionary)?;
+        let kind = dictionary.required(self.direction.first().0 + self.number, 2, REMEDY)?;
         match (self.direction, kind.number) {
             (Direction::Transmit, 1) | (Direction::Receive, 0..=240) => Ok(Sent { id }),
             (Direction::Transmit, 0) => Err(dictionary.refuse(
@@ -198,6 +181,34 @@ impl Pdo {
                 ),
             )),
         }
+    }
+
+    /// As which frame it comes, whenever that is.
+    ///
+    /// # Errors
+    /// The PDO does not exist.
+    pub(in crate::layout) fn there(&self, dictionary: &Dictionary<'_>) -> Result<Sent, EdsError> {
+        let index = self.direction.first().0 + self.number;
+        let cob_id = dictionary.required(index, 1, REMEDY)?;
+        let refuse = |sub, reason: String| EdsError::Pdo {
+            file: dictionary.file.to_owned(),
+            section: name(index, sub),
+            pdo: self.name(),
+            node: dictionary.node,
+            reason,
+        };
+        if cob_id.number & INVALID != 0 {
+            return Err(refuse(
+                1,
+                format!(
+                    "bit 31 of the COB-ID 0x{:X} says that the PDO does not exist; clear it in the \
+                     drive and give its DCF",
+                    cob_id.number
+                ),
+            ));
+        }
+        let id = identifier(cob_id.number).map_err(|reason| dictionary.refuse(&cob_id, reason))?;
+        Ok(Sent { id })
     }
 }
 

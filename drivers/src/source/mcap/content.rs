@@ -3,7 +3,7 @@
 use super::bytes::Bytes;
 use super::error::Damage;
 use super::info::McapInfo;
-use super::{TOPIC, message, op};
+use super::{TOPIC, joint_states, message, op};
 use crate::frame::Frame;
 use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
 
@@ -15,6 +15,8 @@ pub(super) struct Content {
     schemas: Vec<u16>,
     /// Channels that have it, with their interface when it counts.
     channels: Vec<(u16, Option<u8>)>,
+    /// Channels with what we made of the frames.
+    derived: Vec<u16>,
     interfaces: Vec<InterfaceName>,
     /// Whether `interfaces` was given, instead of growing with the file.
     listed: bool,
@@ -33,6 +35,7 @@ impl Content {
             info: None,
             schemas: Vec::new(),
             channels: Vec::new(),
+            derived: Vec::new(),
             interfaces: known,
             listed: !interfaces.is_empty(),
             sequence: None,
@@ -83,6 +86,10 @@ impl Content {
         else {
             return Err(malformed);
         };
+        if self.info.is_some() && topic == joint_states::TOPIC {
+            self.derived.push(id);
+            return Ok(());
+        }
         let ours = encoding == message::MESSAGE_ENCODING && self.schemas.contains(&schema);
         // A channel may be told again.
         if !ours || self.channels.iter().any(|(known, _)| *known == id) {
@@ -103,7 +110,7 @@ impl Content {
         };
         let known = self.channels.iter().find(|(id, _)| *id == channel);
         let Some((_, interface)) = known.copied() else {
-            self.counters.passed_over += 1;
+            self.counters.passed_over += u64::from(!self.derived.contains(&channel));
             return Ok(None);
         };
         let frame = message::decode(bytes.0)?;

@@ -24,7 +24,7 @@ uint8[<=64] data
 ";
 
 /// CDR, little-endian, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Bytes before the data.
 pub(super) const HEAD: usize = 4 + 16;

@@ -12,6 +12,9 @@
 //! where it skips, frames are missing, and the source says so
 //! ([`SourceCounters::queue_drops`](super::SourceCounters)).
 //!
+//! A file that was made for people to look at has the curves of the joints as well, [`JointState`]s
+//! assembled from these frames: they are not read again.
+//!
 //! Chunks are not compressed and carry their CRC. A file without an end, of a recorder that was
 //! killed, is read up to its last whole chunk.
 
@@ -19,6 +22,7 @@ mod bytes;
 mod content;
 mod error;
 mod info;
+mod joint_states;
 mod message;
 mod reader;
 mod records;
@@ -28,6 +32,7 @@ mod write;
 
 pub use error::{Damage, McapError};
 pub use info::{METADATA_NAME, McapInfo};
+pub use joint_states::JointState;
 pub use reader::McapSource;
 pub use records::FileEnd;
 pub use repair::{Repair, RepairError, repair};

@@ -6,7 +6,7 @@ use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::write::{NoSeek, WriteOptions, Writer};
 
 use super::info::{METADATA_NAME, McapInfo};
-use super::{TOPIC, message};
+use super::{JointState, TOPIC, joint_states, message};
 use crate::frame::{Frame, MAX_PAYLOAD};
 
 /// Chunks are closed at this size, or when somebody wants them on disk \[bytes\].
@@ -62,11 +62,18 @@ pub struct McapWriter<W: Write> {
     writer: Writer<NoSeek<W>>,
     info: McapInfo,
     channels: Vec<u16>,
+    joints: Option<Joints>,
     message: Vec<u8>,
     /// Most that the file can have by now, its end included \[bytes\].
     bytes: u64,
     in_chunk: u64,
     frames: u64,
+}
+
+/// The channel of the joints' states.
+struct Joints {
+    channel_id: u16,
+    names: Vec<String>,
 }
 
 impl<W: Write> McapWriter<W> {
@@ -99,7 +106,23 @@ impl<W: Write> McapWriter<W> {
         let message = Vec::with_capacity(message::HEAD + MAX_PAYLOAD);
         let ends = END_BYTES + 3 * message::SCHEMA.len() as u64 + described as u64;
         let bytes = ends + CHUNK_BYTES + 3 * CHANNEL_BYTES * channels.len() as u64;
-        Ok(Self { writer, info: info.clone(), channels, message, bytes, in_chunk: 0, frames: 0 })
+        let info = info.clone();
+        Ok(Self { writer, info, channels, joints: None, message, bytes, in_chunk: 0, frames: 0 })
+    }
+
+    /// Makes room for states of these joints, beside the frames.
+    ///
+    /// # Errors
+    /// [`McapWriteError`].
+    pub fn with_joints(mut self, names: &[String]) -> Result<Self, McapWriteError> {
+        let schema = joint_states::SCHEMA.as_bytes();
+        let (name, encoding) = (joint_states::SCHEMA_NAME, message::SCHEMA_ENCODING);
+        let schema = self.writer.add_schema(name, encoding, schema)?;
+        let (topic, encoding) = (joint_states::TOPIC, message::MESSAGE_ENCODING);
+        let channel_id = self.writer.add_channel(schema, topic, encoding, &Default::default())?;
+        self.bytes += 3 * (joint_states::SCHEMA.len() as u64 + CHANNEL_BYTES);
+        self.joints = Some(Joints { channel_id, names: names.to_vec() });
+        Ok(self)
     }
 
     /// Writes one frame; `sequence` counts the frames of the bus.
@@ -114,11 +137,34 @@ impl<W: Write> McapWriter<W> {
         message::encode(frame, &mut self.message);
         let log_time = self.info.log_time(frame.stamp_ns);
         let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
-        self.writer.write_to_known_channel(&header, &self.message)?;
-        let added = Self::frame_bytes(frame);
-        self.in_chunk += added;
-        self.bytes += added;
         self.frames += 1;
+        self.append(&header, Self::frame_bytes(frame))
+    }
+
+    /// Writes a state of the joints, where [`Self::with_joints`] made room for them.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_joints(&mut self, state: &JointState<'_>) -> Result<(), McapWriteError> {
+        let Some(Joints { channel_id, names }) = &self.joints else { return Ok(()) };
+        let log_time = self.info.log_time(state.stamp_ns);
+        self.message.clear();
+        joint_states::encode(names, log_time, state, &mut self.message);
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a sequence of the file begins again at 2³²"
+        )]
+        let sequence = state.sequence as u32;
+        let header =
+            MessageHeader { channel_id: *channel_id, sequence, log_time, publish_time: log_time };
+        let bytes = Self::joints_bytes(names);
+        self.append(&header, bytes)
+    }
+
+    fn append(&mut self, header: &MessageHeader, most_bytes: u64) -> Result<(), McapWriteError> {
+        self.writer.write_to_known_channel(header, &self.message)?;
+        self.in_chunk += most_bytes;
+        self.bytes += most_bytes;
         if self.in_chunk > CHUNK {
             self.flush()?;
         }
@@ -128,6 +174,11 @@ impl<W: Write> McapWriter<W> {
     /// Most that a frame adds to a file, without what its chunk takes \[bytes\].
     pub fn frame_bytes(frame: &Frame) -> u64 {
         MESSAGE_BYTES + frame.data().len() as u64
+    }
+
+    /// Most that a state of these joints adds, likewise.
+    pub fn joints_bytes(names: &[String]) -> u64 {
+        MESSAGE_BYTES - message::HEAD as u64 + joint_states::most_bytes(names)
     }
 
     /// Closes the chunk and hands it to the output.

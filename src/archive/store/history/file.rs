@@ -11,9 +11,9 @@ use super::line::{HISTORY_SCHEMA, HistoryLine};
 use crate::archive::store::error::{StoreError, at, write};
 use crate::files::remove_leftovers;
 
-const NAME: &str = "history.jsonl";
+pub(super) const NAME: &str = "history.jsonl";
 /// The longest line \[bytes\]: 1,000 parameters and a note take a tenth of it.
-const MAX_LINE: u64 = 1 << 20;
+pub(super) const MAX_LINE: u64 = 1 << 20;
 
 /// Why a history cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -80,7 +80,7 @@ struct Version {
 
 /// A line of ours, its result's number and itself: as it is read, or nothing when a later version wrote it. An older program, put back
 /// into its place, does not understand such a line, and keeps it for the newer one.
-fn understand(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
+pub(super) fn understand(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine>)> {
     let line: Option<HistoryLine> = serde_json::from_slice(text).ok();
     let Version { schema, result } = match &line {
         Some(line) => Version { schema: line.schema, result: Some(line.result) },

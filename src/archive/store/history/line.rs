@@ -11,7 +11,7 @@ use crate::archive::store::load::FoundLoad;
 use crate::archive::store::record::{Beside, ResultRecord};
 use crate::archive::store::timestamp::Timestamp;
 use crate::text::sha256;
-use crate::window::Note;
+use crate::window::{DriveReadings, Note};
 
 /// Version of a line's layout: it changes when a key changes its meaning or goes away.
 pub const HISTORY_SCHEMA: u32 = 1;
@@ -110,6 +110,9 @@ pub struct HistoryLine {
     /// What the arm carried beyond what it did with the baseline; nothing where there was none, or it tells no load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
+    /// What the drives told besides along its window.
+    #[serde(flatten)]
+    pub readings: DriveReadings,
 }
 
 impl HistoryLine {
@@ -136,6 +139,7 @@ impl HistoryLine {
             parameters: ParameterValue::of(estimate),
             against: beside.against.clone(),
             load: beside.load.clone(),
+            readings: record.window.readings.clone(),
         }
     }
 

@@ -31,6 +31,7 @@ fn line(result: u64) -> HistoryLine {
         }],
         against: None,
         load: None,
+        readings: Default::default(),
     }
 }
 
@@ -205,4 +206,48 @@ fn a_line_without_units_is_read_and_keeps_none() {
     let read: HistoryLine = serde_json::from_str(&old).unwrap();
     assert_eq!((read.parameters[0].unit.as_str(), read.parameters[0].unit_or_dash()), ("", "–"));
     assert_eq!(serde_json::to_string(&read).unwrap(), old, "nothing is invented");
+}
+
+/// Whatever a follower has not given yet.
+fn followed(follower: &mut HistoryFollower) -> Vec<u64> {
+    core::iter::from_fn(|| follower.next_line().unwrap()).map(|line| line.result).collect()
+}
+
+#[test]
+fn a_follower_gives_each_line_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut follower = HistoryFollower::new(folder.path(), None);
+    assert_eq!(followed(&mut follower), Vec::<u64>::new(), "there is none yet");
+    append(folder.path(), 10, 0..3);
+    assert_eq!(followed(&mut follower), [0, 1, 2]);
+    // A line is given when it is whole, and what is none is passed over.
+    let text = serde_json::to_vec(&line(3)).unwrap();
+    tear(folder.path(), &text[..40]);
+    assert_eq!(followed(&mut follower), Vec::<u64>::new());
+    tear(folder.path(), &[&text[40..], b"\nwhat is this?\n"].concat());
+    assert_eq!((followed(&mut follower), follower.passed_over()), (vec![3], 1));
+    // The oldest go, in another file.
+    append(folder.path(), 10, 4..12);
+    assert_eq!(numbers(folder.path()).0.len(), 10);
+    assert_eq!(followed(&mut follower), (4..12).collect::<Vec<_>>());
+}
+
+#[test]
+fn another_follower_goes_on_from_a_mark() {
+    let folder = tempfile::tempdir().unwrap();
+    append(folder.path(), 10, 0..5);
+    let after = |result| Some(HistoryMark::of(&line(result)));
+    let follow = |mark| followed(&mut HistoryFollower::new(folder.path(), mark));
+    assert_eq!(follow(after(2)), [3, 4]);
+    assert_eq!(follow(after(4)), Vec::<u64>::new());
+    // The line of the mark is gone with the oldest.
+    append(folder.path(), 10, 5..30);
+    let kept = numbers(folder.path()).0;
+    assert!(kept[0] > 5);
+    assert_eq!(follow(after(5)), kept);
+    // Its folder was emptied, and counts from 0: what is there came later.
+    fs::remove_file(folder.path().join("history.jsonl")).unwrap();
+    append(folder.path(), 10, 0..2);
+    let old = HistoryMark { time: Timestamp::from_unix_s(1), ..HistoryMark::of(&line(29)) };
+    assert_eq!(follow(Some(old)), [0, 1]);
 }

@@ -47,6 +47,7 @@ impl Recorded {
             ring: self.folder.path().join("ring"),
             folder: self.folder.path().join("kept"),
             options: self.options.clone(),
+            curves: curves(),
             shared: SharedArchive::default(),
             waiting: Vec::new(),
             capture: None,
@@ -56,7 +57,8 @@ impl Recorded {
 
     fn keep(&self, requests: impl FnOnce(&Archiver)) -> ArchiveStatus {
         let folder = self.folder.path().to_owned();
-        let options = ArchiverOptions { folder, recordings: self.options.clone() };
+        let options =
+            ArchiverOptions { folder, recordings: self.options.clone(), curves: curves() };
         let (archiver, thread) = Archiver::start(&options).unwrap();
         requests(&archiver);
         thread.finish();
@@ -71,6 +73,13 @@ impl Recorded {
         let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
         self.kept().iter().map(name).collect()
     }
+}
+
+/// Of a bus of which no frame is in the ring.
+fn curves() -> JointCurves {
+    let cells = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/cells");
+    let cell = crate::cell::Cell::read(&cells.join("tx40-packed-fd.toml")).unwrap();
+    cell.joint_curves(cell.bus().unwrap())
 }
 
 /// A window of a thousand samples from a stamp on.

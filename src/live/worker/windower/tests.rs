@@ -2,6 +2,8 @@
 
 mod recorded;
 
+use didim_core::Reading;
+
 use super::*;
 use crate::live::worker::{EstimationStatus, RejectedWindow, Trigger, WindowOptions};
 use crate::window::Window;
@@ -320,4 +322,51 @@ fn what_is_left_of_an_identified_motion_is_no_fault() {
         crate::service::status::Health::of(None, Some(&status)).reasons
     };
     assert_eq!((reasons(rest).len(), reasons(short).len()), (0, 1));
+}
+
+/// Tells the modes of two drives: of the one every 40 samples, of the other every 100.
+fn with_modes(stream: &mut [JointSample], mode_of: impl Fn(u64) -> f64) {
+    for sample in stream {
+        for (joint, every) in [(0, 40), (1, 100)] {
+            if sample.sequence.is_multiple_of(every) {
+                sample.readings.set(Reading::Mode, joint, mode_of(sample.sequence));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mode_that_changes_ends_a_window_before_it_and_is_no_margin_of_the_next() {
+    let mut windower = windower(&motion());
+    let mut stream = samples(3000, &[500..1500]);
+    with_modes(&mut stream, |sequence| if sequence < 1000 { 8.0 } else { 10.0 });
+    let found = events(&mut windower, &stream);
+    assert_eq!(found.len(), 2, "{found:?}");
+    let (before, after) = (closed(&found[0]), closed(&found[1]));
+    assert_eq!((before.end, after.end), (WindowEnd::ModeChange, WindowEnd::Rest));
+    assert_eq!((before.last_sequence(), after.first_sequence()), (999, 1000));
+    assert_eq!(before.samples.len() - before.counted.end, 50, "a margin after");
+    assert_eq!(after.counted.start, 50, "the margin is taken out of the motion");
+    let mode = |window: &Window| window.readings().drive_mode.iter().map(|of| of.mode).collect();
+    let modes: [Vec<i16>; 2] = [mode(before), mode(after)];
+    assert_eq!(modes, [[8, 8], [10, 10]]);
+}
+
+#[test]
+fn a_mode_that_changes_soon_leaves_too_little_and_one_that_stays_or_changes_at_rest_nothing() {
+    let found = |mode_of: fn(u64) -> f64| {
+        let mut stream = samples(3000, &[500..1500]);
+        with_modes(&mut stream, mode_of);
+        events(&mut windower(&motion()), &stream)
+    };
+    let soon = found(|sequence| if sequence < 600 { 8.0 } else { 10.0 });
+    assert!(matches!(reason(&soon[0]), Rejection::TooShort { .. }), "{soon:?}");
+    assert_eq!(closed(&soon[1]).end, WindowEnd::Rest);
+    for mode_of in
+        [|_| 8.0, |sequence| if sequence < 200 { 0.0 } else { 8.0 }] as [fn(u64) -> f64; 2]
+    {
+        let found = found(mode_of);
+        assert_eq!((found.len(), closed(&found[0]).end), (1, WindowEnd::Rest));
+        assert!(closed(&found[0]).samples.len() > 1000);
+    }
 }

@@ -26,6 +26,7 @@ pub(super) fn section(report: &ComparisonReport<'_>) -> Markup {
             thead { tr {
                 th scope="col" { "Parameter" }
                 th.number scope="col" { "IDIM-LS" }
+                th scope="col" { "Unit" }
                 th.number.aside scope="col" { "σ" }
                 @if has_truth { th.number.aside scope="col" { "Truth" } }
                 @for framework in &frameworks {
@@ -41,6 +42,7 @@ pub(super) fn section(report: &ComparisonReport<'_>) -> Markup {
             tbody { @for p in &reference.parameters { tr {
                 th scope="row" { (p.name) }
                 td.number { (if p.value.is_finite() { signed(&value(p)) } else { "–".into() }) }
+                td { (p.unit) }
                 td.number.aside { (number(p.standard_deviation, 2)) }
                 @let truth = view.comparison.truth_of(&p.name);
                 @if has_truth {

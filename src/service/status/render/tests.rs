@@ -5,6 +5,19 @@ use crate::live::acquire::{BusState, FaultCounters, RealTimeGrants};
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, Loss, RejectedWindow, Rejection};
 use crate::service::status::{Health, SCHEMA, StreamStatus};
+use crate::window::DriveReadings;
+use didim_core::{Reading, Readings};
+
+/// What a drive told three times.
+fn told() -> DriveReadings {
+    let mut readings = [Readings::default(); 3];
+    for (readings, celsius) in readings.iter_mut().zip([41.0, 42.0, 44.0]) {
+        readings.set(Reading::Temperature, 1, celsius);
+    }
+    readings[0].set(Reading::Temperature, 0, 38.5);
+    readings[0].set(Reading::Mode, 0, 8.0);
+    DriveReadings::of(&readings)
+}
 
 fn snapshot() -> Snapshot {
     let acquisition = AcquisitionStatus {
@@ -44,6 +57,7 @@ fn snapshot() -> Snapshot {
             frames_unrecorded: 11,
             ..RecordingStatus::default()
         }),
+        readings: told(),
         ..AcquisitionStatus::default()
     };
     let estimation = EstimationStatus {
@@ -90,6 +104,7 @@ fn snapshot() -> Snapshot {
             reasons: vec![],
             monitoring_reasons: vec![],
             load: None,
+            readings: told(),
         }),
         ..EstimationStatus::default()
     };
@@ -129,6 +144,8 @@ samples without reference  7
 stamps in the future       9
 cycles lost                2 missing axis
                            1 restart
+motor temperature          joint 1 38.5, joint 2 42.3 (41 to 44) °C
+drive mode                 joint 1 in 8
 recording                  812 of 1000 MB, 21 min 40 s back
 frames unrecorded          11
 real-time priority         SCHED_FIFO 20: EPERM
@@ -142,6 +159,7 @@ last not kept              result 7: not in the ring
 windows rejected           2 sample-gap
 last rejection             window 4: 2 samples are missing after sample 900
 last estimate              window 3, idim-ls, 1 parameters, relative error 5.64 %
+last estimate at           38.5 to 42.3 °C, motors
 verdict                    applicable
 ";
     assert_eq!(render(&snapshot(), Colour::Never), expected);

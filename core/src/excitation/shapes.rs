@@ -1,0 +1,305 @@
+//! What may touch: the links with each other, and the links with the sides of a box.
+
+use nalgebra::{DMatrix, Vector3};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use super::basis::column;
+use super::clearance::nearest;
+use super::random::uniform;
+use super::series::FourierSeries;
+use crate::dynamics::{LinkFrame, Model};
+use crate::robot::{Capsule, JointKind, Robot};
+
+/// What has to be left between two shapes \[m\].
+const LEAST_M: f64 = 0.02;
+/// A gap that is wider than the least by this plays no part \[m\].
+const REACH_M: f64 = 0.1;
+/// Postures that tell what touches wherever the arm is.
+const POSTURES: usize = 1000;
+/// A link that comes no nearer to a side than this in all of them stands there \[m\].
+const STANDS_M: f64 = 1e-3;
+
+/// What comes near a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Other {
+    /// Another link, by its number; 0 is the base.
+    Link(usize),
+    /// A side of the box.
+    Side,
+}
+
+/// How near two things come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Number of the link; 0 is the base.
+    pub link: usize,
+    /// What it comes near.
+    pub other: Other,
+    /// What is left between them \[m\]; negative where they overlap.
+    pub gap_m: f64,
+}
+
+impl Nearest {
+    /// 1 at the least gap, more below it, and 0 where it plays no part.
+    pub(super) fn share(&self) -> f64 {
+        ((LEAST_M + REACH_M - self.gap_m) / REACH_M).max(0.0)
+    }
+}
+
+/// A box in the frame of the base: its corners with the smallest and the largest coordinates \[m\].
+pub type Corners = [[f64; 3]; 2];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pair {
+    /// Of capsules, by their place.
+    Capsules(usize, usize),
+    /// A capsule and a side of the box: its axis, the sense in which it looks out, and where it is \[m\].
+    Side { capsule: usize, axis: usize, sense: f64, at_m: f64 },
+}
+
+/// Shapes of an arm, and what of them is held apart: links that no joint connects, and all links but the base from
+/// the sides of a box. What is near wherever the arm is, by a thousand random postures, is left out and named: pairs of
+/// links, and links that stand at a side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shapes {
+    /// With the number of the link that carries each.
+    capsules: Vec<(usize, Capsule)>,
+    pairs: Vec<Pair>,
+    /// Of each joint.
+    kinds: Vec<JointKind>,
+    /// What is not held apart, for it is near in every posture.
+    pub always_near: Vec<(usize, Other)>,
+    /// Links without a shape.
+    pub shapeless: Vec<usize>,
+    /// Whether there is a box.
+    pub boxed: bool,
+}
+
+impl Shapes {
+    /// Of a robot, and a box that it has to stay in; nothing where the robot's file states no shape.
+    pub fn of(robot: &Robot, inside: Option<Corners>) -> Option<Self> {
+        let of_links = robot.capsules();
+        let shapeless: Vec<usize> =
+            (0..=robot.joints()).filter(|link| of_links[*link].is_empty()).collect();
+        let capsules: Vec<(usize, Capsule)> = (of_links.iter().enumerate())
+            .flat_map(|(link, own)| own.iter().map(move |capsule| (link, *capsule)))
+            .collect();
+        if capsules.is_empty() {
+            return None;
+        }
+        let all = 0..capsules.len();
+        let of_links = all.clone().flat_map(|a| all.clone().map(move |b| (a, b)));
+        let apart = of_links.filter(|&(a, b)| capsules[a].0 + 2 <= capsules[b].0);
+        let mut pairs: Vec<Pair> = apart.map(|(a, b)| Pair::Capsules(a, b)).collect();
+        for corners in inside.iter() {
+            for capsule in all.clone().filter(|of| capsules[*of].0 > 0) {
+                for axis in 0..3 {
+                    for (sense, corner) in [(-1.0, corners[0]), (1.0, corners[1])] {
+                        let at_m = corner[axis];
+                        pairs.push(Pair::Side { capsule, axis, sense, at_m });
+                    }
+                }
+            }
+        }
+        let kinds = robot.chain().iter().map(|joint| joint.kind).collect();
+        let boxed = inside.is_some();
+        let mut shapes = Self { capsules, pairs, kinds, always_near: Vec::new(), shapeless, boxed };
+        shapes.leave_out_what_is_always_near(robot);
+        Some(shapes)
+    }
+
+    fn leave_out_what_is_always_near(&mut self, robot: &Robot) {
+        let model = Model::new(robot);
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut widest = vec![f64::NEG_INFINITY; self.pairs.len()];
+        let mut narrowest = vec![f64::INFINITY; self.pairs.len()];
+        for _ in 0..POSTURES {
+            let at = |low: f64, high: f64, share: f64| 0.5 * (low + high + share * (high - low));
+            let q: Vec<f64> = (robot.limits())
+                .map(|of| at(of.position_min, of.position_max, uniform(&mut random)))
+                .collect();
+            let placed = self.placed(&model, &q);
+            for (k, pair) in self.pairs.iter().enumerate() {
+                let gap_m = self.gap(&placed, pair).0;
+                widest[k] = widest[k].max(gap_m);
+                narrowest[k] = narrowest[k].min(gap_m);
+            }
+        }
+        // Of a box that a link never fits into nothing is let off: there is no such motion.
+        let stands = |k: usize| {
+            matches!(self.pairs[k], Pair::Capsules(..)) || widest[k] - narrowest[k] < STANDS_M
+        };
+        let near = |k: &usize| widest[*k] < LEAST_M && stands(*k);
+        let (out, held): (Vec<usize>, Vec<usize>) = (0..self.pairs.len()).partition(near);
+        self.always_near = out.iter().map(|k| self.named(&self.pairs[*k])).collect();
+        self.always_near.sort_unstable();
+        self.always_near.dedup();
+        self.pairs = held.iter().map(|k| self.pairs[*k]).collect();
+    }
+
+    fn named(&self, pair: &Pair) -> (usize, Other) {
+        match *pair {
+            Pair::Capsules(a, b) => (self.capsules[a].0, Other::Link(self.capsules[b].0)),
+            Pair::Side { capsule, .. } => (self.capsules[capsule].0, Other::Side),
+        }
+    }
+
+    /// The frames of the links and the ends of the capsules in the frame of the base.
+    fn placed(&self, model: &Model, q: &[f64]) -> Placed {
+        let frames = model.link_frames(q);
+        let place = |(link, capsule): &(usize, Capsule)| {
+            [capsule.from_m, capsule.to_m].map(|point| match link.checked_sub(1) {
+                None => Vector3::from(point),
+                Some(frame) => {
+                    let LinkFrame { origin_m, axes } = &frames[frame];
+                    let mut at = Vector3::from(*origin_m);
+                    for (axis, along) in axes.iter().zip(point) {
+                        at += Vector3::from(*axis) * along;
+                    }
+                    at
+                }
+            })
+        };
+        Placed { ends: self.capsules.iter().map(place).collect(), frames }
+    }
+
+    /// What is left between a pair.
+    fn gap(&self, placed: &Placed, pair: &Pair) -> Gap {
+        match *pair {
+            Pair::Capsules(a, b) => {
+                let [(own, first), (other, second)] = [self.capsules[a], self.capsules[b]];
+                let [p, q] = nearest(placed.ends[a], placed.ends[b]);
+                let distance = (p - q).norm();
+                let gap = distance - first.radius_m - second.radius_m;
+                (gap, (p - q) / distance.max(f64::MIN_POSITIVE), [(own, p), (other, q)])
+            }
+            Pair::Side { capsule, axis, sense, at_m } => {
+                let (link, Capsule { radius_m, .. }) = self.capsules[capsule];
+                let [from, to] = placed.ends[capsule];
+                let out = if sense * from[axis] > sense * to[axis] { from } else { to };
+                let mut inwards = Vector3::zeros();
+                inwards[axis] = -sense;
+                (sense * (at_m - out[axis]) - radius_m, inwards, [(link, out), (0, out)])
+            }
+        }
+    }
+
+    /// The narrowest gap of a posture \[rad or m\].
+    pub fn nearest(&self, model: &Model, q: &[f64]) -> Option<Nearest> {
+        let placed = self.placed(model, q);
+        let gaps = self.pairs.iter().map(|pair| (pair, self.gap(&placed, pair).0));
+        let (pair, gap_m) = gaps.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (link, other) = self.named(pair);
+        Some(Nearest { link, other, gap_m })
+    }
+
+    /// The narrowest gap along a motion.
+    pub(super) fn nearest_along(
+        &self,
+        model: &Model,
+        series: &FourierSeries,
+        rate_hz: f64,
+    ) -> Option<Nearest> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a motion has far fewer samples than 2^52"
+        )]
+        let samples = (series.duration_s * rate_hz).ceil().max(1.0) as usize;
+        let at = |i: usize| {
+            let state = series.state(series.duration_s * i as f64 / samples as f64);
+            self.nearest(model, &state.position[..model.joints()])
+        };
+        (0..=samples).filter_map(at).min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
+    }
+
+    /// The largest share of the positions of a motion (n × N).
+    pub(super) fn largest(&self, model: &Model, q: &DMatrix<f64>) -> f64 {
+        let share = |i| self.nearest(model, column(q, i)).map_or(0.0, |of| of.share());
+        (0..q.ncols()).map(share).fold(0.0, f64::max)
+    }
+
+    /// −ln(1 − z²) of all gaps of a posture, z their share, times `weight`; its gradient is added to `by_q`. Nothing where one is
+    /// too narrow.
+    pub(super) fn add(
+        &self,
+        model: &Model,
+        weight: f64,
+        q: &[f64],
+        by_q: &mut [f64],
+    ) -> Option<f64> {
+        let placed = self.placed(model, q);
+        let mut value = 0.0;
+        for pair in &self.pairs {
+            let (gap_m, direction, points) = self.gap(&placed, pair);
+            let z = Nearest { link: 0, other: Other::Side, gap_m }.share();
+            let left = 1.0 - z * z;
+            if left.is_nan() || left <= 0.0 {
+                return None;
+            }
+            if z == 0.0 {
+                continue;
+            }
+            value -= weight * left.ln();
+            let slope = -weight * 2.0 * z / (left * REACH_M);
+            for ((link, point), sense) in points.into_iter().zip([1.0, -1.0]) {
+                for (joint, by_q) in by_q.iter_mut().enumerate().take(link) {
+                    let LinkFrame { origin_m, axes } = &placed.frames[joint];
+                    let axis = Vector3::from(axes[2]);
+                    let moved = match self.kinds[joint] {
+                        JointKind::Revolute => axis.cross(&(point - Vector3::from(*origin_m))),
+                        JointKind::Prismatic => axis,
+                    };
+                    *by_q += sense * slope * direction.dot(&moved);
+                }
+            }
+        }
+        Some(value)
+    }
+}
+
+/// What is left between a pair \[m\], the direction towards the first, and the points that are nearest with the links that carry
+/// them.
+type Gap = (f64, Vector3<f64>, [(usize, Vector3<f64>); 2]);
+
+/// An arm in a posture, in the frame of the base.
+struct Placed {
+    ends: Vec<[Vector3<f64>; 2]>,
+    frames: Vec<LinkFrame>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gradient_is_that_of_finite_differences() {
+        let file = include_str!("../../../config/robots/tx40.toml");
+        let shaped =
+            "drive_inertia = true\ncapsules = [{ to_m = [0.03, 0.02, 0.1], radius_m = 0.05 }]";
+        let robot = Robot::from_toml(&file.replace("drive_inertia = true", shaped)).unwrap();
+        let shapes = Shapes::of(&robot, Some([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.9]])).unwrap();
+        let model = Model::new(&robot);
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let mut active = 0;
+        for _ in 0..300 {
+            let q: Vec<f64> = (0..6).map(|_| 2.0 * uniform(&mut random)).collect();
+            let along: Vec<f64> = (0..6).map(|_| uniform(&mut random)).collect();
+            let mut gradient = vec![0.0; 6];
+            if !shapes.add(&model, 1.0, &q, &mut gradient).is_some_and(|value| value > 0.0) {
+                continue;
+            }
+            active += 1;
+            let at = |h: f64| {
+                let near: Vec<f64> = q.iter().zip(&along).map(|(q, along)| q + h * along).collect();
+                shapes.add(&model, 1.0, &near, &mut [0.0; 6]).unwrap()
+            };
+            let h = 1e-6;
+            let expected = (at(h) - at(-h)) / (2.0 * h);
+            let found: f64 = gradient.iter().zip(&along).map(|(g, along)| g * along).sum();
+            assert!((found - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{found} {expected}");
+        }
+        assert!(active > 50, "{active}");
+    }
+}

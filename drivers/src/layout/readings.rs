@@ -1,0 +1,93 @@
+//! Signals of what drives tell besides, in the units that samples have them in.
+
+use didim_core::Reading;
+
+use super::dbc::SignalFormat;
+use super::error::LayoutError;
+use super::field::Encoding;
+use super::plan::{MessagePlan, Quantity};
+use super::spec::{LayoutSpec, ReadingSpec};
+use crate::frame::Frame;
+
+/// The readings of a layout: its key, what it is, what the layout says of it.
+pub(super) fn readings(
+    spec: &LayoutSpec,
+) -> impl Iterator<Item = (Reading, [&'static str; 3], &ReadingSpec)> {
+    let all = [
+        (Reading::Temperature, &spec.temperature),
+        (Reading::SupplyVoltage, &spec.supply_voltage),
+        (Reading::Mode, &spec.mode),
+    ];
+    all.into_iter().filter_map(|(reading, spec)| Some((reading, keys(reading), spec.as_ref()?)))
+}
+
+/// The keys of its signal, its object and its unit.
+fn keys(reading: Reading) -> [&'static str; 3] {
+    match reading {
+        Reading::Temperature => ["temperature.signal", "temperature.object", "temperature.unit"],
+        Reading::SupplyVoltage => {
+            ["supply_voltage.signal", "supply_voltage.object", "supply_voltage.unit"]
+        }
+        Reading::Mode => ["mode.signal", "mode.object", "mode.unit"],
+    }
+}
+
+/// The spellings of units, and what one of them is in that of the reading.
+fn units(reading: Reading) -> &'static [(&'static str, f64)] {
+    match reading {
+        Reading::Temperature => {
+            &[("degC", 1.0), ("°C", 1.0), ("C", 1.0), ("0.1 degC", 0.1), ("0.1 °C", 0.1)]
+        }
+        Reading::SupplyVoltage => &[("V", 1.0), ("mV", 1e-3), ("0.1 V", 0.1), ("0.01 V", 0.01)],
+        // A number without a unit, whatever a file says.
+        Reading::Mode => &[],
+    }
+}
+
+/// A signal in the unit that samples have the quantity in; another one than a reading as it is.
+///
+/// # Errors
+/// The unit is none of a reading, or a mode is no integer.
+pub(super) fn in_own_unit(
+    quantity: Quantity,
+    signal: SignalFormat,
+) -> Result<SignalFormat, LayoutError> {
+    let Quantity::Reading(reading) = quantity else { return Ok(signal) };
+    let wrong = |reason| LayoutError::Signal { signal: signal.name.clone(), line: None, reason };
+    if reading == Reading::Mode {
+        let integer = matches!(signal.field.encoding(), Encoding::Unsigned | Encoding::Signed);
+        if !integer || signal.field.scale() != (1.0, 0.0) || signal.field.width() > 16 {
+            let reason = "a mode is an integer of at most 16 bits with factor 1 and offset 0";
+            return Err(wrong(reason.to_owned()));
+        }
+        return Ok(signal);
+    }
+    let known = units(reading);
+    let Some((_, factor)) = known.iter().find(|(unit, _)| *unit == signal.unit) else {
+        let names: Vec<String> = known.iter().map(|(unit, _)| format!("\"{unit}\"")).collect();
+        return Err(wrong(format!(
+            "a {quantity} in \"{}\"; it has to be {}",
+            signal.unit,
+            names.join(" or ")
+        )));
+    };
+    Ok(SignalFormat {
+        field: signal.field.times(*factor),
+        unit: reading.unit().to_owned(),
+        range: signal.range.map(|(from, to)| (factor * from, factor * to)),
+        ..signal
+    })
+}
+
+impl MessagePlan {
+    /// Puts the readings of a frame to those that came before; one out of its range is none.
+    pub(crate) fn read_readings(&self, frame: &Frame, readings: &mut didim_core::Readings) {
+        for extraction in &self.extractions {
+            if let Quantity::Reading(reading) = extraction.quantity
+                && let Some(value) = extraction.value(frame.data())
+            {
+                readings.set(reading, extraction.axis, value);
+            }
+        }
+    }
+}

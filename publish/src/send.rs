@@ -1,0 +1,112 @@
+//! Sends what is to be sent of one cabinet, for ever.
+
+use core::convert::Infallible;
+use core::time::Duration;
+use std::time::Instant;
+
+use crate::cabinet::Cabinet;
+use crate::configuration::Broker;
+use crate::link::{Link, LinkError, Way};
+
+/// How often a service is asked.
+const LOOK: Duration = Duration::from_secs(1);
+/// The first wait for a broker that is away, and the longest.
+const WAITS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(30)];
+
+/// Looks and sends in turn. What is sent leaves the disk only when the broker has acknowledged it.
+pub(crate) async fn send(mut cabinet: Cabinet, broker: &Broker, prefix: &str) -> Infallible {
+    let topics = format!("{prefix}/{}", cabinet.name());
+    let state = format!("{topics}/state");
+    let way = Way::new(&topics, broker, &state, cabinet.will());
+    let mut link = None;
+    let mut outage = Outage::new(cabinet.name());
+    loop {
+        let looked = Instant::now();
+        cabinet.look();
+        let tried = match &mut link {
+            Some(link) => Ok(link),
+            None if looked < outage.until => Err(None),
+            None => match Link::open(&way).await {
+                Err(why) => Err(Some(why)),
+                Ok(new) => {
+                    cabinet.connected();
+                    Ok(link.insert(new))
+                }
+            },
+        };
+        let sent = match tried {
+            Err(why) => Err(why),
+            Ok(link) => match send_all(&mut cabinet, link, &topics, looked).await {
+                Ok(()) => {
+                    outage.end();
+                    let wait = LOOK.saturating_sub(looked.elapsed());
+                    tokio::select! {
+                        () = tokio::time::sleep(wait) => Ok(()),
+                        why = link.broken() => Err(Some(why)),
+                    }
+                }
+                Err(why) => Err(Some(why)),
+            },
+        };
+        if let Err(why) = sent {
+            if let Some(why) = why {
+                link = None;
+                outage.begin(&why);
+            }
+            let wait = outage.until.saturating_duration_since(Instant::now()).min(LOOK);
+            tokio::time::sleep(wait).await;
+        }
+    }
+}
+
+/// Sends until nothing is left, or it is time to look again.
+async fn send_all(
+    cabinet: &mut Cabinet,
+    link: &mut Link,
+    topics: &str,
+    looked: Instant,
+) -> Result<(), LinkError> {
+    while looked.elapsed() < LOOK
+        && let Some(message) = cabinet.next(Instant::now())
+    {
+        let kind = message.kind;
+        let topic = format!("{topics}/{}", kind.level());
+        link.publish(&topic, kind.is_retained(), message.payload).await?;
+        cabinet.acknowledge(kind, Instant::now());
+    }
+    Ok(())
+}
+
+/// A time without a broker: told when it begins and when it ends, and tried again after longer and longer waits.
+struct Outage {
+    cabinet: String,
+    /// Share of a wait by which cabinets differ, so that they do not all come back at once.
+    share: f64,
+    wait: Option<Duration>,
+    until: Instant,
+}
+
+impl Outage {
+    fn new(cabinet: &str) -> Self {
+        let digest = cabinet.bytes().fold(0_u32, |sum, byte| {
+            sum.wrapping_mul(31).wrapping_add(u32::from(byte)).wrapping_mul(2_654_435_761)
+        });
+        let share = 0.5 + 0.5 * f64::from(digest) / f64::from(u32::MAX);
+        Self { cabinet: cabinet.to_owned(), share, wait: None, until: Instant::now() }
+    }
+
+    fn begin(&mut self, why: &LinkError) {
+        if self.wait.is_none() {
+            tracing::warn!("{}: nothing is sent: {why}", self.cabinet);
+        }
+        let wait = self.wait.map_or(WAITS[0], |wait| (2 * wait).min(WAITS[1]));
+        self.wait = Some(wait);
+        self.until = Instant::now() + wait.mul_f64(self.share);
+    }
+
+    fn end(&mut self) {
+        if self.wait.take().is_some() {
+            tracing::info!("{}: the broker takes what is sent again", self.cabinet);
+        }
+    }
+}
