@@ -14,6 +14,9 @@ use super::spectrum::ResidualSpectrum;
 /// taken for larger by no more than its inverse.
 const LEAST_LEFT_OVER: f64 = 0.2;
 
+/// Of its variance beforehand, the least share that the data take away of a freedom of which they say anything.
+const TOLD: f64 = 1e-3;
+
 /// `y = X θ + C η + ε`, solved for θ and η together with what is known of η beforehand.
 #[derive(Clone, Debug)]
 pub struct JointSolution {
@@ -40,6 +43,38 @@ impl JointSolution {
         let told_beforehand = self.covariance.view((0, own), (own, freedoms));
         let white = self.covariance.view((0, 0), (own, own));
         white * square - told_beforehand * told_beforehand.transpose() * (square - 1.0)
+    }
+
+    /// The same without what was stated of those freedoms that the data contradict by more than `limit` standard deviations
+    /// of both, the furthest first: what is known of them then are the data alone. `stated` says of which freedoms
+    /// something was.
+    ///
+    /// With N the information, taking the prior of the freedom k out leaves `N − eₖ eₖᵀ`, whose inverse is
+    /// `P + pₖ pₖᵀ/(1 − Pₖₖ)`, pₖ being a column of P (Sherman and Morrison, 1950), and a mean that is `pₖ ηₖ/(1 − Pₖₖ)` further.
+    #[must_use]
+    pub(crate) fn without_contradicted(&self, stated: &[bool], limit: f64) -> Self {
+        let mut found = self.clone();
+        let own = found.change.len();
+        let mut left: Vec<usize> = (0..stated.len()).filter(|k| stated[*k]).collect();
+        loop {
+            let deviations = |k: &usize| {
+                let told = 1.0 - found.covariance[(own + k, own + k)];
+                let variance = found.colour.powi(2) * (1.0 - told) / told;
+                let value = found.freedoms[*k] / told;
+                // Of what they tell next to nothing, rounding would decide.
+                if told > TOLD { value.abs() / (1.0 + variance).sqrt() } else { 0.0 }
+            };
+            let furthest =
+                left.iter().copied().max_by(|a, b| deviations(a).total_cmp(&deviations(b)));
+            let Some(k) = furthest.filter(|k| deviations(k) > limit) else { return found };
+            left.retain(|other| *other != k);
+            let column = found.covariance.column(own + k).into_owned();
+            let told = 1.0 - column[own + k];
+            let further = found.freedoms[k] / told;
+            found.change.axpy(further, &column.rows(0, own), 1.0);
+            found.freedoms.axpy(further, &column.rows(own, column.len() - own), 1.0);
+            found.covariance.ger(1.0 / told, &column, &column, 1.0);
+        }
     }
 
     /// How far a model without the freedoms may be off, by the rows X of its parameters and C of theirs:
@@ -246,6 +281,38 @@ fn beside_each_other(matrices: &[DMatrixView<'_, f64>]) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// One parameter and two freedoms: of the first the data have 40 of what was stated, as told by a tenth of its variance, and
+    /// of the second nothing that contradicts. The prior of the first is taken out of all.
+    #[test]
+    fn what_contradicts_is_known_by_the_data_alone() {
+        let information =
+            DMatrix::from_row_slice(3, 3, &[4.0, 0.2, 0.1, 0.2, 0.15, 0.05, 0.1, 0.05, 0.2]);
+        let right = DVector::from_vec(vec![1.0, 4.0, 0.3]);
+        let solved = |prior: [f64; 3]| {
+            let all = &information + DMatrix::from_diagonal(&DVector::from_vec(prior.to_vec()));
+            let covariance = all.try_inverse().unwrap();
+            let mean = &covariance * &right;
+            JointSolution {
+                change: mean.rows(0, 1).into_owned(),
+                freedoms: mean.rows(1, 2).into_owned(),
+                covariance,
+                noise: DMatrix::zeros(0, 0),
+                colour: 1.0,
+            }
+        };
+        let (before, alone) = (solved([0.0, 1.0, 1.0]), solved([0.0, 0.0, 1.0]));
+        let found = before.without_contradicted(&[true, true], 3.0);
+        assert!((found.covariance - &alone.covariance).amax() < 1e-12);
+        assert!((found.freedoms - &alone.freedoms).amax() < 1e-12);
+        assert!((found.change - &alone.change).amax() < 1e-12);
+        for same in [
+            before.without_contradicted(&[false, true], 3.0),
+            before.without_contradicted(&[true, true], 30.0),
+        ] {
+            assert_eq!(same.freedoms, before.freedoms);
+        }
+    }
 
     /// Of a chi-squared variable of one degree of freedom, and of many.
     #[test]

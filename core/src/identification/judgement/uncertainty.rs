@@ -8,6 +8,8 @@
 //! u² = noise + K (μ μᵀ + P) Kᵀ
 //! ```
 //!
+//! Where the data contradict what was stated of a freedom, its μ and P are of the data alone.
+//!
 //! The value stays that of the method: with the freedoms it would be more uncertain, and wrong by
 //! what they take from it.
 
@@ -17,7 +19,7 @@ use super::checks::FittedModel;
 use super::elsewhere::Elsewhere;
 use super::freedoms::{Along, Columns, FreedomEstimate, Observed};
 use super::model_uncertainty::ModelUncertainty;
-use crate::identification::given::IdentificationError;
+use crate::identification::given::{IdentificationError, Tolerances};
 use crate::regression::FurtherColumns as _;
 
 /// A rigid model with named friction leaves this share of a joint's torque, however quiet the data are.
@@ -59,8 +61,10 @@ impl Uncertainty {
             .map_err(IdentificationError::Regression)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
         let moved = &products.moved;
-        let after = solution.covariance.view((own, own), (all - own, all - own));
-        let told = moved * &solution.freedoms;
+        // A statement that the data contradict says nothing of how far the value is off.
+        let unstated = solution.without_contradicted(&columns.stated(), Tolerances::CONTRADICTED);
+        let after = unstated.covariance.view((own, own), (all - own, all - own));
+        let told = moved * &unstated.freedoms;
         let spread: DMatrix<f64> = moved * after;
         let combined = DVector::from_fn(own, |k, _| {
             let open = spread.row(k).dot(&moved.row(k));

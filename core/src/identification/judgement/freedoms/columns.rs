@@ -176,6 +176,11 @@ impl<'a> Columns<'a> {
         found
     }
 
+    /// Of which columns something is stated.
+    pub(in super::super) fn stated(&self) -> Vec<bool> {
+        self.columns.iter().map(|column| self.unit(&column.acts).is_some()).collect()
+    }
+
     /// The unit of a column's coefficient, where it is a quantity, and how many there are to one of SI.
     fn unit(&self, acts: &Acts) -> Option<(f64, &'static str)> {
         let degrees = 1.0_f64.to_degrees();
