@@ -97,8 +97,10 @@ fn the_demonstration_finds_the_arm_it_simulates_and_leaves_nothing_behind() {
 /// From the start of the shipped cell, which is far away.
 #[test]
 fn the_demonstration_is_found_by_the_methods_that_seek_their_way() {
+    let cell = Installation::of("tx40-packed-fd", &[]);
+    let figure = cell.path("demo.svg");
     for method in ["clie", "cloe"] {
-        let text = succeed(&[&"demo", &"--fast", &"--method", &method]);
+        let text = succeed(&[&"demo", &"--fast", &"--method", &method, &"--figure", &figure]);
         assert!(text.contains("1 window identified, 0 rejected"), "{method}: {text}");
         assert!(text.contains("\nverdict: applicable\n"), "{method}: {text}");
     }
