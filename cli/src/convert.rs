@@ -9,7 +9,7 @@ use didim_core::robot::Transmission;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{CompiledLayout, Quantity, Role};
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
-use didim_sim::{BusCycle, CYCLE_FRAMES, CycleEncoder};
+use didim_sim::{CYCLE_FRAMES, CycleEncoder};
 
 use super::CliError;
 use super::convert_frames::{write_candump, write_mcap};
@@ -17,7 +17,7 @@ use super::input::{check_rate, positive, read_input};
 use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_whole};
 use super::stream::Input;
-use didim::cell::{Cell, CellBus};
+use didim::cell::Cell;
 use didim::live::recording::is_mcap;
 use didim_formats::{Measurement, Side, is_parquet, write_csv};
 
@@ -125,7 +125,7 @@ fn write_log(
             )]
             let stamp_ns = (k as f64 * bus.layout.period_ns()).round() as u64;
             encoder
-                .encode(&cycle(bus, &measurement, k), stamp_ns, &mut frames)
+                .encode(&encoder.cycle_of(&measurement.signals, k), stamp_ns, &mut frames)
                 .map_err(|error| refused(format!("sample {k}: {error}")))?;
             for frame in &frames {
                 writer.write(frame).map_err(CliError::failed)?;
@@ -142,31 +142,6 @@ fn reading_of_samples(layout: &CompiledLayout) -> Option<&str> {
     let mut signals = needed.flat_map(|message| &message.extractions);
     let reading = signals.find(|of| matches!(of.quantity, Quantity::Reading(_)))?;
     Some(&reading.signal.name)
-}
-
-fn cycle(bus: &CellBus, measurement: &Measurement, k: usize) -> BusCycle {
-    let take = |columns: &[Vec<f64>], k: usize| {
-        let mut values = [0.0; MAX_JOINTS];
-        for (value, column) in values.iter_mut().zip(columns) {
-            *value = column[k];
-        }
-        values
-    };
-    // A target that takes effect at the next SYNC is sent one cycle before.
-    let ahead = usize::from(bus.layout.reference_at_next_sync());
-    let target = (k + ahead).min(measurement.samples() - 1);
-    let signals = &measurement.signals;
-    BusCycle {
-        counter: k as u64,
-        motor_position_rad: take(&signals.position_rad, k),
-        motor_torque_nm: take(&signals.torque_nm, k),
-        motor_reference_rad: signals
-            .reference_rad
-            .as_ref()
-            .map_or([0.0; MAX_JOINTS], |columns| take(columns, target)),
-        readings: Default::default(),
-        tells: [false; MAX_JOINTS],
-    }
 }
 
 fn to_motor_side(mut measurement: Measurement, transmission: &Transmission) -> Measurement {

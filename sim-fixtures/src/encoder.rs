@@ -1,6 +1,7 @@
 //! Motor-side values to the frames of one bus cycle.
 
 use didim_core::MAX_JOINTS;
+use didim_core::identification::Signals;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{
     AxisValues, CompiledLayout, CycleValues, EncodeError, MessagePlan, Quantity, Role, SampledBy,
@@ -151,6 +152,31 @@ impl CycleEncoder {
         }
         self.check_room(arrival_ns)?;
         Ok(arrivals)
+    }
+
+    /// What is on the bus in a cycle of a record of the motors, whose columns are equally long.
+    pub fn cycle_of(&self, record: &Signals, cycle: usize) -> BusCycle {
+        let take = |columns: &[Vec<f64>], cycle: usize| {
+            let mut values = [0.0; MAX_JOINTS];
+            for (value, column) in values.iter_mut().zip(columns) {
+                *value = column[cycle];
+            }
+            values
+        };
+        // A target that takes effect at the next SYNC is sent one cycle before.
+        let ahead = usize::from(self.layout.reference_at_next_sync());
+        let last = record.position_rad.first().map_or(0, Vec::len).saturating_sub(1);
+        let target = (cycle + ahead).min(last);
+        let reference = record.reference_rad.as_ref();
+        BusCycle {
+            counter: cycle as u64,
+            motor_position_rad: take(&record.position_rad, cycle),
+            motor_torque_nm: take(&record.torque_nm, cycle),
+            motor_reference_rad: reference
+                .map_or([0.0; MAX_JOINTS], |columns| take(columns, target)),
+            readings: Default::default(),
+            tells: [false; MAX_JOINTS],
+        }
     }
 
     /// The frame of one message of the layout, by its index.

@@ -7,14 +7,13 @@ mod signals;
 
 use std::borrow::Cow;
 
-use didim_core::MAX_JOINTS;
 use didim_core::identification::Signals;
 use didim_drivers::frame::{Frame, FrameError};
 use serde::Deserialize;
 
 pub use action::{Action, FrameOf, FrameRole, Of, SignalOf};
 
-use crate::{BusCycle, CycleEncoder, CycleError};
+use crate::{CycleEncoder, CycleError};
 
 /// Something that hurts some cycles of a record.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -104,15 +103,6 @@ fn encoded(
     epoch_ns: u64,
 ) -> Result<Vec<Vec<Frame>>, CycleError> {
     let samples = signals.position_rad.first().map_or(0, Vec::len);
-    // A target takes effect at the next SYNC.
-    let ahead = usize::from(encoder.layout().reference_at_next_sync());
-    let at = |columns: &[Vec<f64>], k: usize| {
-        let mut values = [0.0; MAX_JOINTS];
-        for (value, column) in values.iter_mut().zip(columns) {
-            *value = column.get(k).copied().unwrap_or_default();
-        }
-        values
-    };
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -120,17 +110,12 @@ fn encoded(
     )]
     let period_ns = encoder.layout().period_ns() as u64;
     let cycle = |k: usize| {
-        let reference = signals.reference_rad.as_deref().unwrap_or(&signals.position_rad);
-        let cycle = BusCycle {
-            counter: k as u64,
-            motor_position_rad: at(&signals.position_rad, k),
-            motor_torque_nm: at(&signals.torque_nm, k),
-            motor_reference_rad: at(reference, (k + ahead).min(samples - 1)),
-            readings: Default::default(),
-            tells: [false; MAX_JOINTS],
-        };
         let mut frames = Vec::new();
-        encoder.encode(&cycle, epoch_ns + k as u64 * period_ns, &mut frames)?;
+        encoder.encode(
+            &encoder.cycle_of(signals, k),
+            epoch_ns + k as u64 * period_ns,
+            &mut frames,
+        )?;
         Ok(frames)
     };
     (0..samples).map(cycle).collect()
