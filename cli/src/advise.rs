@@ -5,15 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::CliError;
-use super::design::{Subject, Within, format_of, joint_names, motion_text, wanted};
+use super::design::{Subject, Within, format_of, motion_text, wanted};
 use super::names::DEFAULT_CELL;
 use super::output::{check_outputs, print, write_text};
 use super::progress::Working;
 use super::tell::tell;
 use didim::cell::Cell;
-use didim::offline::{Advised, Assignment, OTHER_CONFIGURATION, StoredModel};
+use didim::offline::{Advised, OTHER_CONFIGURATION, StoredModel};
 use didim::report::advice_text;
-use didim_formats::UrdfArm;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -46,12 +45,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let accelerations = arguments.within.accelerations(joints);
     // Neither the length nor what is wanted of a designed motion counts here.
     let wanted = wanted(&arguments.within, accelerations.as_deref(), 1.0);
-    let assignment =
-        Assignment::of_cell(&cell, Some(&model), &wanted).map_err(CliError::configuration)?;
-    let urdf = cell.urdf.iter().flat_map(UrdfArm::joint_names);
-    let joints = joint_names(urdf, joints);
-    let assignment = assignment.with_urdf(cell.urdf.as_ref());
-    let subject = Subject { robot: cell.robot.clone(), joints, assignment };
+    let subject = Subject::of_cell(&cell, Some(&model), &wanted)?;
     let working = Working::on("trying motions");
     let advised = working.during(|| Advised::new(&cell, &model, &subject.assignment));
     let advised = advised.map_err(CliError::failed)?;

@@ -15,10 +15,10 @@ use super::input::positive;
 use super::output::{check_outputs, print, write_text};
 use super::progress::styled;
 use super::tell::tell;
-use didim::cell::{Cell, CellError, Library, RobotSource};
+use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
 use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
 use didim::report::{design_header, design_text, html};
-use didim_formats::{MotionFile, MotionFormat, UrdfArm};
+use didim_formats::{MotionFile, MotionFormat};
 
 /// Searches from so many random motions, side by side; the best is taken.
 const STARTS: usize = 2;
@@ -127,6 +127,20 @@ pub(super) struct Subject {
     pub(super) assignment: Assignment,
 }
 
+impl Subject {
+    /// The arm of a cell, with what a result of it says.
+    pub(super) fn of_cell(
+        cell: &Cell,
+        stored: Option<&StoredModel>,
+        wanted: &Wanted<'_>,
+    ) -> Result<Self, CliError> {
+        let assignment = Assignment::of_cell(cell, stored, wanted);
+        let joints = joint_names(cell.urdf.as_ref(), cell.robot.joints());
+        let assignment = assignment.map_err(CliError::configuration)?;
+        Ok(Self { robot: cell.robot.clone(), joints, assignment })
+    }
+}
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { robot, cell, result, out, preview, .. } = arguments;
     let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
@@ -200,13 +214,7 @@ impl Arguments {
             stored = Some(model);
         }
         let accelerations = self.within.accelerations(cell.robot.joints());
-        let wanted = self.wanted(accelerations.as_deref());
-        let assignment = Assignment::of_cell(&cell, stored.as_ref(), &wanted);
-        let urdf = cell.urdf.iter().flat_map(UrdfArm::joint_names);
-        let joints = joint_names(urdf, cell.robot.joints());
-        let assignment = assignment.map_err(CliError::configuration)?;
-        let assignment = assignment.with_urdf(cell.urdf.as_ref());
-        Ok(Subject { robot: cell.robot, joints, assignment })
+        Subject::of_cell(&cell, stored.as_ref(), &self.wanted(accelerations.as_deref()))
     }
 
     fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
@@ -224,10 +232,9 @@ impl Arguments {
         })?;
         let accelerations = self.within.accelerations(robot.joints());
         let wanted = self.wanted(accelerations.as_deref());
-        let assignment = Assignment::of_robot(robot, &base, &wanted);
-        let joints = joint_names(source.joint_names(), robot.joints());
+        let assignment = Assignment::of_robot(&source, &base, &wanted);
+        let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::configuration)?;
-        let assignment = assignment.with_urdf(source.urdf.as_ref());
         Ok(Subject { robot: source.robot, joints, assignment })
     }
 
@@ -238,13 +245,6 @@ impl Arguments {
             ..wanted(&self.within, accelerations, self.duration)
         }
     }
-}
-
-/// Those of a URDF; a robot file has none.
-pub(super) fn joint_names<'a>(urdf: impl Iterator<Item = &'a str>, joints: usize) -> Vec<String> {
-    let names: Vec<String> = urdf.map(str::to_owned).collect();
-    let numbered = || (1..=joints).map(|joint| format!("joint_{joint}")).collect();
-    if names.len() == joints { names } else { numbered() }
 }
 
 /// The best of the searches; the first of equal ones, so that threads do not decide.

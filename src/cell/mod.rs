@@ -36,7 +36,7 @@ pub use file::{
 pub use library::{Library, SHIPPED};
 pub use mistyped::WrongKey;
 pub use open::{OPEN, OpenKey};
-pub use robot::RobotSource;
+pub use robot::{RobotSource, joint_names};
 
 use crate::archive::store::ConfigurationTexts;
 use crate::live::recording::JointCurves;
@@ -103,14 +103,8 @@ impl Cell {
 
     /// What makes the joints' curves of the frames of its bus.
     pub fn joint_curves(&self, bus: &CellBus) -> JointCurves {
-        JointCurves::new(bus.assembler(), self.robot.transmission().clone(), self.joint_names())
-    }
-
-    /// The names of the joints: a URDF's, or their numbers.
-    fn joint_names(&self) -> Vec<String> {
-        let numbered = || (1..=self.robot.joints()).map(|joint| format!("joint_{joint}"));
-        let named = self.urdf.as_ref().map(|arm| arm.joint_names().map(str::to_owned).collect());
-        named.unwrap_or_else(|| numbered().collect())
+        let names = joint_names(self.urdf.as_ref(), self.robot.joints());
+        JointCurves::new(bus.assembler(), self.robot.transmission().clone(), names)
     }
 
     /// Whether a reference is recorded, as far as the cell tells: didim's own tables may have one.

@@ -21,6 +21,14 @@ pub struct RobotSource {
     pub urdf: Option<UrdfArm>,
 }
 
+/// The names of an arm's joints: a URDF's, or their numbers.
+pub fn joint_names(urdf: Option<&UrdfArm>, joints: usize) -> Vec<String> {
+    match urdf {
+        Some(arm) => arm.joint_names().map(str::to_owned).collect(),
+        None => (1..=joints).map(|joint| format!("joint_{joint}")).collect(),
+    }
+}
+
 /// A key of a cell, and what is wrong with it.
 type Wrong = (String, String);
 

@@ -8,7 +8,7 @@ use didim_formats::UrdfArm;
 use nalgebra::DMatrix;
 
 use super::stored::StoredModel;
-use crate::cell::Cell;
+use crate::cell::{Cell, RobotSource};
 
 /// Without a result: noise of a row, as a share of the torque limit of its joint, and independent rows in a second where no
 /// cell says how many there are.
@@ -84,6 +84,7 @@ pub struct Assignment {
 /// An arm as a motion is designed for it.
 struct Arm<'a> {
     robot: &'a Robot,
+    urdf: Option<&'a UrdfArm>,
     base: &'a BaseParameters,
     parameters: Vec<Lacking>,
     /// Standard parameters for its torques.
@@ -96,26 +97,19 @@ struct Arm<'a> {
 }
 
 impl Assignment {
-    /// The same with what is not read of a URDF's shapes, where the arm is from one.
-    #[must_use]
-    pub fn with_urdf(self, urdf: Option<&UrdfArm>) -> Self {
-        Self {
-            unread_shapes: urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec()),
-            ..self
-        }
-    }
-
     /// For an arm of which nothing is known but what its file says.
     ///
     /// # Errors
     /// [`AssignmentError`].
     pub fn of_robot(
-        robot: &Robot,
+        source: &RobotSource,
         base: &BaseParameters,
         wanted: &Wanted<'_>,
     ) -> Result<Self, AssignmentError> {
+        let robot = &source.robot;
         let arm = Arm {
             robot,
+            urdf: source.urdf.as_ref(),
             base,
             parameters: unknown(robot, base, base.names()),
             standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
@@ -140,6 +134,7 @@ impl Assignment {
         let factor = cell.options.decimation_filter.factor;
         let mut arm = Arm {
             robot,
+            urdf: cell.urdf.as_ref(),
             base,
             parameters: Vec::new(),
             standard: robot.nominal().map(|nominal| nominal.standard().to_vec()),
@@ -240,11 +235,7 @@ impl Arm<'_> {
             noise: Noise { levels, rows_per_s: self.rows_per_s },
             aim,
         };
-        Ok(Assignment {
-            task,
-            parameters: self.parameters,
-            measured_noise,
-            unread_shapes: Vec::new(),
-        })
+        let unread_shapes = self.urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec());
+        Ok(Assignment { task, parameters: self.parameters, measured_noise, unread_shapes })
     }
 }
