@@ -1,6 +1,8 @@
 //! A designed motion in words: what it tells, and what a person who runs it has to know.
 
-use didim_core::excitation::{Design, LimitKind, Nearest, Other, Predicted, Used};
+use didim_core::excitation::{
+    CHECK_HZ, Design, LEAST_GAP_M, LimitKind, Nearest, Other, Predicted, Used,
+};
 
 use crate::offline::{Assignment, Lacking};
 use crate::text::{aligned, significant};
@@ -24,7 +26,7 @@ pub fn design_header(
             LimitKind::ALL.iter().filter(|of| has(of)).map(ToString::to_string).collect();
         names.join(", ")
     };
-    lines.push(format!("Checked at 5000 points per second: {}.", kinds(true)));
+    lines.push(format!("Checked at {CHECK_HZ} points per second: {}.", kinds(true)));
     let unchecked = kinds(false);
     if !unchecked.is_empty() {
         lines.push(format!("NOT checked, for no limit or no parameters are known: {unchecked}."));
@@ -67,8 +69,9 @@ fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<Str
                 format!(" Nearest: {}, {:.0} mm.", pair(of.link, of.other), 1e3 * of.gap_m)
             });
             lines.push(format!(
-                "Collision checked at 5000 points per second by the stated shapes, 20 mm apart: links that no joint \
-                 connects{inside}.{near}"
+                "Collision checked at {CHECK_HZ} points per second by the stated shapes, {:.0} mm apart: links that no \
+                 joint connects{inside}.{near}",
+                1e3 * LEAST_GAP_M
             ));
             lines.push(format!(
                 "Collision NOT checked: links that a joint connects, tool, load, cables, and anything {}.",

@@ -3,7 +3,7 @@
 use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
 use super::series::{FourierSeries, State};
-use super::shapes::{Nearest, Shapes};
+use super::shapes::{Nearest, Shapes, gap_share};
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
 use crate::robot::{Limits, Robot};
@@ -182,7 +182,7 @@ impl Bounds {
     ) -> (f64, Vec<Used>, Option<Nearest>) {
         let used = self.used(model, series, rate_hz);
         let nearest = self.nearest(model, series, rate_hz);
-        let of_gaps = nearest.map_or(0.0, |of| of.share());
+        let of_gaps = nearest.map_or(0.0, |of| gap_share(of.gap_m));
         (used.iter().map(|used| used.share).fold(of_gaps, f64::max), used, nearest)
     }
 

@@ -10,7 +10,7 @@ use super::task::Task;
 use super::told::value;
 
 /// Limits are kept at so many samples per second \[Hz\]: ten times the fastest output.
-pub(super) const CHECK_HZ: f64 = 5000.0;
+pub const CHECK_HZ: f64 = 5000.0;
 const STAGES: u32 = 4;
 /// Weights of the barrier, one after the other.
 const WEIGHTS: [f64; STAGES as usize] = [0.1, 0.02, 0.004, 0.0008];

@@ -33,11 +33,11 @@ mod told;
 
 pub use advice::{Advice, Advised, advise};
 pub use bounds::{Bounds, Margins, Used};
-pub use design::{Design, Progress, design};
+pub use design::{CHECK_HZ, Design, Progress, design};
 pub use error::ExcitationError;
 pub use limit_kind::LimitKind;
 pub use series::{FourierSeries, JointSeries, State};
-pub use shapes::{Corners, Nearest, Other, Shapes};
+pub use shapes::{Corners, LEAST_GAP_M, Nearest, Other, Shapes};
 pub use swing::{Swing, Swings};
 pub use task::{Aim, Noise, Task};
 pub use told::{Predicted, information, predicted};

@@ -12,7 +12,7 @@ use crate::dynamics::{LinkFrame, Model};
 use crate::robot::{Capsule, JointKind, Robot};
 
 /// What has to be left between two shapes \[m\].
-const LEAST_M: f64 = 0.02;
+pub const LEAST_GAP_M: f64 = 0.02;
 /// A gap that is wider than the least by this plays no part \[m\].
 const REACH_M: f64 = 0.1;
 /// Postures that tell what touches wherever the arm is.
@@ -40,11 +40,9 @@ pub struct Nearest {
     pub gap_m: f64,
 }
 
-impl Nearest {
-    /// 1 at the least gap, more below it, and 0 where it plays no part.
-    pub(super) fn share(&self) -> f64 {
-        ((LEAST_M + REACH_M - self.gap_m) / REACH_M).max(0.0)
-    }
+/// 1 at the least gap, more below it, and 0 where it plays no part.
+pub(super) fn gap_share(gap_m: f64) -> f64 {
+    ((LEAST_GAP_M + REACH_M - gap_m) / REACH_M).max(0.0)
 }
 
 /// A box in the frame of the base: its corners with the smallest and the largest coordinates \[m\].
@@ -130,7 +128,7 @@ impl Shapes {
         let stands = |k: usize| {
             matches!(self.pairs[k], Pair::Capsules(..)) || widest[k] - narrowest[k] < STANDS_M
         };
-        let near = |k: &usize| widest[*k] < LEAST_M && stands(*k);
+        let near = |k: &usize| widest[*k] < LEAST_GAP_M && stands(*k);
         let (out, held): (Vec<usize>, Vec<usize>) = (0..self.pairs.len()).partition(near);
         self.always_near = out.iter().map(|k| self.named(&self.pairs[*k])).collect();
         self.always_near.sort_unstable();
@@ -216,8 +214,8 @@ impl Shapes {
 
     /// The largest share of the positions of a motion (n × N).
     pub(super) fn largest(&self, model: &Model, q: &DMatrix<f64>) -> f64 {
-        let share = |i| self.nearest(model, column(q, i)).map_or(0.0, |of| of.share());
-        (0..q.ncols()).map(share).fold(0.0, f64::max)
+        let at = |i| self.nearest(model, column(q, i)).map_or(0.0, |of| gap_share(of.gap_m));
+        (0..q.ncols()).map(at).fold(0.0, f64::max)
     }
 
     /// −ln(1 − z²) of all gaps of a posture, z their share, times `weight`; its gradient is added to `by_q`. Nothing where one is
@@ -233,7 +231,7 @@ impl Shapes {
         let mut value = 0.0;
         for pair in &self.pairs {
             let (gap_m, direction, points) = self.gap(&placed, pair);
-            let z = Nearest { link: 0, other: Other::Side, gap_m }.share();
+            let z = gap_share(gap_m);
             let left = 1.0 - z * z;
             if left.is_nan() || left <= 0.0 {
                 return None;
