@@ -135,19 +135,17 @@ impl Ledger {
             others.iter().any(|other| (&other.parameter, other.since) == key)
         };
         let before = &self.content.raised;
-        let turned = |event| move |alarm: &&AlarmStatus| (event, (*alarm).clone());
         let cleared = before.iter().filter(|alarm| !is_in(alarm, now));
         let raised = now.iter().filter(|alarm| !is_in(alarm, before));
-        let turns: Vec<(AlarmTurn, AlarmStatus)> = (cleared
-            .map(|of| turned(AlarmTurn::Cleared)(&of)))
-        .chain(raised.map(|of| turned(AlarmTurn::Raised)(&of)))
-        .collect();
+        let message = |event, alarm| AlarmMessage::new(&self.cabinet, event, alarm);
+        let turns: Vec<AlarmMessage> = cleared
+            .map(|alarm| message(AlarmTurn::Cleared, alarm))
+            .chain(raised.map(|alarm| message(AlarmTurn::Raised, alarm)))
+            .collect();
         if turns.is_empty() {
             return;
         }
-        for (event, alarm) in turns {
-            self.content.waiting.push_back(AlarmMessage::new(&self.cabinet, event, &alarm));
-        }
+        self.content.waiting.extend(turns);
         let surplus = self.content.waiting.len().saturating_sub(MOST_WAITING);
         if surplus > 0 {
             self.content.waiting.drain(..surplus);

@@ -95,18 +95,35 @@ fn results_and_alarms_outlast_a_broker_that_is_killed() {
     assert!(consumer.on("/state").iter().all(|of| of.json["schema"] == "didim.state"));
 }
 
-#[test]
-#[ignore = "needs mosquitto (Debian: mosquitto): tests/run"]
-fn a_message_whose_acknowledgement_is_lost_with_the_connection_comes_again() {
+/// A program whose answers pass a wire, and what it has to do with; bound in this order, it ends first.
+struct Sending {
+    folder: tempfile::TempDir,
+    _broker: Broker,
+    wire: Wire,
+    consumer: Consumer,
+    cabinets: Vec<Cabinet>,
+    program: Program,
+}
+
+/// Two results of each cabinet are acknowledged.
+fn sending() -> Sending {
     let folder = tempfile::tempdir().unwrap();
     let broker = Broker::start(ANYBODY);
     let wire = Wire::to(broker.port);
     let consumer = Consumer::new(broker.port);
     let mut cabinets = cabinets(&folder);
     cabinets.iter_mut().for_each(|cabinet| cabinet.store(2));
-    let _program = Program::start(folder.path(), &at(wire.port), &cabinets);
+    let program = Program::start(folder.path(), &at(wire.port), &cabinets);
     all_there(&consumer, &cabinets);
     all_acknowledged(&folder, &cabinets);
+    Sending { folder, _broker: broker, wire, consumer, cabinets, program }
+}
+
+#[test]
+#[ignore = "needs mosquitto (Debian: mosquitto): tests/run"]
+fn a_message_whose_acknowledgement_is_lost_with_the_connection_comes_again() {
+    let Sending { folder: _folder, _broker, wire, consumer, mut cabinets, program: _program } =
+        sending();
 
     wire.lose_answers(true);
     cabinets.iter_mut().for_each(|cabinet| cabinet.store(3));
@@ -120,15 +137,7 @@ fn a_message_whose_acknowledgement_is_lost_with_the_connection_comes_again() {
 #[test]
 #[ignore = "needs mosquitto (Debian: mosquitto): tests/run"]
 fn a_program_that_is_killed_before_the_acknowledgement_sends_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let broker = Broker::start(ANYBODY);
-    let wire = Wire::to(broker.port);
-    let consumer = Consumer::new(broker.port);
-    let mut cabinets = cabinets(&folder);
-    cabinets.iter_mut().for_each(|cabinet| cabinet.store(2));
-    let program = Program::start(folder.path(), &at(wire.port), &cabinets);
-    all_there(&consumer, &cabinets);
-    all_acknowledged(&folder, &cabinets);
+    let Sending { folder, _broker, wire, consumer, mut cabinets, program } = sending();
 
     wire.lose_answers(true);
     cabinets.iter_mut().for_each(|cabinet| cabinet.store(1));
