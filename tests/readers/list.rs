@@ -85,7 +85,7 @@ pub(crate) const READERS: [Reader; 17] = [
         read: dbc,
         files: &["config/dbc/packed_fd_six_axes.dbc", "drivers/tests/golden/odd.dbc"],
     },
-    Reader { name: "device-file", read: device_file, files: &["config/eds/cia402_drive.eds"] },
+    Reader { name: "device_file", read: device_file, files: &["config/eds/cia402_drive.eds"] },
     Reader { name: "eni", read: eni, files: &["drivers/tests/golden/ethercat/two_drives.eni.xml"] },
     Reader { name: "scenario", read: scenario, files: &["sim-fixtures/scenarios/tx40-paper.toml"] },
     Reader { name: "command", read: command, files: &[] },

@@ -143,35 +143,35 @@ fn damaged_files_are_refused(name: &str) {
 }
 
 macro_rules! tests {
-    ($($test:ident $name:literal),* $(,)?) => {
+    ($($name:ident),* $(,)?) => {
         $(#[test]
-        fn $test() {
-            damaged_files_are_refused($name);
+        fn $name() {
+            damaged_files_are_refused(stringify!($name));
         })*
 
         #[test]
         fn every_reader_is_tested() {
-            assert!(READERS.iter().map(|reader| reader.name).eq([$($name),*]));
+            assert!(READERS.iter().map(|reader| reader.name).eq([$(stringify!($name)),*]));
         }
     };
 }
 
 tests!(
-    log "log",
-    recording "recording",
-    capture "capture",
-    table "table",
-    bag "bag",
-    motion "motion",
-    urdf "urdf",
-    robot "robot",
-    cell "cell",
-    dbc "dbc",
-    device_file "device-file",
-    eni "eni",
-    scenario "scenario",
-    command "command",
-    history "history",
-    baseline "baseline",
-    result "result",
+    log,
+    recording,
+    capture,
+    table,
+    bag,
+    motion,
+    urdf,
+    robot,
+    cell,
+    dbc,
+    device_file,
+    eni,
+    scenario,
+    command,
+    history,
+    baseline,
+    result,
 );
