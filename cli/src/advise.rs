@@ -52,7 +52,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some((path, format)) = format {
         for (number, piece) in (1..).zip(&advised.advice.pieces) {
             let path = numbered(path, number);
-            write_text(&path, &motion_text(&path, format, &subject, &piece.design)?)?;
+            write_text(
+                &path,
+                &motion_text(&path, format, &subject, &piece.design, &piece.deviations)?,
+            )?;
         }
     }
     print(&advice_text(&cell.robot, &subject.assignment, &advised))

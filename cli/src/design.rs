@@ -153,13 +153,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let told = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
     let mut texts = Vec::new();
     for (path, format) in out.iter().zip(&formats) {
-        texts.push(motion_text(path, *format, &subject, &best)?);
+        texts.push(motion_text(path, *format, &subject, &best, &told.deviations)?);
     }
     for (path, text) in out.iter().zip(&texts) {
         write_text(path, text)?;
     }
     if let Some(path) = preview {
-        let header = design_header(subject.robot.name(), assignment, &best, true);
+        let header = design_header(subject.robot.name(), assignment, &best, &told.deviations, true);
         write_text(path, &html::preview(&subject.robot, &best.series, &header))?;
     }
     for (path, _) in out.iter().zip(formats).filter(|(_, format)| !format.keeps_time()) {
@@ -176,9 +176,10 @@ pub(super) fn motion_text(
     format: MotionFormat,
     subject: &Subject,
     design: &Design,
+    deviations: &[f64],
 ) -> Result<String, CliError> {
     let Subject { robot, joints, assignment } = subject;
-    let header = design_header(robot.name(), assignment, design, format.keeps_time());
+    let header = design_header(robot.name(), assignment, design, deviations, format.keeps_time());
     let file = MotionFile { series: &design.series, joints, header: &header };
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
     format.write(&file, stem).map_err(|error| CliError::in_file(path, error))

@@ -23,6 +23,7 @@ use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
+use didim::offline::{Foretold, foretold};
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
 use didim::text::aligned;
@@ -52,6 +53,9 @@ pub(super) struct Arguments {
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// A motion that `didim design` wrote for this recording: hold the standard deviations against those that it foretells
+    #[arg(long, value_name = "FILE")]
+    designed: Option<PathBuf>,
     /// Find the essential parameters among all base parameters, and identify these
     #[arg(long)]
     essential: bool,
@@ -75,6 +79,9 @@ struct Output<'a> {
     readings: Option<&'a DriveReadings>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     recordings: &'a [RecordingLine],
+    /// What the motion was foretold to tell, beside what came of it.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    foretold: &'a [Foretold],
     elapsed_ms: f64,
 }
 
@@ -224,6 +231,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     choices.note_in(&mut identification.estimate);
     let measurements = pairs(&pieces);
     let together = &identification.estimate;
+    let foretold = match &arguments.designed {
+        Some(file) => foretold(file, together).map_err(CliError::failed)?,
+        None => Vec::new(),
+    };
     let recordings = Working::on("identifying from each recording alone")
         .during(|| recordings(&cell, method, &told, &measurements, together));
     if arguments.json {
@@ -232,7 +243,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let recorded = told.first().and_then(|first| first.recorded);
         let readings = told.first().filter(|_| told.len() == 1).map(|one| one.range.readings());
         let recordings = &recordings;
-        let output = Output { estimate, reduction, recorded, readings, recordings, elapsed_ms };
+        let foretold = &foretold;
+        let output =
+            Output { estimate, reduction, recorded, readings, recordings, foretold, elapsed_ms };
         let json = serde_json::to_string(&output).map_err(CliError::failed)?;
         print(&format!("{json}\n"))?;
     } else {
@@ -254,6 +267,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             print(&format!("and {} more pieces\n", told.len() - COMPARED))?;
         }
         show(&compared(&recordings))?;
+        if !foretold.is_empty() {
+            show(&report::foretold_text(&foretold))?;
+        }
     }
     // After the result, which a file that cannot be written must not cost.
     if let Some(path) = &arguments.figure {
@@ -268,7 +284,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         let (input, samples) = origins.remove(0);
         let origin = Origin { input: Some(input), samples, further: origins, note: None };
-        let report = Report { cell: &cell, identification: &identification, origin: &origin };
+        let (cell, identification, origin, foretold) =
+            (&cell, &identification, &origin, &foretold[..]);
+        let report = Report { cell, identification, origin, foretold };
         write_report(path, &report)?;
     }
     Ok(())

@@ -102,7 +102,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             further: Vec::new(),
             note: None,
         };
-        let report = Report { cell: &cell, identification: &identification, origin: &origin };
+        let report =
+            Report { cell: &cell, identification: &identification, origin: &origin, foretold: &[] };
         write_report(path, &report)?;
     }
     Ok(())

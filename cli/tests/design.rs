@@ -134,6 +134,55 @@ fn what_a_result_lacks_is_said_in_motions_that_a_person_can_program() {
     assert!(refused.stderr.contains("identify again"), "{refused:?}");
 }
 
+/// The design adds to what is known, and the recording of it is identified together with that.
+#[test]
+fn what_was_foretold_of_a_motion_is_held_against_what_came_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let [result, out, first, next, page] =
+        ["result.json", "next.csv", "first.log", "next.log", "report.html"]
+            .map(|of| folder.path().join(of));
+    let cell = repository("config/cells/tx40-packed-fd.toml");
+    let arm: [&dyn AsRef<OsStr>; 2] = [&"--cell", &cell];
+    let [first_bus, next_bus] = [&first, &next].map(|log| format!("log:{}", log.display()));
+    succeed(&[&[&"sim" as &dyn AsRef<OsStr>][..], &arm, &[&"--bus", &first_bus]].concat());
+    let identify: [&dyn AsRef<OsStr>; 3] = [&"identify", &"--cell", &cell];
+    let before = succeed(&[&identify[..], &[&"--input", &first, &"--json"]].concat());
+    fs::write(&result, before).unwrap();
+    design(&[&arm[..], &[&"--result", &result, &"--duration", &"4"]].concat(), &[&out]);
+    let motion: [&dyn AsRef<OsStr>; 4] = [&"--bus", &next_bus, &"--motion", &out];
+    succeed(&[&[&"sim" as &dyn AsRef<OsStr>][..], &arm, &motion].concat());
+
+    let both: [&dyn AsRef<OsStr>; 4] = [&"--input", &first, &"--input", &next];
+    let both = [&identify[..], &both].concat();
+    let held: [&dyn AsRef<OsStr>; 3] = [&"--designed", &out, &"--json"];
+    let json: serde_json::Value =
+        serde_json::from_str(&succeed(&[&both[..], &held].concat())).unwrap();
+    let foretold = json["foretold"].as_array().unwrap();
+    assert_eq!(foretold.len(), json["parameters"].as_array().unwrap().len());
+    let times = |of: &serde_json::Value| {
+        of["achieved"].as_f64().unwrap() / of["foretold"].as_f64().unwrap()
+    };
+    let rms = foretold.iter().map(|of| times(of).powi(2)).sum::<f64>() / foretold.len() as f64;
+    println!("{:.3}: {:.2?}", rms.sqrt(), foretold.iter().map(times).collect::<Vec<_>>());
+    assert!((rms.sqrt() - 1.0).abs() < 0.2, "{rms}");
+    for of in foretold {
+        let of_result = json["parameters"].as_array().unwrap().iter();
+        let own = of_result.clone().find(|own| own["name"] == of["name"]).unwrap();
+        assert_eq!(own["standard_deviation"], of["achieved"], "{of}");
+    }
+
+    let shown: [&dyn AsRef<OsStr>; 4] = [&"--designed", &out, &"--report", &page];
+    let text = succeed(&[&both[..], &shown].concat());
+    assert!(text.contains("times what was foretold"), "{text}");
+    assert!(fs::read_to_string(&page).unwrap().contains("What the motion was foretold to tell"));
+    let other: [&dyn AsRef<OsStr>; 2] = [&"--designed", &first];
+    let refused = didim(&[&both[..], &other].concat());
+    assert!(
+        refused.code == Some(1) && refused.stderr.contains("its head foretells no"),
+        "{refused:?}"
+    );
+}
+
 #[test]
 fn what_cannot_be_designed_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,15 +4,16 @@ use didim_core::excitation::{
     CHECK_HZ, Design, LEAST_GAP_M, LimitKind, Nearest, Other, Predicted, Used,
 };
 
-use crate::offline::{Assignment, Lacking};
+use crate::offline::{Assignment, Foretold, Lacking, foretold_line};
 use crate::text::{aligned, significant};
 
-/// The header of a file: the arm, the limits, what was checked and what was not. `keeps_time` says whether the arm follows
-/// the motion in time.
+/// The header of a file: the arm, the limits, what was checked and what was not, and the standard deviation that each
+/// parameter would have. `keeps_time` says whether the arm follows the motion in time.
 pub fn design_header(
     robot: &str,
     assignment: &Assignment,
     design: &Design,
+    deviations: &[f64],
     keeps_time: bool,
 ) -> Vec<String> {
     let duration_s = design.series.duration_s;
@@ -43,7 +44,46 @@ pub fn design_header(
     }
     lines.push("Limits used (SI units):".into());
     lines.extend(design.used.iter().map(limit));
+    if keeps_time && assignment.measured_noise {
+        lines.push(
+            "Standard deviations with this motion and what was known before it; `didim identify --designed` holds \
+             the result against them:"
+                .into(),
+        );
+        let of_each = assignment.parameters.iter().zip(deviations);
+        lines.extend(of_each.map(|(own, of)| foretold_line(&own.name, *of, own.unit)));
+    }
     lines
+}
+
+/// What a motion was foretold to tell, beside what came of it, as a table; and how far apart they are altogether.
+pub fn foretold_text(foretold: &[Foretold]) -> String {
+    let row = |of: &Foretold| {
+        let [foretold, achieved] = [of.foretold, of.achieved].map(|value| significant(value, 3));
+        vec![of.name.clone(), foretold, achieved, of.unit.clone(), format!("{:.2}", times(of))]
+    };
+    let rows: Vec<_> = foretold.iter().map(row).collect();
+    let table = aligned(&["parameter", "σ foretold", "σ achieved", "unit", "times"], &rows);
+    format!("\n{table}\n{}\n", foretold_summary(foretold))
+}
+
+/// So many times the foretold standard deviation came out.
+pub(super) fn times(of: &Foretold) -> f64 {
+    of.achieved / of.foretold
+}
+
+/// In one sentence how far they are apart.
+pub(super) fn foretold_summary(foretold: &[Foretold]) -> String {
+    let square: f64 = foretold.iter().map(|of| times(of).powi(2)).sum();
+    let rms = (square / foretold.len() as f64).sqrt();
+    let off = |of: &Foretold| times(of).ln().abs();
+    let farthest = foretold.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
+    let farthest = farthest
+        .map_or_else(String::new, |of| format!("; farthest {}, {:.2} times", of.name, times(of)));
+    format!(
+        "standard deviations: {rms:.2} times what was foretold, rms of {}{farthest}",
+        foretold.len()
+    )
 }
 
 /// What of collisions was checked, how near the arm comes, and what was not.

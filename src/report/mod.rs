@@ -26,7 +26,7 @@ use crate::text::significant;
 
 pub use advice::advice_text;
 pub use consistent::consistent_summary;
-pub use design::{design_header, design_text};
+pub use design::{design_header, design_text, foretold_text};
 pub use payload::payload_text;
 
 /// One joint's torque, measured and predicted, for a plot.

@@ -120,6 +120,10 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "didim identify --cell cell.toml --input drive.log --essential",
                 "find the parameters that the motion shows",
             ],
+            [
+                "didim identify --cell cell.toml --input before.log --input next.log --designed next.csv",
+                "hold the standard deviations against those that a designed motion foretells",
+            ],
         ],
         FILES_OF_CELLS,
         &["didim-cell(5)", "didim-parameters(7)", "didim-compare(1)", "didim-predict(1)"],

@@ -6,6 +6,7 @@
 
 mod chart;
 mod comparison;
+mod foretold;
 mod freedoms;
 mod friction;
 mod history;
@@ -30,6 +31,7 @@ pub use provenance::{InputFile, Origin, SampleRange};
 
 use super::panel::CURVES;
 use crate::cell::Cell;
+use crate::offline::Foretold;
 use crate::text::significant;
 
 const STYLE: &str = include_str!("style.css");
@@ -43,6 +45,8 @@ pub struct Report<'a> {
     pub identification: &'a Identification,
     /// Where its samples come from.
     pub origin: &'a Origin,
+    /// What its motion was foretold to tell; empty where no design was named.
+    pub foretold: &'a [Foretold],
 }
 
 impl Report<'_> {
@@ -57,6 +61,7 @@ impl Report<'_> {
                 (joints::residuals(self))
                 (joints::delays(estimate))
                 (information::section(self))
+                (foretold::section(self.foretold))
                 (friction::section(self))
                 (freedoms::section(self))
                 (summary::convergence(&estimate.convergence))
