@@ -9,13 +9,15 @@ use crate::common::arm::{Arm, Random, options, signals};
 use crate::dynamics::arms::TX40;
 
 const PIPER: &str = include_str!("../../config/robots/piper.toml");
+/// Its nominal parameters are those of its scenario.
+const PIPER_SCENARIO: &str = include_str!("../../sim-fixtures/scenarios/piper.toml");
 const RATE_HZ: f64 = 200.0;
 const SAMPLES: usize = 3000;
 /// Of each motor's torque.
 const NOISE: f64 = 0.02;
 
-/// A load of 2 kg, 15 cm before the flange and beside its axis, with inertias of its own that nobody states.
-const LOAD: KnownLoad = KnownLoad { mass_kg: 2.0, centre_m: [0.05, -0.03, 0.15] };
+/// A load 15 cm before the flange and beside its axis, with inertias of its own that nobody states.
+const LOAD: KnownLoad = KnownLoad { mass_kg: 1.5, centre_m: [0.05, -0.03, 0.15] };
 const INERTIA: [f64; 6] = [0.01, 0.001, -0.002, 0.012, 0.0, 0.008];
 
 struct Study {
@@ -23,15 +25,19 @@ struct Study {
     random: Random,
     /// True over stated gains.
     factors: Vec<f64>,
+    /// Noise of each motor, of its torque.
+    noise: [f64; 6],
 }
 
 impl Study {
     /// Stated gains that are wrong by factors from 1/4 to 4.
     fn new(file: &str, seed: u64) -> Self {
-        let (arm, mut random) = (Arm::nominal(file), Random(seed));
+        let (_, of_piper) = PIPER_SCENARIO.split_once("[nominal]").unwrap();
+        let nominal = if file == PIPER { format!("\n[nominal]{of_piper}") } else { String::new() };
+        let (arm, mut random) = (Arm::nominal(&(file.to_owned() + &nominal)), Random(seed));
         let factors = (0..arm.robot.joints()).map(|_| 4_f64.powf(random.uniform(-1.0, 1.0)));
         let factors = factors.collect();
-        Self { arm, random, factors }
+        Self { arm, random, factors, noise: [NOISE; 6] }
     }
 
     fn with(&self, load: KnownLoad, inertia: [f64; 6]) -> Vec<f64> {
@@ -47,12 +53,10 @@ impl Study {
         standard
     }
 
-    /// What motors measure by their stated gains; torques scaled by `by` before.
-    fn record(&mut self, standard: &[f64], still: Option<usize>) -> Experiment {
-        let Self { arm, random, factors } = self;
-        let mut position = arm.positions(random, SAMPLES, RATE_HZ, 2.0);
-        let first = still.unwrap_or(position.len());
-        position[first..].iter_mut().for_each(|joint| joint.fill(0.4));
+    /// What motors measure by their stated gains.
+    fn record(&mut self, standard: &[f64]) -> Experiment {
+        let Self { arm, random, factors, noise } = self;
+        let position = arm.positions(random, SAMPLES, RATE_HZ, 2.0);
         let silent = signals(RATE_HZ, position.clone(), position.clone());
         let silent = Experiment::joint_side(&silent).unwrap();
         let motion = filtered_motion(&silent, &options(20.0, 0.8, 10).position_filter).unwrap();
@@ -68,9 +72,9 @@ impl Study {
             transmission.motor_torque(&from, &mut to);
             of_motors.iter_mut().zip(&to).for_each(|(of, value)| of[k] = *value);
         }
-        for (torque, factor) in of_motors.iter_mut().zip(factors.iter()) {
+        for ((torque, factor), noise) in of_motors.iter_mut().zip(factors.iter()).zip(noise) {
             let square: f64 = torque.iter().map(|tau| tau * tau).sum();
-            let level = NOISE * (square / SAMPLES as f64).sqrt();
+            let level = *noise * (square / SAMPLES as f64).sqrt();
             torque.iter_mut().for_each(|tau| *tau = (*tau + level * random.normal()) / factor);
         }
         let signals = signals(RATE_HZ, motors, of_motors);
@@ -85,7 +89,7 @@ impl Study {
 
     fn records(&mut self) -> [Experiment; 2] {
         let (empty, loaded) = (self.arm.truth.clone(), self.with(LOAD, INERTIA));
-        [self.record(&empty, None), self.record(&loaded, None)]
+        [self.record(&empty), self.record(&loaded)]
     }
 
     fn found(&mut self) -> Gains {
@@ -118,6 +122,55 @@ fn gains_and_parameters_are_found_within_their_uncertainty() {
         assert!(rms(&parameters) < 1.6, "{parameters:?}");
         assert!(!found.centre.unwrap().is_significant());
     }
+}
+
+#[test]
+fn torques_times_a_factor_have_a_gain_as_much_smaller_and_the_same_arm() {
+    let one = Study::new(TX40, 4).found();
+    let mut study = Study::new(TX40, 4);
+    study.factors[1] /= 8.0;
+    study.factors[4] /= -0.5;
+    let other = study.found();
+    for (k, by) in [1.0, 8.0, 1.0, 1.0, -0.5, 1.0].into_iter().enumerate() {
+        let [a, b] = [&one, &other].map(|of| of.gains[k].factor.unwrap());
+        assert!((a.value / b.value / by - 1.0).abs() < 1e-6, "{k}");
+        assert!((a.standard_deviation / b.standard_deviation / by.abs() - 1.0).abs() < 1e-3);
+    }
+    for (a, b) in one.parameters.iter().zip(&other.parameters) {
+        assert!((a.found.value - b.found.value).abs() < 1e-4 * a.found.standard_deviation);
+    }
+}
+
+#[test]
+fn a_drive_that_is_all_noise_keeps_its_gain_and_spoils_no_other() {
+    let mut study = Study::new(TX40, 5);
+    study.noise[5] = 50.0;
+    let found = study.found();
+    let told: Vec<usize> =
+        found.gains.iter().filter(|gain| gain.factor.is_some()).map(|gain| gain.joint).collect();
+    assert_eq!(told, [1, 2, 3, 4, 5]);
+    assert!(study.deviations(&found)[0].iter().all(|z| z.abs() < 4.0));
+}
+
+#[test]
+fn what_tells_no_gains_is_refused() {
+    let mut study = Study::new(TX40, 6);
+    let [empty, loaded] = study.records();
+    // Nothing was carried.
+    let again = study.record(&study.arm.truth.clone());
+    let light = KnownLoad { mass_kg: 1e-3, ..LOAD };
+    let refused = study.find([&empty, &again], light).unwrap_err();
+    assert!(
+        matches!(refused, GainsError::NotTold { .. } | GainsError::NotSettled { .. }),
+        "{refused}"
+    );
+    let without_mass = KnownLoad { mass_kg: 0.0, ..LOAD };
+    let refused = study.find([&empty, &loaded], without_mass).unwrap_err();
+    assert!(matches!(refused, GainsError::Load { .. }));
+    // A centre that is 10 cm off shows.
+    let elsewhere = KnownLoad { centre_m: [0.05, 0.07, 0.15], ..LOAD };
+    let found = study.find([&empty, &loaded], elsewhere).unwrap();
+    assert!(found.centre.unwrap().is_significant());
 }
 
 /// What 40 pairs of records with 2 % of noise tell: by hand, see docs/models.md.
