@@ -16,6 +16,7 @@ mod design;
 mod error;
 mod export;
 mod fleet;
+mod gains;
 mod history;
 mod identify;
 mod input;
@@ -77,6 +78,8 @@ enum Command {
     Predict(predict::Arguments),
     /// Find the load that the arm carries in a recording: mass, centre, inertia, each with its uncertainty
     Payload(payload::Arguments),
+    /// Find the drives' torque gains, from recordings without and with a load of known mass and centre
+    Gains(gains::Arguments),
     /// Write a stored result as a model with possible bodies: URDF, MJCF, robot file, JSON, MATLAB, C or Rust
     Export(export::Arguments),
     /// Say what a result lacks, and which motions of one joint or two would bring it
@@ -178,6 +181,7 @@ pub fn main() -> ExitCode {
         Command::Identify(arguments) => identify::execute(&arguments),
         Command::Predict(arguments) => predict::execute(&arguments),
         Command::Payload(arguments) => payload::execute(&arguments),
+        Command::Gains(arguments) => gains::execute(&arguments),
         Command::Export(arguments) => export::execute(&arguments),
         Command::Advise(arguments) => advise::execute(&arguments),
         Command::Design(arguments) => design::execute(&arguments),

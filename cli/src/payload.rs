@@ -7,7 +7,7 @@ use didim_core::identification::{Declared, Payload, PayloadError};
 use serde::Serialize;
 
 use super::CliError;
-use super::input::{Samples, pairs, positive};
+use super::input::{Samples, centre, pairs, positive};
 use super::names::DEFAULT_CELL;
 use super::output::print;
 use super::progress::Working;
@@ -57,17 +57,6 @@ struct Output<'a> {
     payload: &'a Payload,
     /// Whether the result was identified with this configuration; nothing where it does not say.
     same_configuration: Option<bool>,
-}
-
-/// Three numbers with commas between them.
-fn centre(text: &str) -> Result<[f64; 3], String> {
-    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
-    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-    let all = numbers.try_into().map_err(|_| "give three numbers, as 0,0,0.05".to_owned());
-    all.and_then(|all: [f64; 3]| match all.iter().all(|number| number.is_finite()) {
-        true => Ok(all),
-        false => Err("has to be finite".to_owned()),
-    })
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {

@@ -18,6 +18,7 @@ mod excitation;
 mod feasibility;
 mod fence;
 mod flexible;
+mod gains;
 mod identification;
 mod output_error;
 mod payload;

@@ -9,6 +9,7 @@ mod design;
 pub mod estimate;
 pub mod figure;
 pub mod friction;
+mod gains;
 pub mod history;
 pub mod html;
 pub mod names;
@@ -27,6 +28,7 @@ use crate::text::significant;
 pub use advice::advice_text;
 pub use consistent::consistent_summary;
 pub use design::{design_header, design_text, foretold_text};
+pub use gains::gains_text;
 pub use payload::payload_text;
 
 /// One joint's torque, measured and predicted, for a plot.

@@ -28,7 +28,7 @@ const ORDER: [(&str, &str); 10] = [
     ),
     (
         "core/src/identification",
-        "friction cutoff cross_validation identify closed_loop equation_error torque_along payload prediction judgement observation given",
+        "friction cutoff cross_validation identify closed_loop equation_error torque_along gains payload prediction judgement observation given",
     ),
     ("drivers/src", "samples assemble source socket clock units layout ethercat frame"),
     ("src", "proposal check service report offline cell live archive signals files window text"),
@@ -37,11 +37,11 @@ const ORDER: [(&str, &str); 10] = [
     ("src/archive", "fleet drift store"),
     (
         "src/offline",
-        "compare consistent difference advice excitation payload predict stored log identify limits still rate",
+        "compare consistent difference advice excitation gains payload predict stored log identify limits still rate",
     ),
     (
         "cli/src",
-        "lib advise baseline capture check compare convert demo design export fleet history manual metrics new note payload predict reload replay robot run study \
+        "lib advise baseline capture check compare convert demo design export fleet gains history manual metrics new note payload predict reload replay robot run study \
          top window convert_frames identify choices input stream sim outcome state status names terminal output error tell progress",
     ),
     ("publish/src", "main send cabinet link ledger message configuration"),

@@ -149,6 +149,16 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-identify(1)", "didim-note(1)"],
     ),
     page(
+        "gains",
+        "Finds what a unit of each drive's torque is worth, from a recording of the arm empty and one with a load of known mass and centre.",
+        &[[
+            "didim gains --cell cell.toml --input empty.log --loaded loaded.log --declared-mass-kg 2 --declared-centre-m 0,0,0.08",
+            "and print lines for the cell file",
+        ]],
+        FILES_OF_CELLS,
+        &["didim-payload(1)", "didim-cell(5)"],
+    ),
+    page(
         "export",
         "Finds bodies that can be and that move as the result says, and writes them as a model for other tools.",
         &[

@@ -1,7 +1,7 @@
 //! From an experiment to an estimate: [`identify`], by one of the methods of [`Method`].
 //!
 //! ```text
-//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → torque_along → payload → prediction → judgement → observation → given
+//! friction, cutoff, cross_validation → identify → closed_loop → equation_error → torque_along → gains → payload → prediction → judgement → observation → given
 //! ```
 //!
 //! | room | what |
@@ -9,6 +9,7 @@
 //! | `given` | experiment, options, which parameters; found to fit each other |
 //! | `observation` | filtered motion, observation matrix, aligned torque (paper, 3.1.1) |
 //! | `judgement` | uncertainty, what is taken for known, [`Verdict`] for each use |
+//! | `gains` | torque gains of drives, from records without and with a known load |
 //! | `payload` | a load on the last link, the arm held at a result with its covariance |
 //! | `prediction` | a record predicted with parameters, nothing fitted |
 //! | `torque_along` | the torque that a model has along a motion, and how uncertain it is |
@@ -20,6 +21,7 @@ mod cross_validation;
 mod cutoff;
 mod equation_error;
 mod friction;
+mod gains;
 mod given;
 mod identify;
 mod judgement;
@@ -36,6 +38,7 @@ pub use equation_error::{
     idim_ls_unchecked,
 };
 pub use friction::choose_friction;
+pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, gains};
 pub use given::{
     BodiesFrom, ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure,
     IdentificationError, IterationError, KeptParameters, LimitError, Method, Optimiser, Options,

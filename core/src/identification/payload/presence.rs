@@ -36,7 +36,10 @@ pub struct Distance {
 }
 
 impl Distance {
-    fn of(values: &DVector<f64>, covariance: DMatrix<f64>) -> Result<Self, PayloadError> {
+    pub(crate) fn of(
+        values: &DVector<f64>,
+        covariance: DMatrix<f64>,
+    ) -> Result<Self, PayloadError> {
         let factor = covariance.cholesky().ok_or(PayloadError::Covariance)?;
         let (chi_squared, degrees_of_freedom) = (values.dot(&factor.solve(values)), values.len());
         let distribution = ChiSquared::new(degrees_of_freedom as f64);

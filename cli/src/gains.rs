@@ -1,0 +1,74 @@
+//! `didim gains`: torque gains that nobody knows, from recordings without and with a known load.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use didim_core::identification::KnownLoad;
+use serde::Serialize;
+
+use super::CliError;
+use super::input::{Samples, centre, pairs, positive};
+use super::names::DEFAULT_CELL;
+use super::output::print;
+use super::progress::Working;
+use super::stream::Input;
+use super::terminal::show;
+use didim::cell::Cell;
+use didim::offline::{FoundGains, find_gains};
+use didim::report::gains_text;
+
+/// Version of the layout of `--json`.
+const SCHEMA: u32 = 1;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The cell file
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The recording without the load: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
+    #[arg(long, value_name = "FILE")]
+    input: PathBuf,
+    /// The recording with the load
+    #[arg(long, value_name = "FILE")]
+    loaded: PathBuf,
+    #[command(flatten)]
+    samples: Samples,
+    /// Mass of the load, weighed [kg]
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
+    declared_mass_kg: f64,
+    /// Centre of mass of the load, in the frame of the last link [m]
+    #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
+    declared_centre_m: [f64; 3],
+    /// Print one JSON object and nothing else
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    schema: u32,
+    robot: &'a str,
+    #[serde(flatten)]
+    found: &'a FoundGains,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let cell = Cell::read(&arguments.cell).map_err(CliError::configuration)?;
+    let read = |file| -> Result<_, CliError> {
+        let input = Input::open(file)?;
+        arguments.samples.read(&input, &cell)
+    };
+    let (empty, loaded) = (read(&arguments.input)?, read(&arguments.loaded)?);
+    let Arguments { declared_mass_kg: mass_kg, declared_centre_m: centre_m, .. } = *arguments;
+    let working = Working::on("finding the gains");
+    let load = KnownLoad { mass_kg, centre_m };
+    let found = working.during(|| find_gains(&cell, &pairs(&empty), &pairs(&loaded), load));
+    let found = found.map_err(CliError::failed)?;
+    if arguments.json {
+        let output = Output { schema: SCHEMA, robot: cell.robot.name(), found: &found };
+        let json = serde_json::to_string(&output).map_err(CliError::failed)?;
+        return print(&format!("{json}\n"));
+    }
+    show(&gains_text(&found))
+}

@@ -1,0 +1,64 @@
+//! Why no gains are found.
+
+use thiserror::Error;
+
+use crate::identification::given::{ExperimentError, IdentificationError};
+use crate::regression::RegressionError;
+
+/// Why no gains are found; each message says what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GainsError {
+    /// A load that is none.
+    #[error(
+        "a load of {mass_kg} kg with its centre at {centre_m:?} m: the mass has to be above 0 and all be finite; weigh the load"
+    )]
+    Load {
+        /// The mass given \[kg\].
+        mass_kg: f64,
+        /// The centre given \[m\].
+        centre_m: [f64; 3],
+    },
+    /// No torque of any drive is known by the load.
+    #[error(
+        "along the recording with the load its weight and its centre move no drive; move the joints that carry it, in several \
+         orientations to gravity"
+    )]
+    Unseen,
+    /// The recordings tell no gain.
+    #[error(
+        "the recordings do not tell the gains of joints {}: the load changes too little of their torques; use a heavier load, further from \
+         the axes, and the same wide motion of all joints in both recordings", text(.joints)
+    )]
+    NotTold {
+        /// Joints, from 1.
+        joints: Vec<usize>,
+    },
+    /// The estimate does not come to rest.
+    #[error(
+        "the gains do not settle in {steps} steps: the recordings tell too little of them; use a heavier load, further from the axes, and \
+         make sure that it was carried along the whole of one recording and not in the other"
+    )]
+    NotSettled {
+        /// Steps taken.
+        steps: usize,
+    },
+    /// Friction depends on the load by a law.
+    #[error(
+        "friction of this robot grows with the load (`fcl`), which is known only with the gains; take the law `load` out of the robot file \
+         for this, and identify with it afterwards"
+    )]
+    LoadFriction,
+    /// The equation has no solution.
+    #[error("the gains: {0}")]
+    Regression(RegressionError),
+    /// Robot, records and options are no identification.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
+    /// The two records are not of one arm.
+    #[error("the recordings without and with the load: {0}")]
+    Experiment(#[from] ExperimentError),
+}
+
+fn text(joints: &[usize]) -> String {
+    joints.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,232 @@
+//! Gains and parameters in one step: total least squares, and from there the most probable ones.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::equation::Equation;
+use super::error::GainsError;
+use crate::identification::payload::Distance;
+use crate::regression::{Observations, RegressionError, ResidualAnalysis, RowFilter, Solution};
+
+/// Most steps of the refinement; three are usual.
+const STEPS: usize = 50;
+/// A step of so many standard deviations is none.
+const AT_REST: f64 = 1e-4;
+
+/// Gains and unknowns by [`Equation::total_least_squares`].
+pub(super) struct TotalLeastSquares {
+    /// g (n).
+    pub(super) gains: DVector<f64>,
+    /// u (m).
+    pub(super) unknowns: DVector<f64>,
+}
+
+/// The most probable inverse gains and unknowns.
+pub(super) struct Estimate {
+    /// 1/g (n), then u (m).
+    pub(super) values: DVector<f64>,
+    /// Their covariance.
+    pub(super) covariance: DMatrix<f64>,
+    /// t − (U u + l)/g (r).
+    pub(super) residuals: DVector<f64>,
+}
+
+impl Equation {
+    /// Whether the motion tells the unknowns from each other.
+    ///
+    /// # Errors
+    /// Those of [`Observations::ordinary`].
+    pub(super) fn check(&self) -> Result<(), RegressionError> {
+        Observations::new(self.unknown.clone(), self.torque.clone(), self.drives)?
+            .ordinary()
+            .map(|_| ())
+    }
+
+    /// Of `[T −U −l] (g, u, 1) = 0` the solution with the smallest change of T, by singular values (M. Gautier and S. Briot, *Global
+    /// identification of joint drive gains and dynamic parameters of robots*, 2014). U and l are taken for exact, as S. Van Huffel and
+    /// J. Vandewalle have it (*The Total Least Squares Problem*, 1991, section 3.5): a QR decomposition takes them out of T first.
+    /// The rows of each drive are divided by its noise, which is what its own rows leave of its torque, whatever the others'.
+    ///
+    /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
+    pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {
+        let (rows, own) = (self.rows_per_drive(), self.unknown.ncols() + 1);
+        let mut stacked = DMatrix::zeros(self.drives * (own + 1), own + self.drives);
+        for drive in 0..self.drives {
+            let first = drive * rows;
+            let mut block = DMatrix::zeros(rows, own + 1);
+            block.columns_mut(0, own - 1).copy_from(&self.unknown.rows(first, rows));
+            block.set_column(own - 1, &self.known.rows(first, rows));
+            block.set_column(own, &self.torque.rows(first, rows));
+            let mut triangle = block.qr().unpack_r();
+            if triangle.nrows() <= own {
+                return None;
+            }
+            let noise = triangle[(own, own)].abs() / ((rows - own) as f64).sqrt();
+            let scale = self.torque.rows(first, rows).norm() / (rows as f64).sqrt();
+            triangle /= noise.max(f64::EPSILON.sqrt() * scale).max(f64::MIN_POSITIVE);
+            let at = drive * (own + 1);
+            stacked.view_mut((at, 0), (own + 1, own)).copy_from(&triangle.columns(0, own));
+            stacked.view_mut((at, own + drive), (own + 1, 1)).copy_from(&triangle.column(own));
+        }
+        let r = stacked.qr().unpack_r();
+        let left = r.view((own, own), (self.drives, self.drives)).into_owned();
+        let singular = left.svd(false, true);
+        let gains = singular.v_t?.row(singular.singular_values.imin()).transpose();
+        let others = r.view((0, own), (own, self.drives)) * &gains;
+        let others = r.view((0, 0), (own, own)).solve_upper_triangular(&others)?;
+        let scale = others[own - 1];
+        let found =
+            TotalLeastSquares { gains: gains / scale, unknowns: others.rows(0, own - 1) / scale };
+        let finite = |values: &DVector<f64>| values.iter().all(|value| value.is_finite());
+        (finite(&found.gains) && finite(&found.unknowns)).then_some(found)
+    }
+
+    /// The most probable values: noise is in the torques alone, `t_k = (U_k u + l_k)/g_k + ε_k`, a noise level for each drive, and the
+    /// covariance that of the residuals' own spectrum. Gauss-Newton steps from a start.
+    ///
+    /// # Errors
+    /// [`GainsError::NotTold`], [`GainsError::NotSettled`], [`GainsError::Regression`].
+    pub(super) fn most_probable(
+        &self,
+        start: &TotalLeastSquares,
+        filter: &RowFilter,
+    ) -> Result<Estimate, GainsError> {
+        let n = self.drives;
+        let mut inverse = start.gains.map(|gain| 1.0 / gain);
+        let mut unknowns = start.unknowns.clone();
+        for _ in 0..STEPS {
+            let system = self.linear(&inverse, &unknowns, None)?;
+            let solution = self.solved(&system, &inverse, &unknowns)?;
+            let sigma = solution.standard_deviations();
+            let found = &solution.parameters;
+            let moved = (0..n).map(|k| (found[k] - inverse[k]).abs() / sigma[k]);
+            let moved = moved.fold(0.0, f64::max);
+            inverse = found.rows(0, n).into_owned();
+            unknowns = found.rows(n, found.len() - n).into_owned();
+            if moved < AT_REST {
+                let analysis = ResidualAnalysis::new(&system, &solution, filter);
+                let (covariance, values) = (analysis.covariance(), solution.parameters.clone());
+                let residuals = self.residuals(&inverse, &unknowns);
+                return Ok(Estimate { values, covariance, residuals });
+            }
+        }
+        Err(GainsError::NotSettled { steps: STEPS })
+    }
+
+    /// How far the load's centre, which all this takes for known, is from what the records have by themselves; none where they do not tell.
+    pub(super) fn centre(&self, estimate: &Estimate, filter: &RowFilter) -> Option<Distance> {
+        let n = self.drives;
+        let (inverse, unknowns) =
+            (estimate.values.rows(0, n).into_owned(), estimate.values.rows_range(n..).into_owned());
+        let moments = self.moments.ncols();
+        let system = self.linear(&inverse, &unknowns, Some(&self.moments)).ok()?;
+        let solution = self.solved(&system, &inverse, &unknowns).ok()?;
+        let covariance = ResidualAnalysis::new(&system, &solution, filter).covariance();
+        let first = solution.parameters.len() - moments;
+        let off = solution.parameters.rows(first, moments).into_owned();
+        let covariance = covariance.view((first, first), (moments, moments)).into_owned();
+        Distance::of(&off, covariance).ok()
+    }
+
+    /// The equation at values, linear in what they change to: `t + (U u)/g = p g'⁻¹ + U/g u'`, p = U u + l; with further torques beside.
+    fn linear(
+        &self,
+        inverse: &DVector<f64>,
+        unknowns: &DVector<f64>,
+        beside: Option<&DMatrix<f64>>,
+    ) -> Result<Observations, GainsError> {
+        let (n, rows, own) = (self.drives, self.rows_per_drive(), self.unknown.ncols());
+        let arm = self.arm(unknowns);
+        let further = beside.map_or(0, DMatrix::ncols);
+        let mut matrix = DMatrix::zeros(arm.len(), n + own + further);
+        let mut right = self.torque.clone();
+        for drive in 0..n {
+            let (first, by) = (drive * rows, inverse[drive]);
+            matrix.view_mut((first, drive), (rows, 1)).copy_from(&arm.rows(first, rows));
+            let of_unknowns = self.unknown.rows(first, rows) * by;
+            matrix.view_mut((first, n), (rows, own)).copy_from(&of_unknowns);
+            if let Some(beside) = beside {
+                let of_beside = beside.rows(first, rows) * by;
+                matrix.view_mut((first, n + own), (rows, further)).copy_from(&of_beside);
+            }
+            let mut right = right.rows_mut(first, rows);
+            right += &of_unknowns * unknowns;
+        }
+        Observations::new(matrix, right, n).map_err(|error| self.named(error))
+    }
+
+    /// With the noise that these values leave.
+    fn solved(
+        &self,
+        system: &Observations,
+        inverse: &DVector<f64>,
+        unknowns: &DVector<f64>,
+    ) -> Result<Solution, GainsError> {
+        let levels = system.noise_levels(&self.residuals(inverse, unknowns));
+        system.weighted(&levels).map_err(|error| self.named(error))
+    }
+
+    fn residuals(&self, inverse: &DVector<f64>, unknowns: &DVector<f64>) -> DVector<f64> {
+        let (rows, mut residuals) = (self.rows_per_drive(), self.arm(unknowns));
+        for (drive, by) in inverse.iter().enumerate() {
+            residuals.rows_mut(drive * rows, rows).scale_mut(-by);
+        }
+        residuals + &self.torque
+    }
+
+    /// The failure of a regression, with columns of gains called by their joints.
+    fn named(&self, error: RegressionError) -> GainsError {
+        match error {
+            RegressionError::ZeroColumns { columns }
+            | RegressionError::DependentColumns { columns } => GainsError::NotTold {
+                joints: columns.iter().filter(|k| **k < self.drives).map(|k| k + 1).collect(),
+            },
+            other => GainsError::Regression(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two drives of two unknowns, of quotients of small integers.
+    fn equation() -> Equation {
+        const N: usize = 40;
+        let quotient = |k: usize, by: usize| (k * k * 31 + k * by) as f64 % 211.0 / 211.0 - 0.5;
+        let unknown = DMatrix::from_fn(2 * N, 2, |row, column| quotient(row, 17 + 6 * column));
+        let known = DVector::from_fn(2 * N, |row, _| match row % N {
+            of if of < N / 2 => 0.0,
+            _ => quotient(row, 41),
+        });
+        let noise = |row: usize| 0.02 * quotient(row, 97);
+        let arm = &unknown * DVector::from_vec(vec![2.0, -1.0]) + &known;
+        let gain = |row: usize| if row < N { 4.0 } else { 0.25 };
+        let torque = DVector::from_fn(2 * N, |row, _| (arm[row] + noise(row)) / gain(row));
+        let moments = DMatrix::zeros(2 * N, 0);
+        Equation { drives: 2, torque, unknown, known, moments }
+    }
+
+    /// core/tests/golden/gains.py.
+    #[test]
+    fn total_least_squares_are_those_of_numpy() {
+        let found = equation().total_least_squares().unwrap();
+        for (value, golden) in found.gains.iter().chain(&found.unknowns).zip(GOLDEN) {
+            assert!((value / golden - 1.0).abs() < 1e-10, "{value} {golden}");
+        }
+    }
+
+    const GOLDEN: [f64; 4] =
+        [3.9953769997403614, 0.24926478359525472, 1.99575800255071, -0.9986364869232148];
+
+    #[test]
+    fn the_noise_in_the_torques_alone_is_what_is_made_small() {
+        let equation = equation();
+        let start = equation.total_least_squares().unwrap();
+        let filter = RowFilter::new(equation.rows_per_drive(), 1.0, |_| 1.0);
+        let found = equation.most_probable(&start, &filter).unwrap();
+        for (k, gain) in [4.0, 0.25].into_iter().enumerate() {
+            let off = (found.values[k] - 1.0 / gain) / found.covariance[(k, k)].sqrt();
+            assert!(off.abs() < 4.0, "{off}");
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Gains and parameters, as they are shown.
+
+use nalgebra::DVector;
+use serde::Serialize;
+
+use super::equation::Equation;
+use super::error::GainsError;
+use crate::dynamics::BaseParameters;
+use crate::identification::given::{Context, Experiment, Method, Options};
+use crate::identification::payload::{Distance, Uncertain};
+use crate::robot::{Robot, Transmission};
+
+/// A load whose mass and centre somebody knows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct KnownLoad {
+    /// Mass \[kg\].
+    pub mass_kg: f64,
+    /// Centre of mass in the frame of the last link \[m\].
+    pub centre_m: [f64; 3],
+}
+
+/// The gain of one drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DriveGain {
+    /// Its joint, from 1.
+    pub joint: usize,
+    /// True torque over the torque that the stated gain makes of what is measured; negative where the stated sign is wrong, none where the
+    /// records do not tell it from infinity.
+    pub factor: Option<Uncertain>,
+    /// The same by total least squares alone.
+    pub total_least_squares: f64,
+}
+
+/// A base parameter of the arm without load, by the gains that are found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ArmParameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    #[serde(flatten)]
+    pub found: Uncertain,
+}
+
+/// Gains and parameters of an arm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gains {
+    /// Of every drive.
+    pub gains: Vec<DriveGain>,
+    /// Of the arm without load.
+    pub parameters: Vec<ArmParameter>,
+    /// The load that they come from.
+    pub load: KnownLoad,
+    /// How far the centre that is stated is from what the records have by themselves; none where they do not tell it.
+    pub centre: Option<Distance>,
+    /// Of each drive the part of the torque that is not explained, ‖residuals‖ / ‖torque‖.
+    pub relative_error_per_joint: Vec<f64>,
+}
+
+/// The torque gains of all drives and the base parameters χ, from a record of the arm empty and one with a load of known mass and centre:
+///
+/// ```text
+/// g_k t_k = W_k χ              empty
+/// g_k t_k = W_k χ + w_k + J_k  with the load
+/// ```
+///
+/// w is the torque of the load's mass at its centre, J that of its inertia about the centre, which nobody knows, and t what is measured, by the
+/// stated gains. Total least squares give the start and the noise in the measured torques alone the estimate. Torques are those of the motors of a
+/// transmission, or, without one, of the joints. Uncertainties are of the noise: neither of what the model lacks nor of how well the load is
+/// known, to whose mass all gains and parameters are proportional.
+///
+/// # Errors
+/// [`GainsError`].
+pub fn gains(
+    robot: &Robot,
+    base: &BaseParameters,
+    [empty, loaded]: [&Experiment; 2],
+    transmission: Option<&Transmission>,
+    options: &Options,
+    load: KnownLoad,
+) -> Result<Gains, GainsError> {
+    let KnownLoad { mass_kg, centre_m } = load;
+    if !(mass_kg.is_finite() && mass_kg > 0.0 && centre_m.iter().all(|of| of.is_finite())) {
+        return Err(GainsError::Load { mass_kg, centre_m });
+    }
+    let both = Experiment::joined(&[empty.clone(), loaded.clone()])?;
+    let options =
+        Options { keep_nominal: None, required_parameters: None, robust: None, ..options.clone() };
+    let context = Context::new(robot, base, &both, &options, Method::IdimLs)?;
+    if context.model.feels_loads() {
+        return Err(GainsError::LoadFriction);
+    }
+    let equation = Equation::new(&context, load, empty.samples(), transmission)?;
+    equation.check().map_err(|error| context.selection.named(error))?;
+    let filter = context.row_filter();
+    let joints = equation.drives;
+    let all = || GainsError::NotTold { joints: (1..=joints).collect() };
+    let start = equation.total_least_squares().ok_or_else(all)?;
+    let estimate = equation.most_probable(&start, &filter)?;
+    let (values, covariance) = (&estimate.values, &estimate.covariance);
+    let uncertain = |k: usize| Uncertain {
+        value: values[k],
+        standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
+    };
+    let gains: Vec<DriveGain> = (0..joints)
+        .map(|k| DriveGain {
+            joint: k + 1,
+            factor: Some(uncertain(k)).filter(Uncertain::differs_from_none).map(|inverse| {
+                let value = 1.0 / inverse.value;
+                let standard_deviation = inverse.standard_deviation * value * value;
+                Uncertain { value, standard_deviation }
+            }),
+            total_least_squares: start.gains[k],
+        })
+        .collect();
+    if gains.iter().all(|gain| gain.factor.is_none()) {
+        return Err(all());
+    }
+    let selection = &context.selection;
+    let unit = |column: usize| {
+        let parameter = &robot.parameters().parameters()[column];
+        parameter.kind.unit(robot.chain()[parameter.joint].kind)
+    };
+    let parameters = (selection.names().iter().zip(selection.columns()).enumerate())
+        .map(|(k, (name, column))| ArmParameter {
+            name: name.clone(),
+            unit: unit(*column),
+            found: uncertain(joints + k),
+        })
+        .collect();
+    let rows = equation.rows_per_drive();
+    let norm = |of: &DVector<f64>, drive: usize| of.rows(drive * rows, rows).norm();
+    Ok(Gains {
+        gains,
+        parameters,
+        load,
+        centre: equation.centre(&estimate, &filter),
+        relative_error_per_joint: (0..joints)
+            .map(|k| norm(&estimate.residuals, k) / norm(&equation.torque, k))
+            .collect(),
+    })
+}

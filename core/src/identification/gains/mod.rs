@@ -1,0 +1,9 @@
+//! Torque gains of drives, from a record of the arm empty and one with a load that is known.
+
+mod equation;
+mod error;
+mod estimate;
+mod find;
+
+pub use error::GainsError;
+pub use find::{ArmParameter, DriveGain, Gains, KnownLoad, gains};

@@ -1,0 +1,190 @@
+//! Torque gains of a cell's drives, from recordings without and with a known load.
+
+use std::ops::Range;
+
+use didim_core::identification::{
+    ArmParameter, Distance, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, Uncertain,
+    gains,
+};
+use didim_drivers::units::{DriveSpec, Provenance, Sign, TorqueGain, TorqueScale};
+use didim_formats::{Measurement, Side};
+use serde::Serialize;
+
+use super::identify::joined;
+use crate::cell::Cell;
+use crate::text::{significant, to_uncertainty};
+
+/// Most digits of a gain in the line of a cell file.
+const DIGITS: usize = 6;
+
+/// Why no gains are found; the inner errors carry the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum FindGainsError {
+    /// A recording is no experiment of this robot.
+    #[error("the data do not fit this robot: {0}")]
+    Experiment(#[from] ExperimentError),
+    /// Torques of motors in one recording, of joints in the other.
+    #[error(
+        "one recording has torques of the motors and the other of the joints; give both as they come from one source"
+    )]
+    Sides,
+    /// The recordings do not tell them.
+    #[error(transparent)]
+    Gains(#[from] GainsError),
+}
+
+/// The torque gain of one drive, as a cell states it and as it is found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundGain {
+    /// Its joint, from 1.
+    pub joint: usize,
+    /// The key of the cell file that has it; none where the torque comes in N·m or from a table.
+    pub key: Option<&'static str>,
+    /// Its unit.
+    pub unit: &'static str,
+    /// As the cell states it, without its sign; 1 where it has no key.
+    pub stated: f64,
+    /// As it is found, negative against the stated sign; none where it is not told and stays.
+    pub found: Option<Uncertain>,
+    /// By total least squares alone.
+    pub total_least_squares: f64,
+    /// The line of `[[bus.drives]]` for it.
+    pub cell_line: Option<String>,
+}
+
+/// Gains of drives, and the arm by them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundGains {
+    /// Of every drive.
+    pub gains: Vec<FoundGain>,
+    /// Base parameters of the arm without load.
+    pub parameters: Vec<ArmParameter>,
+    /// The load that all comes from.
+    pub load: KnownLoad,
+    /// How far the stated centre is from the recordings; none where they do not tell it.
+    pub centre: Option<Distance>,
+    /// ‖residuals‖ / ‖torque‖ of every drive.
+    pub relative_error_per_joint: Vec<f64>,
+}
+
+/// Finds the torque gains of a cell's drives from measurements without and with a load, of which the samples in each range count.
+///
+/// # Errors
+/// [`FindGainsError`].
+pub fn find_gains(
+    cell: &Cell,
+    empty: &[(&Measurement, Range<usize>)],
+    loaded: &[(&Measurement, Range<usize>)],
+    load: KnownLoad,
+) -> Result<FoundGains, FindGainsError> {
+    let is_of_motors = |(measurement, _): &(&Measurement, _)| measurement.side == Side::Motor;
+    let all = || empty.iter().chain(loaded);
+    let of_motors = all().all(is_of_motors);
+    if !of_motors && all().any(is_of_motors) {
+        return Err(FindGainsError::Sides);
+    }
+    let [empty, loaded] = [joined(cell, empty)?, joined(cell, loaded)?];
+    let transmission = of_motors.then(|| cell.robot.transmission());
+    let records = [&empty, &loaded];
+    let found = gains(&cell.robot, &cell.base, records, transmission, &cell.options, load)?;
+    let Gains { gains, parameters, load, centre, relative_error_per_joint } = found;
+    let drives = cell.bus().map(|bus| bus.drives.as_slice()).unwrap_or_default();
+    let gains = gains.iter().map(|gain| FoundGain::of(gain, drives.get(gain.joint - 1), load));
+    Ok(FoundGains { gains: gains.collect(), parameters, load, centre, relative_error_per_joint })
+}
+
+impl FoundGain {
+    fn of(gain: &DriveGain, drive: Option<&DriveSpec>, load: KnownLoad) -> Self {
+        let stated = drive.and_then(|drive| stated(drive.torque.scale));
+        let (key, unit, value) =
+            stated.map_or((None, "× stated", 1.0), |(key, unit, value)| (Some(key), unit, value));
+        let found = gain.factor.map(|Uncertain { value: factor, standard_deviation }| Uncertain {
+            value: value * factor,
+            standard_deviation: value * standard_deviation,
+        });
+        let line = key.zip(drive).zip(found);
+        Self {
+            joint: gain.joint,
+            key,
+            unit,
+            stated: value,
+            found,
+            total_least_squares: value * gain.total_least_squares,
+            cell_line: line.and_then(|((_, drive), found)| line_of(drive, found, unit, load)),
+        }
+    }
+}
+
+/// The number that a torque is proportional to, with its key and its unit; none where it comes in N·m.
+fn stated(scale: TorqueScale) -> Option<(&'static str, &'static str, f64)> {
+    match scale {
+        TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
+            Some(("rated_torque_nm", "N·m", rated_torque_nm))
+        }
+        TorqueScale::PerMilleOfRatedCurrent { torque_constant_nm_per_a, .. } => {
+            Some(("torque_constant_nm_per_a", "N·m/A", torque_constant_nm_per_a))
+        }
+        TorqueScale::NmPerCount(torque) => Some(("nm_per_count", "N·m/count", torque)),
+        TorqueScale::NmPerA(torque) => Some(("nm_per_a", "N·m/A", torque)),
+        TorqueScale::Nm => None,
+    }
+}
+
+/// The drive's torque with the found gain, as a cell file has it.
+fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, load: KnownLoad) -> Option<String> {
+    let (value, deviation) = (found.value.abs(), found.standard_deviation);
+    let text = to_uncertainty(value, deviation, DIGITS);
+    let number: f64 = text.parse().ok()?;
+    let mut scale = drive.torque.scale;
+    match &mut scale {
+        TorqueScale::PerMilleOfRatedTorque { rated_torque_nm: own }
+        | TorqueScale::PerMilleOfRatedCurrent { torque_constant_nm_per_a: own, .. }
+        | TorqueScale::NmPerCount(own)
+        | TorqueScale::NmPerA(own) => *own = number,
+        TorqueScale::Nm => return None,
+    }
+    let sign = match drive.torque.sign {
+        same if found.value > 0.0 => same,
+        Sign::Positive => Sign::Negative,
+        Sign::Negative => Sign::Positive,
+    };
+    let from = format!(
+        "didim gains: {text} ± {} {unit}, by a load of {} kg",
+        significant(deviation, 2),
+        load.mass_kg
+    );
+    let provenance = Provenance::try_from(from).ok()?;
+    let line = toml::Value::try_from(TorqueGain { scale, sign, provenance }).ok()?;
+    Some(format!("torque = {line}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_of_a_cell_has_the_found_gain_and_where_it_comes_from() {
+        let drive: DriveSpec = toml::from_str(
+            "position = { scale = 'rad', sign = 1, zero = 0.0, wraps = 'refuse', provenance = 'x' }\n\
+             torque = { scale = { per_mille_of_rated_current = { rated_current_a = 2.0, current_is = 'rms', \
+             torque_constant_nm_per_a = 0.5, torque_constant_is = 'rms' } }, sign = 1, provenance = 'x' }",
+        )
+        .unwrap();
+        let load = KnownLoad { mass_kg: 2.5, centre_m: [0.0; 3] };
+        let factor = Some(Uncertain { value: -1.5, standard_deviation: 0.01 });
+        let gain = DriveGain { joint: 3, factor, total_least_squares: -1.49 };
+        let found = FoundGain::of(&gain, Some(&drive), load);
+        let torque: TorqueGain = toml::from_str::<toml::Table>(&found.cell_line.unwrap()).unwrap()
+            ["torque"]
+            .clone()
+            .try_into()
+            .unwrap();
+        assert_eq!(torque.sign, Sign::Negative);
+        let expected = Some(("torque_constant_nm_per_a", "N·m/A", 0.75));
+        assert_eq!(stated(torque.scale), expected);
+        assert!(torque.provenance.as_str().contains("± 0.0050 N·m/A, by a load of 2.5 kg"));
+        // What is not told stays.
+        let untold = FoundGain::of(&DriveGain { factor: None, ..gain }, Some(&drive), load);
+        assert_eq!((untold.found, untold.cell_line, untold.stated), (None, None, 0.5));
+    }
+}

@@ -1,0 +1,89 @@
+//! Torque gains in words.
+
+use crate::offline::{FoundGain, FoundGains};
+use crate::text::{aligned, significant, to_uncertainty};
+
+/// Most digits of a value.
+const DIGITS: usize = 5;
+
+/// The gains beside the stated ones, the arm by them, lines for the cell file, and what a person has to know of it.
+pub fn gains_text(found: &FoundGains) -> String {
+    let none = || "–".to_owned();
+    let rows = found.gains.iter().zip(&found.relative_error_per_joint);
+    let rows: Vec<Vec<String>> = rows
+        .map(|(gain, error)| {
+            let shown = |show: &dyn Fn(f64, f64) -> String| {
+                gain.found.map_or_else(none, |of| show(of.value, of.standard_deviation))
+            };
+            vec![
+                gain.joint.to_string(),
+                significant(gain.stated, DIGITS),
+                shown(&|value, sigma| to_uncertainty(value, sigma, DIGITS)),
+                shown(&|_, sigma| significant(sigma, 2)),
+                gain.unit.to_owned(),
+                shown(&|value, _| significant(value / gain.stated, 4)),
+                format!("{:.2} %", 100.0 * error),
+            ]
+        })
+        .collect();
+    let header = ["joint", "stated", "found", "σ", "unit", "found / stated", "not explained"];
+    let mut text = aligned(&header, &rows);
+
+    text += "\nparameters of the arm without the load, by these gains\n";
+    let rows: Vec<Vec<String>> = (found.parameters.iter())
+        .map(|of| {
+            let (value, sigma) = (of.found.value, of.found.standard_deviation);
+            let value = to_uncertainty(value, sigma, DIGITS);
+            vec![of.name.clone(), value, significant(sigma, 2), of.unit.to_owned()]
+        })
+        .collect();
+    text += &aligned(&["name", "value", "σ", "unit"], &rows);
+
+    let lines = |gain: &FoundGain| Some((gain.joint, gain.cell_line.clone()?));
+    let lines: Vec<_> = found.gains.iter().filter_map(lines).collect();
+    if !lines.is_empty() {
+        text += "\nfor the cell file, under [[bus.drives]]\n";
+        lines.into_iter().for_each(|(joint, line)| text += &format!("{line} # {joint}\n"));
+    }
+    text += "\n";
+    notes(found).into_iter().for_each(|note| text += &format!("note: {note}\n"));
+    text
+}
+
+fn joints<'a>(gains: impl Iterator<Item = &'a FoundGain>) -> Option<String> {
+    let joints: Vec<String> = gains.map(|gain| gain.joint.to_string()).collect();
+    (!joints.is_empty()).then(|| joints.join(" "))
+}
+
+fn notes(found: &FoundGains) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut of = |gains: Option<String>, what: &str| {
+        notes.extend(gains.map(|gains| format!("joints {gains}: {what}")));
+    };
+    of(
+        joints(found.gains.iter().filter(|gain| gain.found.is_none())),
+        "the recordings do not tell the gain, which stays as it is stated; parameters that these joints alone show are not told either",
+    );
+    let against = |gain: &&FoundGain| gain.found.is_some_and(|of| of.value < 0.0);
+    of(joints(found.gains.iter().filter(against)), "the sign is against the stated one");
+    of(
+        joints(found.gains.iter().filter(|gain| gain.key.is_none())),
+        "the cell file has no gain of the torque; multiply by this where the torque is made N·m",
+    );
+    notes.push(match &found.centre {
+        Some(centre) => format!(
+            "the recordings {} the stated centre for the stated mass: χ² {} of {} (by chance with a probability of {})",
+            if centre.is_significant() { "contradict" } else { "agree with" },
+            significant(centre.chi_squared, 3),
+            centre.degrees_of_freedom,
+            significant(centre.probability, 2)
+        ),
+        None => "the recordings do not tell the centre of the load; that it is right is taken for granted".to_owned(),
+    });
+    notes.push(
+        "gains and parameters are proportional to the stated mass, which nothing else checks; σ is that of the noise, without errors of the model \
+         or of the load"
+            .to_owned(),
+    );
+    notes
+}
