@@ -358,6 +358,25 @@ fn a_line_that_cannot_be_appended_is_written_later() {
     assert!(!folder.path().join(".owed.jsonl").exists());
 }
 
+#[test]
+fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, away) = (place.path().join("state"), place.path().join("away"));
+    let mut store = Store::open(&folder, 10).unwrap();
+    write(&mut store, 1.0);
+    fs::rename(&folder, &away).unwrap();
+    let record = ResultRecord::new("cell", "c0ffee", &window(), estimate(2.0));
+    let refused = store.write(&record, &Beside::default(), Timestamp::now());
+    let words = refused.unwrap_err().to_string();
+    assert!(words.contains(folder.to_str().unwrap()), "{words}");
+    assert!(!folder.exists(), "nothing is written where nobody looks for it");
+    fs::rename(&away, &folder).unwrap();
+    assert_eq!(write(&mut store, 2.0).number, 1);
+    let lines = read_history(&folder).unwrap().0;
+    assert!(lines.iter().map(|line| line.result).eq([0, 1]));
+    assert!(matches!(Store::open(&folder, 10), Err(StoreError::InUse { .. })), "locked still");
+}
+
 /// Ten years of a result a week; the clock is not set for a month, and an hour late for another.
 #[test]
 fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {
