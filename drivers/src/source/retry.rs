@@ -41,8 +41,8 @@ mod tests {
     fn attempts_become_rare_and_never_end() {
         let start = Instant::now();
         let (mut now, mut retry, mut waits) = (start, Retry::first(start), Vec::new());
-        // A day without the interface.
-        while now - start < Duration::from_secs(86_400) {
+        // An hour without the interface.
+        while now - start < Duration::from_secs(3_600) {
             waits.push(retry.left(now));
             now += retry.left(now);
             assert!(retry.left(now).is_zero() && retry.left(now + LAST).is_zero());
@@ -52,6 +52,6 @@ mod tests {
         let growing = [20, 40, 80, 160, 320, 640, 1280].map(ms);
         assert_eq!(waits[..7], growing);
         assert!(waits[7..].iter().all(|wait| *wait == LAST));
-        assert_eq!(waits.len(), 43_206);
+        assert_eq!(waits.len(), 1_806);
     }
 }
