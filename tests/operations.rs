@@ -155,6 +155,7 @@ fn optional(key: &str) -> Value {
         | "results_wait_for"
         | "history_waits_for"
         | "reload_refused"
+        | "stream_folder_gone"
         | "why"
         | "last_failure"
         | "capture" => "in words".into(),
@@ -391,6 +392,9 @@ fn reasons_of_halves() -> Vec<String> {
     let mut acquisition =
         Collector::new(&options, Some(SharedAcquisition::default()), None, None, now);
     acquisition.process.reload_refused = Some("in words".into());
+    acquisition.process.stream_folder_gone = Some("/run/didim/ipc".into());
+    acquisition.process.sockets_missing =
+        vec!["/run/didim/status.sock is gone and cannot be made again: in words".into()];
     let acquisition = acquisition.snapshot(now);
     let estimation = Some(SharedEstimation::default());
     let estimation = Collector::new(&options, None, estimation, None, now)
@@ -411,7 +415,7 @@ fn reasons_of_halves() -> Vec<String> {
     let both = fetch(&paths).unwrap().health.reasons;
     // Said with the half that says it, as the manual has it.
     let of_acquisition = both.iter().filter_map(|reason| reason.strip_prefix("acquisition: "));
-    assert_eq!(of_acquisition.count(), 1, "{both:?}");
+    assert_eq!(of_acquisition.count(), 3, "{both:?}");
     assert!(quoted(MANUAL).contains(&"acquisition: "));
     reasons
 }

@@ -591,6 +591,42 @@ fn a_living_service_is_asked_commanded_and_stopped() {
     drop((documents, estimates, node));
 }
 
+#[test]
+fn a_runtime_folder_that_is_removed_is_made_again_and_told() {
+    let (network, folder) = (Network::new(), tempfile::tempdir_in("/tmp").unwrap());
+    let runtime = folder.path().join("run");
+    std::fs::create_dir(&runtime).unwrap();
+    let (sender, acquisition) = acquisition(&network, Pace::Live);
+    let estimation =
+        estimation(&network, Trigger::Command {}, &folder.path().join("state"), identify());
+    let options = live_options(&runtime);
+    let service =
+        std::thread::spawn(move || run(&options, Parts::Both(acquisition, estimation)).unwrap());
+    let (status, control) = (runtime.join("status"), runtime.join("control"));
+    eventually("an answer", || fetch_status(&status).is_ok());
+
+    std::fs::remove_dir_all(&runtime).unwrap();
+    std::fs::remove_dir_all(&network.root).unwrap();
+    eventually("an answer again", || fetch_status(&status).is_ok());
+    eventually("health tells it", || {
+        let reasons = answered(&status).health.reasons;
+        reasons.iter().any(|reason| reason.contains("was removed while the service runs"))
+    });
+
+    // Nothing is lost: a window by command is identified and stored.
+    let command = |command| send_request(&control, &Request::Window(command));
+    eventually("a command is taken", || command(Command::Begin).is_ok());
+    frames(600, |_| true).into_iter().for_each(|frame| sender.send(frame).unwrap());
+    eventually("all samples", || answered(&status).estimation.unwrap().samples == 600);
+    command(Command::End).unwrap();
+    drop(sender);
+    let report = service.join().unwrap();
+    assert_eq!(report.end, ServiceEnd::SourceEnded);
+    let status = report.snapshot.estimation.unwrap();
+    assert_eq!((status.windows_identified, status.samples_missing), (1, 0), "{status:?}");
+    assert_eq!(read_history(&folder.path().join("state")).unwrap().0.len(), 1);
+}
+
 /// A verdict that speaks for every use that is asked for.
 fn good() -> Verdict {
     let mut verdict = Verdict { applicable: true, ..Verdict::default() };

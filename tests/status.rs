@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::common::eventually;
 use didim::live::acquire::{ReceiveBuffer, SharedAcquisition};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Command, SharedEstimation};
@@ -126,6 +127,20 @@ fn clients_that_never_read_hold_nobody_up() {
     std::thread::sleep(Duration::from_millis(2300));
     assert!(fetch_small(&path) > 0);
     drop(stuck);
+}
+
+#[test]
+fn a_thousand_clients_are_sent_away_and_the_next_one_is_answered() {
+    let folder = folder();
+    let path = folder.path().join("status");
+    let mut large = document().to_vec();
+    large.splice(1..1, std::iter::repeat_n(b' ', 4 << 20));
+    let _stop = serving(&path, large.into());
+    let stuck: Vec<_> = (0..8).map(|_| UnixStream::connect(&path).unwrap()).collect();
+    let sent_away = (0..1000).filter(|_| fetch_small(&path) == 0).count();
+    assert!(sent_away > 0);
+    drop(stuck);
+    eventually("a place", || fetch_small(&path) > 0);
 }
 
 /// Bytes of the beginning of an answer.

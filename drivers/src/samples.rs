@@ -5,9 +5,9 @@ use core::time::Duration;
 use didim_core::JointSample;
 
 use crate::assemble::{Assembler, Losses};
-use crate::clock::{ClockCounters, ClockMap};
+use crate::clock::{ClockCounters, ClockMap, ClockPair};
 use crate::frame::Frame;
-use crate::socket::{clock_pair, monotonic_ns};
+use crate::socket::clock_pair;
 use crate::source::{Received, Source, SourceCounters, SourceError, StampClock};
 
 /// How long the iterator waits at a time; a log has no silence.
@@ -16,6 +16,9 @@ const WAIT: Duration = Duration::from_millis(20);
 /// Gets all frames that were read together, with the stamps that the assembler sees, and the number
 /// of frames dropped unread so far.
 pub type Tap<'a> = Box<dyn FnMut(&[Frame], u64) + 'a>;
+
+/// Reads both clocks of the machine.
+pub type Clocks<'a> = Box<dyn FnMut() -> ClockPair + 'a>;
 
 /// The samples of a source, in order. Nothing is allocated after [`Self::new`].
 ///
@@ -26,6 +29,7 @@ pub struct Samples<'a> {
     assembler: Assembler,
     /// Maps stamps of CLOCK_REALTIME; nothing when the source has a clock of its own.
     clock: Option<ClockMap>,
+    clocks: Clocks<'a>,
     tap: Option<Tap<'a>>,
     /// Frames that were read together.
     batch: Vec<Frame>,
@@ -47,12 +51,22 @@ pub struct Assembled {
 impl<'a> Samples<'a> {
     /// Reads at most `frames` frames at a time, and one at least.
     pub fn new(source: Box<dyn Source>, assembler: Assembler, frames: usize) -> Self {
+        Self::by(Box::new(clock_pair), source, assembler, frames)
+    }
+
+    /// As [`Self::new`], in the time of other clocks than the machine's.
+    pub fn by(
+        mut clocks: Clocks<'a>,
+        source: Box<dyn Source>,
+        assembler: Assembler,
+        frames: usize,
+    ) -> Self {
         let clock = match source.stamp_clock() {
-            StampClock::Realtime => Some(ClockMap::new(clock_pair())),
+            StampClock::Realtime => Some(ClockMap::new(clocks())),
             StampClock::Own => None,
         };
         let batch = Vec::with_capacity(frames.max(1));
-        Self { source, assembler, clock, tap: None, batch, next: 0, read_ns: 0 }
+        Self { source, assembler, clock, clocks, tap: None, batch, next: 0, read_ns: 0 }
     }
 
     /// Hands every frame to a tap as well.
@@ -73,35 +87,29 @@ impl<'a> Samples<'a> {
         self.batch.clear();
         self.next = 0;
         let received = self.source.receive(&mut self.batch, wait)?;
+        let now = (self.clocks)();
+        self.read_ns = now.monotonic_ns;
         match received {
-            Received::Frames => self.stamp(),
+            Received::Frames => self.stamp(now),
             Received::Silence => {
-                self.read_ns = monotonic_ns();
                 // Only a clock that we can read tells how late it is; a log's time is its frames'.
                 if self.clock.is_some() {
                     self.assembler.handle_timeout(self.read_ns);
                 }
             }
-            Received::End => {
-                self.read_ns = monotonic_ns();
-                self.assembler.handle_timeout(u64::MAX);
-            }
+            Received::End => self.assembler.handle_timeout(u64::MAX),
         }
         Ok(received)
     }
 
     /// Maps the stamps of the frames that were read, and hands them to the tap.
-    fn stamp(&mut self) {
-        self.read_ns = if let Some(clock) = &mut self.clock {
-            let pair = clock_pair();
-            clock.handle_pair(pair);
+    fn stamp(&mut self, now: ClockPair) {
+        if let Some(clock) = &mut self.clock {
+            clock.handle_pair(now);
             for frame in &mut self.batch {
                 frame.stamp_ns = clock.map(frame.stamp_ns);
             }
-            pair.monotonic_ns
-        } else {
-            monotonic_ns()
-        };
+        }
         if let Some(tap) = &mut self.tap {
             tap(&self.batch, self.source.counters().queue_drops);
         }

@@ -4,6 +4,7 @@ mod ethercat;
 mod in_process;
 mod listening;
 pub mod mcap;
+mod retry;
 mod socket_can;
 mod text_log;
 

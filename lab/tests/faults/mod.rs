@@ -7,5 +7,6 @@ mod document;
 mod draw;
 mod executed;
 mod file;
+mod hour;
 mod outcome;
 mod random;

@@ -58,7 +58,7 @@ impl Cabinet {
             #[expect(clippy::cast_precision_loss, reason = "a few")]
             let value = 1000.0 * self.number + self.stored.len() as f64;
             let record = ResultRecord::new(&self.name, "c0ffee", &window(), estimate(value));
-            let stored = self.store.write(&record, &Beside::default()).unwrap();
+            let stored = self.store.write(&record, &Beside::default(), Timestamp::now()).unwrap();
             self.stored.push(stored.line.identity());
         }
     }

@@ -12,6 +12,7 @@ use super::error::{StoreError, at, write};
 use super::history::{HistoryFile, HistoryLine, TREND_LINES};
 use super::owed::{Owed, line_of};
 use super::record::{Beside, ResultRecord};
+use super::timestamp::Timestamp;
 use crate::files::remove_leftovers;
 
 /// Results kept unless the cell says otherwise.
@@ -114,12 +115,17 @@ impl Store {
     ///
     /// # Errors
     /// [`StoreError`]; what was there before is untouched.
-    pub fn write(&mut self, record: &ResultRecord, beside: &Beside) -> Result<Stored, StoreError> {
+    pub fn write(
+        &mut self,
+        record: &ResultRecord,
+        beside: &Beside,
+        now: Timestamp,
+    ) -> Result<Stored, StoreError> {
         let mut json = serde_json::to_vec_pretty(record)?;
         json.push(b'\n');
         let number = self.next;
         let path = self.folder.join(name(number));
-        let line = HistoryLine::of(number, record, beside);
+        let line = HistoryLine::of(number, record, beside, now);
         self.owed.add(line.clone());
         let written = self.owed.write().and_then(|()| write(&path, &json));
         if let Err(error) = written {

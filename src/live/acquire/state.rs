@@ -81,7 +81,7 @@ impl SharedAcquisition {
     }
 
     /// Waits for a reader, who only copies: for the last word.
-    pub(super) fn publish(&self, counts: &AcquisitionCounts) {
+    pub(crate) fn publish(&self, counts: &AcquisitionCounts) {
         *self.0.counts.lock().unwrap_or_else(PoisonError::into_inner) = *counts;
     }
 }

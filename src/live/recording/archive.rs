@@ -55,6 +55,10 @@ pub(super) struct Archive {
     pub(super) shared: SharedArchive,
     pub(super) waiting: Vec<Waiting>,
     pub(super) capture: Option<Capture>,
+    /// When this turn began.
+    pub(super) now: Instant,
+    /// When the end was first seen.
+    pub(super) ending: Option<Instant>,
     /// Looks at the disk of a folder.
     pub(super) room: fn(&Path) -> Result<Room, RingError>,
 }
@@ -77,30 +81,42 @@ enum ArchiveError {
 impl Archive {
     pub(super) fn run(&mut self, requests: &Receiver<Request>, ending: &AtomicBool) {
         self.count();
-        let mut since: Option<Instant> = None;
         loop {
-            let ended = match requests.recv_timeout(POLL) {
-                Ok(request) => {
-                    self.take(request);
-                    false
-                }
-                Err(RecvTimeoutError::Timeout) => ending.load(Ordering::Relaxed),
-                Err(RecvTimeoutError::Disconnected) => true,
+            let (request, ended) = match requests.recv_timeout(POLL) {
+                Ok(request) => (Some(request), false),
+                Err(RecvTimeoutError::Timeout) => (None, ending.load(Ordering::Relaxed)),
+                Err(RecvTimeoutError::Disconnected) => (None, true),
             };
             if ended {
-                self.stop_capture();
                 // With nobody at the other end the wait above does not wait.
                 std::thread::sleep(PAUSE);
             }
-            self.watch_capture();
-            let over = ended && since.get_or_insert_with(Instant::now).elapsed() >= LAST_DELAY;
-            let mut waiting = std::mem::take(&mut self.waiting);
-            waiting.retain(|one| !self.settle(one, over));
-            self.waiting.extend(waiting);
-            if ended && self.waiting.is_empty() {
+            if self.turn(request, ended, Instant::now()) {
                 return;
             }
         }
+    }
+
+    /// Takes a request, and keeps what is there by now; true when nothing waits at the end.
+    pub(super) fn turn(&mut self, request: Option<Request>, ended: bool, now: Instant) -> bool {
+        self.now = now;
+        if let Some(request) = request {
+            self.take(request);
+        }
+        if ended {
+            self.stop_capture();
+        }
+        self.watch_capture();
+        self.ending = self.ending.or(ended.then_some(now));
+        let over = ended && self.ending.is_some_and(|at| self.since(at) >= LAST_DELAY);
+        let mut waiting = std::mem::take(&mut self.waiting);
+        waiting.retain(|one| !self.settle(one, over));
+        self.waiting.extend(waiting);
+        ended && self.waiting.is_empty()
+    }
+
+    fn since(&self, then: Instant) -> Duration {
+        self.now.saturating_duration_since(then)
     }
 
     pub(super) fn take(&mut self, request: Request) {
@@ -165,7 +181,7 @@ impl Archive {
             return self.shared.fail("a further request", &"too many requests wait for the ring");
         }
         let after = Duration::from_nanos(stretch.to_ns - stretch.last_ns);
-        let deadline = Instant::now() + after + RING_DELAY;
+        let deadline = self.now + after + RING_DELAY;
         let label = label.to_owned();
         self.waiting.push(Waiting { kind, number, label, stretch, more, deadline });
     }
@@ -178,8 +194,7 @@ impl Archive {
         let from_ns = newest(&self.ring).map_err(|error| nothing(error.to_string()))?;
         let from_ns = from_ns.ok_or_else(|| nothing("the ring is empty".to_owned()))?;
         lock(&self.shared.0).capture = Some(name.clone());
-        let now = Instant::now();
-        self.capture = Some(Capture { name, from_ns, since: now, looked: now });
+        self.capture = Some(Capture { name, from_ns, since: self.now, looked: self.now });
         Ok(())
     }
 
@@ -187,7 +202,7 @@ impl Archive {
     fn stop_capture(&mut self) -> Option<()> {
         let Capture { name, from_ns, since, looked: _ } = self.capture.take()?;
         lock(&self.shared.0).capture = None;
-        let length = u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        let length = u64::try_from(self.since(since).as_nanos()).unwrap_or(u64::MAX);
         // What was on the bus until now may be on disk a second later, and the capture began with
         // what was on disk then.
         let to_ns = from_ns.saturating_add(length).saturating_add(1_000_000_000);
@@ -195,19 +210,21 @@ impl Archive {
         let more = [("capture".to_owned(), name.clone())].into();
         self.wait(Kind::Capture, None, &name, stretch, more);
         if let Some(waiting) = self.waiting.last_mut() {
-            waiting.deadline = Instant::now() + RING_DELAY;
+            waiting.deadline = self.now + RING_DELAY;
         }
         Some(())
     }
 
     /// Stops a capture before the ring loses its beginning, and before it is too long.
     fn watch_capture(&mut self) {
+        let now = self.now;
         let Some(capture) = &mut self.capture else { return };
-        if capture.looked.elapsed() < LOOK_EVERY {
+        if now.saturating_duration_since(capture.looked) < LOOK_EVERY {
             return;
         }
-        capture.looked = Instant::now();
-        let too_long = capture.since.elapsed().as_secs_f64() > self.options.capture_max_s;
+        capture.looked = now;
+        let length = now.saturating_duration_since(capture.since);
+        let too_long = length.as_secs_f64() > self.options.capture_max_s;
         let from_ns = capture.from_ns;
         let so_far = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns: u64::MAX };
         let most = self.options.ring_bytes().min(self.options.keep_bytes()) / 2;
@@ -224,7 +241,7 @@ impl Archive {
 
     /// Keeps what is on disk, or gives up; false when it still has to wait.
     fn settle(&self, one: &Waiting, ended: bool) -> bool {
-        let over = ended || Instant::now() >= one.deadline;
+        let over = ended || self.now >= one.deadline;
         let found = match find(&self.ring, one.stretch, if over { Runs::Any } else { Runs::Latest })
         {
             Ok(Some(found)) if over || found.newest_ns > one.stretch.to_ns => Ok(found),

@@ -64,6 +64,8 @@ impl Archiver {
             shared: shared.clone(),
             waiting: Vec::new(),
             capture: None,
+            now: Instant::now(),
+            ending: None,
             room,
         };
         let told = Arc::clone(&ending);
@@ -86,13 +88,13 @@ impl Archiver {
     }
 
     /// Keeps what was on the bus around a fault, unless another was shortly before.
-    pub fn keep_fault(&self, cause: &'static str, stamp_ns: u64) {
+    pub fn keep_fault(&self, cause: &'static str, stamp_ns: u64, now: Instant) {
         let mut last = lock(&self.last_fault);
-        if last.is_some_and(|last| last.elapsed() < self.fault_every) {
+        if last.is_some_and(|last| now.saturating_duration_since(last) < self.fault_every) {
             lock(&self.shared.0).faults_passed_over += 1;
             return;
         }
-        *last = Some(Instant::now());
+        *last = Some(now);
         drop(last);
         self.submit(Request::Fault { cause, stamp_ns });
     }

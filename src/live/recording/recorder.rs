@@ -55,7 +55,7 @@ impl Recorder {
             interfaces: interfaces.to_vec(),
             ..McapInfo::default()
         };
-        let mut writer = RingWriter::new(options, info, clock, shared.clone());
+        let mut writer = RingWriter::new(options, info, clock, shared.clone(), Instant::now());
         let watched = shared.clone();
         let body = move || guarded(&watched, || writer.run(frames));
         let thread = std::thread::Builder::new().name("recorder".into()).spawn(body)?;

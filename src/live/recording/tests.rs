@@ -321,3 +321,4 @@ fn feed_all(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Ran
 mod archive;
 mod full;
 mod ring;
+mod time;

@@ -76,6 +76,8 @@ pub(super) struct RingWriter {
     looked: Instant,
     /// When a file gave way whose room is not free yet.
     gave_way: Option<Instant>,
+    /// When this turn began.
+    now: Instant,
     /// Looks at the disk of a folder.
     room: fn(&Path) -> Result<Room, RingError>,
 }
@@ -97,6 +99,7 @@ impl RingWriter {
         info: McapInfo,
         clock: StampClock,
         shared: SharedRecording,
+        now: Instant,
     ) -> Self {
         Self {
             options,
@@ -107,34 +110,42 @@ impl RingWriter {
             current: None,
             retry: None,
             pause: FIRST_PAUSE,
-            looked: Instant::now(),
+            looked: now,
+            now,
             gave_way: None,
             room,
         }
     }
 
     pub(super) fn run(&mut self, mut frames: Consumer<RecordedFrame>) {
-        // Files of an earlier run are closed before the first frame comes.
-        let opened = self.open_ring().map(drop);
-        self.note(opened);
-        loop {
-            // Looked at before the queue is emptied: what came before the end is in it.
-            let ended = frames.is_abandoned();
-            while let Ok(recorded) = frames.pop() {
-                self.take(&recorded);
-            }
-            let tended = self.tend(ended);
-            self.note(tended);
-            self.publish(ended);
-            if ended {
-                return;
-            }
+        self.start();
+        while !self.turn(&mut frames, Instant::now()) {
             std::thread::sleep(PAUSE);
         }
     }
 
+    /// Files of an earlier run are closed before the first frame comes.
+    fn start(&mut self) {
+        let opened = self.open_ring().map(drop);
+        self.note(opened);
+    }
+
+    /// Writes what waits; true when that was the last.
+    pub(super) fn turn(&mut self, frames: &mut Consumer<RecordedFrame>, now: Instant) -> bool {
+        self.now = now;
+        // Looked at before the queue is emptied: what came before the end is in it.
+        let ended = frames.is_abandoned();
+        while let Ok(recorded) = frames.pop() {
+            self.take(&recorded);
+        }
+        let tended = self.tend(ended);
+        self.note(tended);
+        self.publish(ended);
+        ended
+    }
+
     fn take(&mut self, recorded: &RecordedFrame) {
-        let written = if self.retry.is_some_and(|at| Instant::now() < at) {
+        let written = if self.retry.is_some_and(|at| self.now < at) {
             Ok(false)
         } else {
             self.write(&recorded.frame, recorded.sequence).map(|()| true)
@@ -167,13 +178,13 @@ impl RingWriter {
         self.current = None;
         self.ring = None;
         if waits {
-            self.retry = Some(Instant::now() + FREE_AFTER);
+            self.retry = Some(self.now + FREE_AFTER);
         }
         if room || waits {
             return;
         }
         tracing::warn!("recording stops for {} s: {error}", self.pause.as_secs());
-        self.retry = Some(Instant::now() + self.pause);
+        self.retry = Some(self.now + self.pause);
         self.pause = (2 * self.pause).min(LONGEST_PAUSE);
         let mut status = self.shared.update();
         status.write_errors += 1;
@@ -219,8 +230,12 @@ impl RingWriter {
         Ok((self.room)(&self.options.folder)?.spare)
     }
 
+    fn since(&self, then: Instant) -> Duration {
+        self.now.saturating_duration_since(then)
+    }
+
     fn waits_for_room(&self) -> bool {
-        self.gave_way.is_some_and(|at| at.elapsed() < FREE_AFTER)
+        self.gave_way.is_some_and(|at| self.since(at) < FREE_AFTER)
     }
 
     /// The oldest file gives way; false when there is none.
@@ -231,7 +246,7 @@ impl RingWriter {
             return Ok(false);
         }
         let is_free = (self.room)(&self.options.folder)?.left > before;
-        self.gave_way = (!is_free).then(Instant::now);
+        self.gave_way = (!is_free).then_some(self.now);
         self.count_given_way();
         Ok(true)
     }
@@ -301,7 +316,7 @@ impl RingWriter {
         let failed = |source| WritingError::Write { path: path.clone(), source };
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
         let writer = McapWriter::new(file, &info).map_err(failed)?;
-        let now = Instant::now();
+        let now = self.now;
         // A ring for which the disk has no room is one of the size that it has.
         let spare = self.spare()?;
         let ring = self.open_ring()?;
@@ -320,18 +335,18 @@ impl RingWriter {
 
     /// Closes chunks and files when they are due, and gives way to results.
     fn tend(&mut self, ended: bool) -> Result<(), WritingError> {
-        if self.looked.elapsed() >= FLUSH_EVERY {
-            self.looked = Instant::now();
+        if self.since(self.looked) >= FLUSH_EVERY {
+            self.looked = self.now;
             self.give_way()?;
         }
-        let segment = self.options.segment;
+        let (segment, now) = (self.options.segment, self.now);
         let Some(current) = &mut self.current else { return Ok(()) };
         let failed = |path: &Path, source| WritingError::Write { path: path.to_owned(), source };
-        if ended || current.opened.elapsed() >= segment {
+        if ended || now.saturating_duration_since(current.opened) >= segment {
             return self.close(!ended);
         }
-        if current.flushed.elapsed() >= FLUSH_EVERY {
-            current.flushed = Instant::now();
+        if now.saturating_duration_since(current.flushed) >= FLUSH_EVERY {
+            current.flushed = now;
             current.writer.flush().map_err(|error| failed(&current.path, error))?;
             // It writes again.
             self.pause = FIRST_PAUSE;
@@ -395,14 +410,13 @@ mod tests {
         }
         let files = || std::fs::read_dir(&ring).unwrap().count();
         let (info, shared) = (McapInfo::default(), SharedRecording::default());
-        let mut writer = RingWriter::new(options, info, StampClock::Own, shared.clone());
+        let mut writer =
+            RingWriter::new(options, info, StampClock::Own, shared.clone(), Instant::now());
         writer.room = |_| Ok(Room { left: 0, spare: 0 });
         writer.open_ring().unwrap();
         writer.give_way().unwrap();
         assert!(writer.gave_way.is_some() && files() == 3);
-        // For the time of the test.
-        let lately = Some(Instant::now() + 600 * FREE_AFTER);
-        writer.gave_way = lately;
+        let lately = writer.gave_way;
         writer.give_way().unwrap();
         assert_eq!(files(), 3);
         // Nor where writing is refused.

@@ -9,7 +9,7 @@ use crate::archive::drift::{
     AlarmEvent, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
 };
 use crate::archive::store::{
-    Against, Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored,
+    Against, Beside, HistoryLine, RECENT_LINES, ResultRecord, Store, StoreError, Stored, Timestamp,
 };
 
 /// The folder of the results as the thread that identifies sees it.
@@ -149,7 +149,7 @@ impl Results {
         // Before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
         let beside = Beside { against: self.against(record), ..beside.clone() };
-        let stored = self.store.write(record, &beside)?;
+        let stored = self.store.write(record, &beside, Timestamp::now())?;
         if !stored.line.time.is_set() {
             tracing::warn!(
                 "the clock is not set: result {} is left out of plots and trends",

@@ -269,7 +269,7 @@ impl Worker {
     /// Keeps what was on the bus around the last sample.
     fn keep_fault(&self, cause: &'static str) {
         if let (Some((archiver, _)), Some(last)) = (&self.archiver, &self.last) {
-            archiver.keep_fault(cause, last.joint_sample().stamp_ns);
+            archiver.keep_fault(cause, last.joint_sample().stamp_ns, Instant::now());
         }
     }
 

@@ -220,7 +220,7 @@ impl SharedEstimation {
         let _ = self.0.archive.set(archive);
     }
 
-    pub(super) fn count_iteration(&self) {
+    pub(crate) fn count_iteration(&self) {
         self.0.iterations.fetch_add(1, Ordering::Relaxed);
     }
 

@@ -80,27 +80,59 @@ mod tests {
     use super::*;
     use crate::window::{Note, Window, WindowEnd};
 
-    #[test]
-    fn the_note_of_a_lost_result_goes_to_the_next_window() {
-        let note = Note { text: Some("cold".into()), ..Note::default() };
-        let window = Window {
-            number: 7,
+    fn window(number: u64, note: Option<Note>) -> Window {
+        Window {
+            number,
             sample_rate_hz: 500.0,
             samples: vec![didim_core::JointSample::zero(0, 0)],
             counted: 0..1,
             end: WindowEnd::Rest,
             start: None,
-            note: Some(note.clone()),
-        };
+            note,
+        }
+    }
+
+    fn finished(window: &Window) -> Finished {
         let estimate = Estimate::default();
-        let finished = Finished {
-            summary: EstimateSummary::new(&window, &estimate, None),
-            record: ResultRecord::new("cell", "c0ffee", &window, estimate),
-            rejected: RejectedWindow::new(&window, Rejection::Stopped),
-            recorded: RecordedWindow::of(&window, "c0ffee"),
+        Finished {
+            summary: EstimateSummary::new(window, &estimate, None),
+            record: ResultRecord::new("cell", "c0ffee", window, estimate),
+            rejected: RejectedWindow::new(window, Rejection::Stopped),
+            recorded: RecordedWindow::of(window, "c0ffee"),
             beside: Beside { note: window.note.clone(), ..Beside::default() },
             options: ResultOptions::default(),
-        };
+        }
+    }
+
+    #[test]
+    fn a_disk_that_refuses_for_a_day_is_asked_every_two_seconds_and_the_oldest_go() {
+        let (mut unstored, start) = (Unstored::default(), Instant::now());
+        let (mut attempts, mut lost) = (0, Vec::new());
+        assert!(!unstored.is_due(start), "nothing waits");
+        // Looked at twice a second, a result a minute.
+        for half in 0..2 * 86_400_u32 {
+            let now = start + half * Duration::from_millis(500);
+            if half % 120 == 0 {
+                let dropped = unstored.add(finished(&window(u64::from(half / 120), None)));
+                lost.extend(dropped.map(|finished| finished.rejected.number));
+            }
+            if unstored.is_due(now) {
+                attempts += 1;
+                assert!(unstored.first(now).is_some() && !unstored.is_due(now));
+            }
+        }
+        assert_eq!(attempts, 86_400 / 2);
+        let minutes = 86_400 / 60;
+        assert!(lost.into_iter().eq(0..minutes - MOST as u64));
+        assert_eq!(unstored.len(), MOST);
+        assert_eq!(unstored.take_first().unwrap().rejected.number, minutes - MOST as u64);
+    }
+
+    #[test]
+    fn the_note_of_a_lost_result_goes_to_the_next_window() {
+        let note = Note { text: Some("cold".into()), ..Note::default() };
+        let window = window(7, Some(note.clone()));
+        let finished = finished(&window);
         let shared = SharedEstimation::default();
         shared.pend(&window);
         assert!(shared.claim(7));

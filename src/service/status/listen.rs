@@ -87,6 +87,11 @@ impl Socket {
         Ok(Self { listener, path: path.to_owned(), inode })
     }
 
+    /// Whether its name leads to it still: files are removed, and others may take a name over.
+    pub(crate) fn has_its_name(&self) -> bool {
+        fs::symlink_metadata(&self.path).is_ok_and(|data| data.ino() == self.inode)
+    }
+
     /// For tokio, which wants it without blocking.
     pub(super) fn tokio(&self) -> io::Result<tokio::net::UnixListener> {
         let listener = self.listener.try_clone()?;
@@ -98,7 +103,7 @@ impl Socket {
 impl Drop for Socket {
     fn drop(&mut self) {
         // Unless another has taken the name over.
-        if fs::symlink_metadata(&self.path).is_ok_and(|data| data.ino() == self.inode) {
+        if self.has_its_name() {
             let _ = fs::remove_file(&self.path);
         }
     }

@@ -56,15 +56,26 @@ pub struct ProcessStatus {
     /// Why the configuration, read again, was not taken over; nothing when it was, or was not read
     /// again.
     pub reload_refused: Option<String>,
+    /// Sockets whose names are gone, with why they cannot be made again.
+    pub sockets_missing: Vec<String>,
+    /// The folder of the stream, where it was removed while the service runs.
+    pub stream_folder_gone: Option<String>,
 }
 
 impl ProcessStatus {
     /// Why all is not well with it.
     pub fn reasons(&self) -> Vec<String> {
         let refused = self.reload_refused.iter();
-        refused
-            .map(|why| format!("reload refused, the previous configuration stays in effect: {why}"))
-            .collect()
+        let refused = refused.map(|why| {
+            format!("reload refused, the previous configuration stays in effect: {why}")
+        });
+        let gone = self.stream_folder_gone.iter().map(|folder| {
+            format!(
+                "{folder} was removed while the service runs: no other process finds the stream; \
+                 restart the service"
+            )
+        });
+        refused.chain(gone).chain(self.sockets_missing.iter().cloned()).collect()
     }
 }
 

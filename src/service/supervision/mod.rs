@@ -9,6 +9,7 @@ mod manager;
 mod readiness;
 mod reload;
 mod running;
+mod sockets;
 mod supervise;
 mod threads;
 

@@ -80,3 +80,75 @@ impl Progress {
         self.estimation = None;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::live::acquire::AcquisitionCounts;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    fn progress(acquisition: bool, estimation: bool) -> Progress {
+        Progress {
+            acquisition: acquisition.then(SharedAcquisition::default),
+            estimation: estimation.then(SharedEstimation::default),
+            silence_after: SECOND,
+            iterations: (0, 0),
+        }
+    }
+
+    fn turn(progress: &Progress, bus: bool, worker: bool) {
+        if let Some(shared) = progress.acquisition.as_ref().filter(|_| bus) {
+            let counts = shared.counts();
+            shared.publish(&AcquisitionCounts { iterations: counts.iterations + 50, ..counts });
+        }
+        if let Some(shared) = progress.estimation.as_ref().filter(|_| worker) {
+            shared.count_iteration();
+        }
+    }
+
+    #[test]
+    fn the_watchdog_is_fed_while_both_turn_and_not_a_time_longer() {
+        let mut progress = progress(true, true);
+        // A year, looked at every ten seconds.
+        for _ in 0..365 * 8_640 {
+            turn(&progress, true, true);
+            assert!(progress.has_progressed());
+        }
+        for (bus, worker) in [(false, true), (true, false), (false, false)] {
+            for _ in 0..1_000 {
+                turn(&progress, bus, worker);
+                // What one of them had done by the last look counts for the next one.
+                assert!(!progress.has_progressed() || (bus && worker));
+            }
+            turn(&progress, true, true);
+            assert!(progress.has_progressed() && !progress.has_progressed());
+        }
+        // One that has ended well is not waited for.
+        progress.acquisition_ended();
+        turn(&progress, false, true);
+        assert!(progress.has_progressed() && !progress.has_progressed());
+        progress.estimation_ended();
+        assert!(progress.has_progressed());
+    }
+
+    #[test]
+    fn it_is_ready_when_the_bus_is_known_and_after_ten_seconds_in_any_case() {
+        let ready_after = |counts: AcquisitionCounts| {
+            let progress = progress(true, true);
+            progress.acquisition.as_ref().unwrap().publish(&counts);
+            (0..=200).map(|n| n * SECOND / 10).find(|waited| progress.is_ready(*waited)).unwrap()
+        };
+        let of = |bus| AcquisitionCounts { bus, ..AcquisitionCounts::default() };
+        assert_eq!(ready_after(of(BusState::Waiting)), SECOND);
+        for bus in [BusState::Silent, BusState::Down, BusState::Ended] {
+            assert_eq!(ready_after(of(bus)), Duration::ZERO);
+        }
+        let mut frames = of(BusState::Ok);
+        assert_eq!(ready_after(frames), 10 * SECOND, "frames without a sample");
+        frames.losses.cycles_idle = 1;
+        assert_eq!(ready_after(frames), Duration::ZERO);
+        let alone = progress(false, true);
+        assert!(!alone.is_ready(SECOND / 2) && alone.is_ready(SECOND));
+    }
+}

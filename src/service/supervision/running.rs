@@ -1,6 +1,7 @@
 //! The running parts as seen from the supervision.
 
 use core::time::Duration;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -35,6 +36,8 @@ pub(super) struct Running {
     line: StatusLine,
     /// The latest line.
     latest: String,
+    /// Where the library of the stream has its files.
+    stream_root: PathBuf,
     acquisition: Option<SharedAcquisition>,
     estimation: Option<SharedEstimation>,
     progress: Progress,
@@ -75,6 +78,7 @@ impl Running {
             statuses,
             line: StatusLine::default(),
             latest: String::new(),
+            stream_root: parts.stream().root.clone(),
             progress: Progress::new(parts, acquisition.clone(), estimation.clone()),
             acquisition,
             estimation,
@@ -181,9 +185,22 @@ impl Running {
         self.latest.clone()
     }
 
+    /// Tells of sockets that are missing, and notices when the files of the stream are.
+    pub(super) fn look_at_files(&mut self, sockets_missing: Vec<String>) {
+        let process = &mut self.collector.process;
+        process.sockets_missing = sockets_missing;
+        let gone = (!self.stream_root.exists()).then(|| self.stream_root.display().to_string());
+        if process.stream_folder_gone != gone {
+            if let Some(folder) = &gone {
+                tracing::error!("{folder} was removed while the service runs");
+            }
+            process.stream_folder_gone = gone;
+        }
+    }
+
     /// Whether samples flow or the bus is known to be silent.
-    pub(super) fn is_ready(&self) -> bool {
-        self.progress.is_ready(self.began.elapsed())
+    pub(super) fn is_ready(&self, now: Instant) -> bool {
+        self.progress.is_ready(now.saturating_duration_since(self.began))
     }
 
     /// Whether all threads have made progress since this was last true.

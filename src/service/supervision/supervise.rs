@@ -4,6 +4,7 @@ use core::convert::Infallible;
 use core::future::pending;
 use core::time::Duration;
 use std::io;
+use std::time::Instant;
 
 use tokio::sync::watch;
 use tokio::time::{Interval, MissedTickBehavior, interval};
@@ -11,6 +12,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use super::manager::Manager;
 use super::reload::{Event, Reload, Reloader};
 use super::running::Running;
+use super::sockets::{Missing, keep};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
 use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
@@ -84,20 +86,24 @@ async fn supervise(
             let reloader = Reloader::new(reload, windows.clone(), asked);
             let dispatcher = Dispatcher { windows, reload: sender };
             let (latest, documents) = watch::channel(running.tick().1);
+            let missing = Missing::default();
             let status = async {
-                match &status_socket {
-                    Some(socket) => serve_status(socket, documents).await,
+                let serve = async |socket: &Socket| serve_status(socket, documents.clone()).await;
+                match options.status.as_ref().zip(status_socket) {
+                    Some((at, socket)) => keep(at, socket, &missing, serve).await,
                     None => pending().await,
                 }
             };
             let control = async {
-                match &control_socket {
-                    Some(socket) => serve_commands(socket, dispatcher).await,
+                let serve =
+                    async |socket: &Socket| serve_commands(socket, dispatcher.clone()).await;
+                match options.control.as_ref().zip(control_socket) {
+                    Some((at, socket)) => keep(at, socket, &missing, serve).await,
                     None => pending().await,
                 }
             };
-            let threads =
-                async { attend(&mut running, &mut manager, reloader, signals, latest).await };
+            let attended = (&mut running, &mut manager, reloader, signals);
+            let threads = async { attend(attended, &missing, latest).await };
             tokio::select! {
                 failed = status => Err(server_failed(failed)),
                 failed = control => Err(server_failed(failed)),
@@ -117,10 +123,8 @@ async fn supervise(
 
 /// Does what is to be done while the parts run; says how they ended.
 async fn attend(
-    running: &mut Running,
-    manager: &mut Manager,
-    mut reloader: Reloader,
-    mut signals: Signals,
+    (running, manager, mut reloader, mut signals): (&mut Running, &mut Manager, Reloader, Signals),
+    missing: &Missing,
     latest: watch::Sender<std::sync::Arc<[u8]>>,
 ) -> Result<ServiceEnd, ServiceError> {
     let mut period = every(STATUS_PERIOD);
@@ -154,11 +158,12 @@ async fn attend(
             report = running.report() => if let Some(end) = running.handle(report)? {
                 return Ok(end);
             },
-            _ = ready_poll.tick(), if !manager.is_ready() => if running.is_ready() {
+            _ = ready_poll.tick(), if !manager.is_ready() => if running.is_ready(Instant::now()) {
                 latest.send_replace(running.tick().1);
                 manager.ready(&running.line());
             },
             _ = period.tick() => {
+                running.look_at_files(missing.reasons());
                 latest.send_replace(running.tick().1);
                 manager.status(&running.line());
             }

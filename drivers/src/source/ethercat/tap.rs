@@ -17,12 +17,10 @@ use crate::source::listening::{
     DropCounter, Listening, MOST_CALLS, ask_for_stamps_and_drops, realtime_now_ns, receive,
     set_receive_buffer, stamp_ns,
 };
+use crate::source::retry::{self, Retry};
 use crate::source::{
     InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, room,
 };
-
-/// The time between looks at an interface that is not there.
-const RETRY: Duration = Duration::from_millis(200);
 
 /// The process data that an interface hears, as frames of a layout.
 ///
@@ -33,7 +31,8 @@ pub struct TapSource {
     opened: Option<Opened>,
     /// Whether packets can come.
     up: bool,
-    retry_at: Instant,
+    /// When it is opened again, while it is not.
+    retry: Retry,
     wanted_bytes: u32,
     granted_bytes: u32,
     buffer: ReceiveBuffer<PACKET_BYTES>,
@@ -68,7 +67,7 @@ impl TapSource {
         Ok(Self {
             interface: [interface],
             up: true,
-            retry_at: Instant::now(),
+            retry: Retry::first(Instant::now()),
             wanted_bytes: receive_buffer_bytes,
             granted_bytes: opened.granted_bytes,
             opened: Some(opened),
@@ -122,12 +121,12 @@ impl TapSource {
         self.counters.link_down += u64::from(self.up);
         self.up = false;
         self.opened = None;
-        self.retry_at = Instant::now() + RETRY;
+        self.retry = Retry::first(Instant::now());
         self.failure = Some(EthercatError::Gone { interface: self.name() });
     }
 
     fn reopen_when_due(&mut self) {
-        if self.opened.is_some() || Instant::now() < self.retry_at {
+        if self.opened.is_some() || !self.retry.left(Instant::now()).is_zero() {
             return;
         }
         match open(self.name(), self.wanted_bytes) {
@@ -139,7 +138,7 @@ impl TapSource {
                 self.hardware = None;
                 self.counters.reopened += 1;
             }
-            Err(_) => self.retry_at = Instant::now() + RETRY,
+            Err(_) => self.retry = self.retry.failed(Instant::now()),
         }
     }
 }
@@ -191,7 +190,10 @@ impl Listening for TapSource {
     }
 
     fn retry_in(&self) -> Option<Duration> {
-        (!self.up).then_some(RETRY)
+        match &self.opened {
+            None => Some(self.retry.left(Instant::now())),
+            Some(_) => (!self.up).then_some(retry::FIRST),
+        }
     }
 
     fn wait(&self, at_most: Duration) -> Result<(), SourceError> {

@@ -13,10 +13,7 @@ use crate::socket::{Message, ReceiveBuffer, Socket, device_state};
 use crate::source::InterfaceName;
 use crate::source::SourceCounters;
 use crate::source::listening::{DropCounter, MOST_CALLS, realtime_now_ns, stamp_ns};
-
-/// Waits between attempts to open an interface that vanished: doubled from the first to the last.
-const FIRST_RETRY: Duration = Duration::from_millis(20);
-const LAST_RETRY: Duration = Duration::from_secs(2);
+use crate::source::retry::{self, Retry};
 
 /// What was granted to an interface and counted on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,10 +39,7 @@ enum State {
     Up,
     Down,
     /// The socket is dead for good, whatever becomes of the device.
-    Gone {
-        retry_at: Instant,
-        delay: Duration,
-    },
+    Gone(Retry),
 }
 
 pub(super) struct Link {
@@ -112,10 +106,8 @@ impl Link {
     pub(super) fn retry_in(&self) -> Option<Duration> {
         match self.state {
             State::Up => None,
-            State::Down => Some(FIRST_RETRY),
-            State::Gone { retry_at, .. } => {
-                Some(retry_at.saturating_duration_since(Instant::now()))
-            }
+            State::Down => Some(retry::FIRST),
+            State::Gone(retry) => Some(retry.left(Instant::now())),
         }
     }
 
@@ -159,7 +151,7 @@ impl Link {
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                    if matches!(self.state, State::Gone { .. }) {
+                    if matches!(self.state, State::Gone(_)) {
                         // All that was queued before the device went away has been taken.
                         self.opened = None;
                     }
@@ -180,7 +172,7 @@ impl Link {
     /// Looks at the device behind the socket, for what the socket did not tell.
     pub(super) fn supervise(&mut self) {
         let Some(opened) = &self.opened else { return };
-        if matches!(self.state, State::Gone { .. }) {
+        if matches!(self.state, State::Gone(_)) {
             return;
         }
         match device_state(&opened.socket, self.name) {
@@ -205,17 +197,13 @@ impl Link {
         if self.state == State::Up {
             self.counters.link_down += 1;
         }
-        self.state = State::Gone { retry_at: Instant::now() + FIRST_RETRY, delay: FIRST_RETRY };
+        self.state = State::Gone(Retry::first(Instant::now()));
         self.failure = Some(SocketCanError::Gone { interface: self.name });
     }
 
     fn reopen_when_due(&mut self) {
-        let State::Gone { retry_at, delay } = self.state else { return };
-        if self.opened.is_some() {
-            return;
-        }
-        let now = Instant::now();
-        if now < retry_at {
+        let State::Gone(retry) = self.state else { return };
+        if self.opened.is_some() || !retry.left(Instant::now()).is_zero() {
             return;
         }
         match open(self.name, &self.options) {
@@ -227,10 +215,7 @@ impl Link {
                 self.hardware = None;
                 self.counters.reopened += 1;
             }
-            Err(_) => {
-                let delay = (delay * 2).min(LAST_RETRY);
-                self.state = State::Gone { retry_at: now + delay, delay };
-            }
+            Err(_) => self.state = State::Gone(retry.failed(Instant::now())),
         }
     }
 

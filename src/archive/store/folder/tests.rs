@@ -41,7 +41,11 @@ fn window() -> Window {
 fn write(store: &mut Store, value: f64) -> Stored {
     let (window, estimate) = (window(), estimate(value));
     store
-        .write(&ResultRecord::new("cell", "c0ffee", &window, estimate), &Beside::default())
+        .write(
+            &ResultRecord::new("cell", "c0ffee", &window, estimate),
+            &Beside::default(),
+            Timestamp::now(),
+        )
         .unwrap()
 }
 
@@ -60,7 +64,7 @@ fn write_with(store: &mut Store, configuration: &str) {
     let (window, estimate) = (window(), estimate(1.0));
     store.keep_configuration(configuration, &texts()).unwrap();
     let record = ResultRecord::new("cell", configuration, &window, estimate);
-    store.write(&record, &Beside::default()).unwrap();
+    store.write(&record, &Beside::default(), Timestamp::now()).unwrap();
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -153,7 +157,7 @@ fn a_failed_write_leaves_the_old_result_and_the_number() {
     fs::create_dir(&in_the_way).unwrap();
     let (window, next) = (window(), estimate(2.0));
     let record = ResultRecord::new("cell", "c0ffee", &window, next);
-    let failed = store.write(&record, &Beside::default());
+    let failed = store.write(&record, &Beside::default(), Timestamp::now());
     assert!(matches!(failed, Err(StoreError::Io { action: "write", .. })), "{failed:?}");
     assert_eq!(fs::read(folder.path().join("latest.json")).unwrap(), before.json);
     assert_eq!(read_history(folder.path()).unwrap().0.len(), 1);
@@ -215,7 +219,7 @@ fn a_report_has_the_number_of_its_result_and_goes_with_it() {
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     for text in ["first", "second", "third"] {
         let beside = Beside { report: Some(text.into()), ..Beside::default() };
-        store.write(&record, &beside).unwrap();
+        store.write(&record, &beside, Timestamp::now()).unwrap();
     }
     assert_eq!(
         names(folder.path()),
@@ -285,7 +289,7 @@ fn write_noted(folder: &Path) -> Vec<HistoryLine> {
     let mut store = Store::open(folder, 9).unwrap();
     let (window, estimate) = (window(), estimate(1.0));
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
-    (0..3).map(|_| store.write(&record, &noted()).unwrap().line).collect()
+    (0..3).map(|_| store.write(&record, &noted(), Timestamp::now()).unwrap().line).collect()
 }
 
 /// Cuts the history after so many bytes of its last line.
@@ -352,6 +356,58 @@ fn a_line_that_cannot_be_appended_is_written_later() {
         read_history(folder.path()).unwrap().0.iter().map(|line| line.result).collect();
     assert_eq!(results, [0, 1, 2]);
     assert!(!folder.path().join(".owed.jsonl").exists());
+}
+
+#[test]
+fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
+    let place = tempfile::tempdir().unwrap();
+    let (folder, away) = (place.path().join("state"), place.path().join("away"));
+    let mut store = Store::open(&folder, 10).unwrap();
+    write(&mut store, 1.0);
+    fs::rename(&folder, &away).unwrap();
+    let record = ResultRecord::new("cell", "c0ffee", &window(), estimate(2.0));
+    let refused = store.write(&record, &Beside::default(), Timestamp::now());
+    let words = refused.unwrap_err().to_string();
+    assert!(words.contains(folder.to_str().unwrap()), "{words}");
+    assert!(!folder.exists(), "nothing is written where nobody looks for it");
+    fs::rename(&away, &folder).unwrap();
+    assert_eq!(write(&mut store, 2.0).number, 1);
+    let lines = read_history(&folder).unwrap().0;
+    assert!(lines.iter().map(|line| line.result).eq([0, 1]));
+    assert!(matches!(Store::open(&folder, 10), Err(StoreError::InUse { .. })), "locked still");
+}
+
+/// Ten years of a result a week; the clock is not set for a month, and an hour late for another.
+#[test]
+fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let began = 1_798_761_600;
+    let time = |week: u64| {
+        let seconds = began + week * 604_800;
+        Timestamp::from_unix_s(match week {
+            200..204 => seconds - began,
+            300..304 => seconds - 3_600,
+            _ => seconds,
+        })
+    };
+    let (weeks, keep) = (520, 50);
+    let mut store = Store::open(folder.path(), keep).unwrap();
+    for week in 0..weeks {
+        let record = ResultRecord::new("cell", CONFIGURATIONS[0], &window(), estimate(1.0));
+        let stored = store.write(&record, &Beside::default(), time(week)).unwrap();
+        assert_eq!((stored.number, stored.line.time), (week, time(week)));
+        // Once a year the cabinet is switched off, and on again.
+        if week % 52 == 51 {
+            drop(store);
+            store = Store::open(folder.path(), keep).unwrap();
+        }
+    }
+    let results = names(folder.path()).iter().filter(|name| index(name).is_some()).count();
+    assert_eq!(results, keep);
+    let (lines, _) = read_history(folder.path()).unwrap();
+    assert!(lines.iter().map(|line| (line.result, line.time)).eq((0..weeks).map(|n| (n, time(n)))));
+    assert_eq!(lines.iter().filter(|line| !line.time.is_set()).count(), 4);
+    assert_eq!(lines[519].time.to_string(), "2036-12-12T00:00:00Z");
 }
 
 /// A verdict that speaks for every use that is asked for.

@@ -116,14 +116,14 @@ pub struct HistoryLine {
 }
 
 impl HistoryLine {
-    /// That of a result which is stored now under a number.
-    pub fn of(result: u64, record: &ResultRecord, beside: &Beside) -> Self {
+    /// That of a result which is stored at this time under a number.
+    pub fn of(result: u64, record: &ResultRecord, beside: &Beside, time: Timestamp) -> Self {
         let estimate = &record.estimate;
         let answer =
             |of: Use| Some((of.name().to_owned(), estimate.verdict.uses.of(of).applicable?));
         Self {
             schema: HISTORY_SCHEMA,
-            time: Timestamp::now(),
+            time,
             recorded: record.window.recorded,
             result,
             cell: record.cell.clone(),

@@ -10,13 +10,13 @@ use crate::window::WindowEnd;
 
 /// A ring that was recorded in two runs of the same stamps, the second with other numbers in its
 /// frames, and a archiver for it.
-struct Recorded {
-    folder: tempfile::TempDir,
+pub(super) struct Recorded {
+    pub(super) folder: tempfile::TempDir,
     options: RecordingOptions,
 }
 
 impl Recorded {
-    fn of(run: core::ops::Range<u64>) -> Self {
+    pub(super) fn of(run: core::ops::Range<u64>) -> Self {
         Self::new(core::slice::from_ref(&run))
     }
 
@@ -42,7 +42,12 @@ impl Recorded {
         Self { folder, options }
     }
 
-    fn archive(&self) -> Archive {
+    /// Nothing was recorded yet.
+    pub(super) fn empty() -> Self {
+        Self::new(&[])
+    }
+
+    pub(super) fn archive(&self) -> Archive {
         Archive {
             ring: self.folder.path().join("ring"),
             folder: self.folder.path().join("kept"),
@@ -51,6 +56,8 @@ impl Recorded {
             shared: SharedArchive::default(),
             waiting: Vec::new(),
             capture: None,
+            now: Instant::now(),
+            ending: None,
             room,
         }
     }
@@ -65,11 +72,11 @@ impl Recorded {
         archiver.shared().snapshot()
     }
 
-    fn kept(&self) -> Vec<PathBuf> {
+    pub(super) fn kept(&self) -> Vec<PathBuf> {
         files(&self.folder.path().join("kept"))
     }
 
-    fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
         self.kept().iter().map(name).collect()
     }
@@ -83,7 +90,7 @@ fn curves() -> JointCurves {
 }
 
 /// A window of a thousand samples from a stamp on.
-fn window(first_stamp_ns: u64) -> RecordedWindow {
+pub(super) fn window(first_stamp_ns: u64) -> RecordedWindow {
     RecordedWindow {
         number: 7,
         first_sequence: 1234,
@@ -143,10 +150,12 @@ fn a_result_names_the_configuration_that_made_it_not_that_of_the_recorder() {
 fn a_fault_whose_last_moment_was_lost_with_the_recorder_is_kept() {
     let recorded = Recorded::of(0..20_000);
     // The ring ends at 3.9998 s.
-    let status = recorded.keep(|archiver| archiver.keep_fault("restarted", 4_900_000_000));
+    let status =
+        recorded.keep(|archiver| archiver.keep_fault("restarted", 4_900_000_000, Instant::now()));
     assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
     assert!(read(&recorded.kept()[0], false).into_iter().eq(0..20_000));
-    let status = recorded.keep(|archiver| archiver.keep_fault("restarted", 5_100_000_000));
+    let status =
+        recorded.keep(|archiver| archiver.keep_fault("restarted", 5_100_000_000, Instant::now()));
     assert_eq!((status.kept, status.failed), (0, 1), "more than that was not recorded at all");
 }
 
@@ -196,14 +205,15 @@ fn what_the_ring_does_not_hold_is_told_and_leaves_nothing() {
 fn faults_are_numbered_named_and_not_more_often_than_asked() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.fault_before_s = 1.0;
-    for (n, cause) in ["sample-gap", "queue-drops"].into_iter().enumerate() {
-        let status = recorded.keep(|archiver| {
-            archiver.keep_fault(cause, 3_000_000_000);
-            archiver.keep_fault("silence", 3_100_000_000);
-        });
-        assert_eq!((status.kept, status.failed, status.faults_passed_over), (1, 0, 1));
-        assert_eq!(status.files, n + 1);
-    }
+    let (now, every) = (Instant::now(), Duration::from_secs_f64(recorded.options.fault_every_s));
+    let status = recorded.keep(|archiver| {
+        archiver.keep_fault("sample-gap", 3_000_000_000, now);
+        archiver.keep_fault("silence", 3_100_000_000, now + every / 2);
+        archiver.keep_fault("queue-drops", 3_000_000_000, now + every);
+        archiver.keep_fault("silence", 3_100_000_000, now + every);
+    });
+    assert_eq!((status.kept, status.failed, status.faults_passed_over), (2, 0, 2));
+    assert_eq!(status.files, 2);
     assert_eq!(
         recorded.names(),
         ["fault-00000000-sample-gap.mcap", "fault-00000001-queue-drops.mcap"]
@@ -216,10 +226,12 @@ fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.fault_before_s = 1.0;
     // The last frames of a process that is killed are not on disk; a fault much later is another matter.
-    let status = recorded.keep(|archiver| archiver.keep_fault("silence", 4_400_000_000));
+    let status =
+        recorded.keep(|archiver| archiver.keep_fault("silence", 4_400_000_000, Instant::now()));
     assert_eq!((status.kept, status.failed), (1, 0), "{status:?}");
     assert!(read(&recorded.kept()[0], false).into_iter().eq(17_000..=19_999));
-    let status = recorded.keep(|archiver| archiver.keep_fault("silence", 5_100_000_000));
+    let status =
+        recorded.keep(|archiver| archiver.keep_fault("silence", 5_100_000_000, Instant::now()));
     assert_eq!((status.kept, status.failed), (0, 1), "{status:?}");
 }
 
@@ -227,7 +239,7 @@ fn of_a_fault_that_ended_the_recording_is_kept_what_there_is() {
 fn number_and_size_of_what_is_kept_are_bounded() {
     let mut recorded = Recorded::of(0..20_000);
     recorded.options.keep = 3;
-    recorded.keep(|archiver| archiver.keep_fault("silence", 1_000_000_000));
+    recorded.keep(|archiver| archiver.keep_fault("silence", 1_000_000_000, Instant::now()));
     for n in 0..5 {
         let status = recorded.keep(|archiver| archiver.keep_result(n, &window(1_000_000_000)));
         assert_eq!(status.failed, 0, "{status:?}");
@@ -251,56 +263,6 @@ fn number_and_size_of_what_is_kept_are_bounded() {
     assert_eq!(recorded.names().len(), 4);
     assert!(archive.make_room(1).unwrap());
     assert_eq!(recorded.names(), results, "the oldest went");
-}
-
-#[test]
-fn a_capture_keeps_what_comes_between_start_and_stop() {
-    let recorded = Recorded::of(0..100);
-    let recording = RecordingOptions { ring_mb: 16, ..RecordingOptions::default() };
-    let options = RecorderOptions::new(&recording, recorded.folder.path(), "cell", "c0ffee");
-    let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
-    let feeding = Arc::new(AtomicBool::new(true));
-    let fed = Arc::clone(&feeding);
-    let start = Instant::now();
-    // In the time of its stamps.
-    let feeder = std::thread::spawn(move || {
-        let mut n = 0;
-        while fed.load(Ordering::Relaxed) {
-            while u128::from(n) * 200_000 < start.elapsed().as_nanos() {
-                tap.take(&[frame(n)], 0);
-                n += 1;
-            }
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        tap
-    });
-    let (mut asked, mut begun, mut stopped) = (start, start, start);
-    let status = recorded.keep(|archiver| {
-        assert_eq!(archiver.stop_capture(), Err(CaptureError::NotRunning));
-        assert_eq!(archiver.start_capture("../etc"), Err(CaptureError::Name));
-        std::thread::sleep(Duration::from_millis(1200));
-        asked = Instant::now();
-        archiver.start_capture("gripper").unwrap();
-        begun = Instant::now();
-        assert_eq!(archiver.start_capture("two"), Err(CaptureError::Running("gripper".into())));
-        assert_eq!(archiver.shared().snapshot().capture.as_deref(), Some("gripper"));
-        std::thread::sleep(Duration::from_millis(1500));
-        archiver.stop_capture().unwrap();
-        stopped = Instant::now();
-        eventually("the capture is kept", || archiver.shared().snapshot().kept == 1);
-    });
-    feeding.store(false, Ordering::Relaxed);
-    end(recorder, feeder.join().unwrap());
-    assert_eq!((status.failed, status.capture), (0, None));
-    assert_eq!(recorded.names(), ["capture-00000000-gripper.mcap"]);
-    let found = read(&recorded.kept()[0], false);
-    // At least what was asked for, at most two seconds more.
-    let frames = |time: Duration| time.as_micros() / 200;
-    let most = frames(stopped - asked) + 10_000;
-    assert!((7_500..=most).contains(&(found.len() as u128)), "{} of {most}", found.len());
-    assert!(found.windows(2).all(|two| two[1] == two[0] + 1));
-    // It begins before the start, by what was not on disk yet.
-    assert!(u128::from(found[0]) <= frames(begun - start), "{}", found[0]);
 }
 
 #[test]

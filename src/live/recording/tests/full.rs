@@ -6,7 +6,7 @@ use didim_core::JointSample;
 use didim_core::identification::Estimate;
 
 use super::*;
-use crate::archive::store::{Beside, ResultRecord, Store};
+use crate::archive::store::{Beside, ResultRecord, Store, Timestamp};
 use crate::window::{Window, WindowEnd};
 
 /// Of the file system.
@@ -45,7 +45,7 @@ fn store_result(store: &mut Store) -> Result<(), String> {
     let estimate = Estimate::default();
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
     let beside = Beside { report: Some("x".repeat(200_000)), ..Beside::default() };
-    store.write(&record, &beside).map(drop).map_err(|error| error.to_string())
+    store.write(&record, &beside, Timestamp::now()).map(drop).map_err(|error| error.to_string())
 }
 
 #[test]

@@ -1,0 +1,127 @@
+//! The sockets of a running service. One whose name goes away, as a rule with the runtime folder, is made again:
+//! a service that nobody can ask for ever is as good as none.
+
+use core::cell::RefCell;
+use core::convert::Infallible;
+use core::time::Duration;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::PathBuf;
+
+use super::SocketOptions;
+use crate::files::own_folder;
+use crate::service::status::Socket;
+
+/// How often it is looked whether a socket has its name.
+const LOOK_EVERY: Duration = Duration::from_millis(500);
+
+/// Sockets that are gone and cannot be made again, with why not.
+#[derive(Debug, Default)]
+pub(super) struct Missing(RefCell<BTreeMap<PathBuf, String>>);
+
+impl Missing {
+    /// In words.
+    pub(super) fn reasons(&self) -> Vec<String> {
+        let missing = self.0.borrow();
+        let words = missing.iter().map(|(path, why)| {
+            format!("{} is gone and cannot be made again: {why}", path.display())
+        });
+        words.collect()
+    }
+
+    fn tell(&self, at: &SocketOptions, why: Option<String>) {
+        let mut missing = self.0.borrow_mut();
+        if missing.get(&at.path) == why.as_ref() {
+            return;
+        }
+        match why {
+            None => drop(missing.remove(&at.path)),
+            Some(why) => {
+                tracing::error!("{} cannot be made again: {why}", at.path.display());
+                missing.insert(at.path.clone(), why);
+            }
+        }
+    }
+}
+
+/// Serves at a socket until it is dropped, and at another one of the same name once that is gone.
+///
+/// # Errors
+/// Those of `serve`.
+pub(super) async fn keep(
+    at: &SocketOptions,
+    mut socket: Socket,
+    missing: &Missing,
+    serve: impl AsyncFn(&Socket) -> io::Result<Infallible>,
+) -> io::Result<Infallible> {
+    loop {
+        tokio::select! {
+            failed = serve(&socket) => return failed,
+            () = is_gone(&socket) => {}
+        }
+        tracing::warn!("{} is gone: it is made again", at.path.display());
+        socket = loop {
+            match again(at) {
+                Ok(socket) => break socket,
+                Err(why) => missing.tell(at, Some(why)),
+            }
+            tokio::time::sleep(LOOK_EVERY).await;
+        };
+        missing.tell(at, None);
+    }
+}
+
+async fn is_gone(socket: &Socket) {
+    while socket.has_its_name() {
+        tokio::time::sleep(LOOK_EVERY).await;
+    }
+}
+
+/// With its folder, which must be as trustworthy as that of the start.
+fn again(at: &SocketOptions) -> Result<Socket, String> {
+    if let Some(folder) = at.path.parent() {
+        own_folder(folder).map_err(|why| why.to_string())?;
+    }
+    Socket::listen(&at.path, at.mode, at.group.as_deref()).map_err(|why| why.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_socket_that_is_gone_is_made_again_once_it_can_be() {
+        let place = tempfile::tempdir_in("/tmp").unwrap();
+        let folder = place.path().join("run");
+        let at = SocketOptions { path: folder.join("status"), mode: 0o660, group: None };
+        let first = again(&at).unwrap();
+        assert!(first.has_its_name());
+        fs::remove_dir_all(&folder).unwrap();
+        assert!(!first.has_its_name());
+        // Something else is where the folder was.
+        fs::write(&folder, "notes").unwrap();
+        let missing = Missing::default();
+        missing.tell(&at, again(&at).err());
+        missing.tell(&at, again(&at).err());
+        let [reason] = missing.reasons().try_into().unwrap();
+        assert!(
+            reason.contains("cannot be made again") && reason.contains("not a folder"),
+            "{reason}"
+        );
+        assert_eq!(fs::read_to_string(&folder).unwrap(), "notes");
+        fs::remove_file(&folder).unwrap();
+        let second = again(&at).unwrap();
+        missing.tell(&at, None);
+        assert!(missing.reasons().is_empty());
+        // The end of the first one takes nothing away from the second.
+        drop(first);
+        assert!(second.has_its_name());
+        // Nor is the name taken from another process.
+        fs::remove_file(&at.path).unwrap();
+        let _other = again(&at).unwrap();
+        let why = again(&at).unwrap_err();
+        assert!(!second.has_its_name() && why.contains("in use by a running service"), "{why}");
+    }
+}
