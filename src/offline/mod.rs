@@ -19,7 +19,7 @@ pub use advice::Advised;
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
 pub use excitation::{Assignment, AssignmentError, Lacking, Wanted};
-pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits};
+pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits, open_limits};
 pub use log::{LogError, read_log};
 pub use payload::{LoadError, find_load};
 pub use rate::RateError;
