@@ -6,18 +6,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use didim::cell::RobotSource;
+use didim::offline::open_limits;
 use didim::report::robot::{description, picture};
 use didim_core::dynamics::{BaseParameters, Model};
 
 /// Of each robot: the origin of its last frame at q = 0 in that of the base \[m\], and the number of its base parameters.
-const PUBLISHED: [(&str, [f64; 3], usize); 11] = [
+const PUBLISHED: [(&str, [f64; 3], usize); 13] = [
     ("fr3", [0.088, 0.0, 0.926], 64),
     ("iiwa14", [0.0, 0.0, 1.306], 64),
     ("iiwa7", [0.0, 0.0, 1.266], 64),
+    ("kr300-r2500", [2.74, 0.0, 0.634], 58),
     ("kr300-r2700-2", [2.94, 0.0, 0.76], 58),
     ("openarm", [0.0, 0.0, 0.5585], 69),
     ("panda", [0.088, 0.0, 0.926], 64),
     ("piper", [0.056_128, 0.0, 0.213_266], 58),
+    ("tx2-60", [0.0, 0.02, 1.045], 58),
     ("tx40", [0.0, 0.035, 0.77], 60),
     ("tx40-physical", [0.0, 0.035, 0.77], 60),
     ("ur10e", [-1.184_25, -0.2907, 0.060_85], 58),
@@ -65,6 +68,26 @@ fn what_motions_are_planned_with_is_stated_where_it_is_published() {
     let panda = limits("panda");
     assert_eq!((panda[0], panda[6]), ((Some(15.0), Some(7500.0)), (Some(20.0), Some(10_000.0))));
     assert!(limits("ur5e").iter().all(|limits| *limits == (None, None)));
+}
+
+/// What no source gives is left open, and said.
+#[test]
+fn limits_that_no_source_gives_are_open() {
+    let open = |name: &str| {
+        let (_, source) = read(&files()[name]);
+        let base = BaseParameters::compute(&Model::new(&source.robot)).unwrap();
+        let shown = description(&source, &base).matches("  open").count();
+        (open_limits(&source.robot), shown)
+    };
+    let (said, shown) = open("tx2-60");
+    let said = said.unwrap();
+    assert!(said.contains("open: torque of joint 1, 2, 3, 4, 5, 6;"), "{said}");
+    assert_eq!(shown, 6);
+    let (said, shown) = open("kr300-r2500");
+    let said = said.unwrap();
+    assert!(said.contains("open: speed of joint 1, 2, 3, 4, 5, 6, torque of joint 1,"), "{said}");
+    assert_eq!(shown, 12);
+    assert_eq!(open("tx40"), (None, 0));
 }
 
 /// Arms of others are written from publications, and say which.

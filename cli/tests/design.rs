@@ -45,6 +45,24 @@ fn a_robot_file_is_enough_and_the_simulated_arm_plays_the_motion() {
     assert!(played.contains("bus cycles") && log.exists(), "{played}");
 }
 
+/// A limit that the robot file leaves open is asked for, by its key.
+#[test]
+fn no_motion_is_designed_with_limits_that_are_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("next.csv");
+    for (robot, remedy) in [
+        (
+            "tx2-60",
+            "its torque limit is unknown, and without a result noise is assumed by it; state torque_max_nm",
+        ),
+        ("kr300-r2500", "state torque_max_nm"),
+    ] {
+        let robot = repository(&format!("config/robots/{robot}.toml"));
+        let refused = didim(&[&"design", &"--robot", &robot, &"--duration", &"3", &"--out", &out]);
+        assert!(refused.code != Some(0) && refused.stderr.contains(remedy), "{refused:?}");
+    }
+}
+
 #[test]
 fn collisions_are_checked_where_shapes_are_stated_and_the_motion_can_be_looked_at() {
     let folder = tempfile::tempdir().unwrap();

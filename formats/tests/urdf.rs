@@ -157,7 +157,7 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
         ),
         (own.replace("0.5 0 0", "0.5 0"), "`0.5 0` of `xyz` is not three numbers"),
         (own.replace("0.5 0 0", "0.5 0 inf"), "not three numbers"),
-        (own.replace("effort=\"50\"", "effort=\"0\""), "no positive effort"),
+        (own.replace("effort=\"50\"", "effort=\"-50\""), "effort below 0"),
         (own.replace("upper=\"1\"", "upper=\"-1\""), "a range from -1 to -1"),
         (
             own.replace("<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>", ""),
@@ -241,6 +241,20 @@ fn an_arm_that_begins_later_hangs_as_it_hangs() {
     for base in [None, Some("base"), Some("wall")] {
         let toml = UrdfArm::read(&text, base, None).unwrap().to_toml(&links_alone(2));
         assert!(toml.contains("gravity_m_s2 = [0.0, -9.81, 0.0]"), "{base:?} {toml}");
+    }
+}
+
+/// Files have 0, or nothing, for a limit that nobody knows.
+#[test]
+fn a_limit_of_0_is_open() {
+    for nothing in [" effort=\"0\"", ""] {
+        let text = two_links("", "").replace(" effort=\"50\"", nothing);
+        let arm = UrdfArm::read(&text, None, None).unwrap();
+        let notes: Vec<String> = arm.notes().iter().map(ToString::to_string).collect();
+        assert_eq!(notes.iter().filter(|note| note.contains("has no effort in its")).count(), 2);
+        let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
+        let limits: Vec<_> = robot.limits().map(|of| (of.velocity_max, of.torque_max)).collect();
+        assert_eq!(limits, [(Some(2.0), None); 2]);
     }
 }
 

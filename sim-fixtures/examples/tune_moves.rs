@@ -51,7 +51,7 @@ impl Scorer {
             robot.limits().zip(ACCELERATION_MAX).map(|(limit, acceleration)| JointLimits {
                 position_min_rad: limit.position_min,
                 position_max_rad: limit.position_max,
-                velocity_max_rad_s: limit.velocity_max,
+                velocity_max_rad_s: limit.velocity_max.unwrap(),
                 acceleration_max_rad_s2: acceleration,
             });
         let limits = limits.collect();
@@ -74,7 +74,7 @@ impl Scorer {
                 let parameters = robot.nominal().unwrap().standard();
                 model.inverse_dynamics(&mut ws, parameters, &q, &dq, &ddq, &mut tau);
                 for (tau, limit) in tau.iter().zip(robot.limits()) {
-                    used = used.max(tau.abs() / limit.torque_max);
+                    used = used.max(tau.abs() / limit.torque_max.unwrap());
                 }
             }
             self.robots[0].1.regressor(&mut ws, &q, &dq, &ddq, &mut row);

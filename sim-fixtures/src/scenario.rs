@@ -71,6 +71,14 @@ pub enum ScenarioError {
         /// What the reader of TOML says.
         message: String,
     },
+    /// The robot's file leaves a speed limit open, and moves are planned with it. State it.
+    #[error(
+        "joint {joint}: its speed limit is unknown; state velocity_max_rad_s in the robot file"
+    )]
+    OpenSpeed {
+        /// Joint, counted from 1.
+        joint: usize,
+    },
     /// The scenario is for another robot. Hand over the robot it names.
     #[error("the scenario is for the robot `{expected}`, not for `{found}`")]
     OtherRobot {
@@ -431,13 +439,16 @@ fn plan(
     let limits: Vec<JointLimits> = robot
         .limits()
         .zip(motion.acceleration_max_rad_s2)
-        .map(|(limit, acceleration)| JointLimits {
-            position_min_rad: limit.position_min,
-            position_max_rad: limit.position_max,
-            velocity_max_rad_s: limit.velocity_max,
-            acceleration_max_rad_s2: acceleration,
+        .zip(1..)
+        .map(|((limit, acceleration), joint)| {
+            Ok(JointLimits {
+                position_min_rad: limit.position_min,
+                position_max_rad: limit.position_max,
+                velocity_max_rad_s: limit.velocity_max.ok_or(ScenarioError::OpenSpeed { joint })?,
+                acceleration_max_rad_s2: acceleration,
+            })
         })
-        .collect();
+        .collect::<Result<_, ScenarioError>>()?;
     let sequence = MoveSequence {
         start_rad: motion.start_rad,
         start_dwell_s: motion.start_dwell_s,

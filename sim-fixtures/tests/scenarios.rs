@@ -42,7 +42,7 @@ fn the_arm_tracks_the_motion() {
         for (j, limit) in scenario.robot().limits().enumerate() {
             let rms = (error.column(j).norm_squared() / 34_500.0).sqrt();
             let largest = error.column(j).amax();
-            let torque = record.joint_torque_nm.column(j).amax() / limit.torque_max;
+            let torque = record.joint_torque_nm.column(j).amax() / limit.torque_max.unwrap();
             println!(
                 "{} joint {}: error rms {:.2} mrad, largest {:.2} mrad, torque {:.2}",
                 scenario.name(),

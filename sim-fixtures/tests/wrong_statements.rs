@@ -83,7 +83,24 @@ fn one_torque_of_the_other_sign_is_told_by_its_friction() {
     assert!(reasons.iter().any(told), "{reasons:?}");
 }
 
-/// What another robot file makes of the paper's arm: one row of its transmission is wrong.
+/// What is checked against a torque limit is not where the robot file leaves it open, and that is said.
+#[test]
+fn without_torque_limits_the_largest_torque_takes_their_place_and_that_is_said() {
+    let limit = "torque_max_nm = 131.84";
+    let open = with_row(limit, "torque_max_nm = \"unknown\"", Method::IdimLs);
+    let said = |note: &Note| matches!(note, Note::TorqueLimitOpen { joints } if *joints == [1, 2]);
+    assert!(open.verdict.notes.iter().any(said), "{:?}", open.verdict.notes);
+    let stated = with_row(limit, limit, Method::IdimLs);
+    let of_limits = |note: &Note| matches!(note, Note::TorqueLimitOpen { .. });
+    assert!(!stated.verdict.notes.iter().any(of_limits));
+    let low = with_row(limit, "torque_max_nm = 1.0", Method::IdimLs);
+    let other_unit = |reason: &Reason| matches!(reason, Reason::OtherUnit { .. });
+    assert!(low.verdict.reasons.iter().any(other_unit), "{:?}", low.verdict.reasons);
+    assert!(!open.verdict.reasons.iter().any(other_unit));
+    assert_eq!(open.parameters, stated.parameters);
+}
+
+/// What another robot file makes of the paper's arm: one line of it is another.
 fn with_row(row: &str, wrong: &str, method: Method) -> Estimate {
     let scenario = tx40_paper().unwrap();
     let file = include_str!("../../config/robots/tx40.toml");

@@ -69,7 +69,7 @@ fn indistinct(model: &Model, columns: &[usize]) -> Vec<usize> {
             let (low, high) =
                 if low <= high { (low, high) } else { (limits.position_min, limits.position_max) };
             q[k] = low + (high - low) * random.unit();
-            let speed = if moves { limits.velocity_max.min(3.0) } else { 0.0 };
+            let speed = if moves { limits.velocity_max.unwrap_or(3.0).min(3.0) } else { 0.0 };
             dq[k] = speed * (2.0 * random.unit() - 1.0);
             ddq[k] = if moves { 10.0 * (2.0 * random.unit() - 1.0) } else { 0.0 };
         }

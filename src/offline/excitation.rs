@@ -3,7 +3,7 @@
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::excitation::{Aim, Bounds, Corners, ExcitationError, Margins, Noise, Shapes, Task};
 use didim_core::identification::{IdentificationError, Selection};
-use didim_core::robot::{ParameterKind, Robot};
+use didim_core::robot::{Limits, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use nalgebra::DMatrix;
 
@@ -31,6 +31,15 @@ pub enum AssignmentError {
         "the result does not say how well its parameters are known together; identify again with this version"
     )]
     NoCovariance,
+    /// Noise would be assumed by a torque limit that the robot file leaves open. State the limit, or give a result.
+    #[error(
+        "joint {joint}: its torque limit is unknown, and without a result noise is assumed by it; state torque_max_nm (force_max_n of \
+         a sliding joint) in the robot file"
+    )]
+    NoTorqueLimit {
+        /// The joint, counted from 1.
+        joint: usize,
+    },
     /// A box is stated, and no shape of the arm. State shapes, or leave the box out.
     #[error(
         "a box is stated, and nothing says how large the links are; state `capsules` in the robot file, or leave the box out"
@@ -217,8 +226,14 @@ impl Arm<'_> {
             })
         };
         let measured_noise = self.noise.is_some();
-        let assumed = || robot.limits().map(|limits| ASSUMED_NOISE * limits.torque_max).collect();
-        let levels = self.noise.unwrap_or_else(assumed);
+        let assumed = |(joint, limits): (usize, &Limits)| -> Result<f64, AssignmentError> {
+            let most = limits.torque_max.ok_or(AssignmentError::NoTorqueLimit { joint })?;
+            Ok(ASSUMED_NOISE * most)
+        };
+        let levels = match self.noise {
+            Some(levels) => levels,
+            None => (1..).zip(robot.limits()).map(assumed).collect::<Result<_, _>>()?,
+        };
         let count = columns.len();
         let shapes = Shapes::of(robot, wanted.inside);
         if wanted.inside.is_some() && shapes.is_none() {

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use didim_core::robot::{JointKind, Robot};
+use didim_core::robot::{JointKind, Limits, Robot};
 use didim_formats::{Measurement, Side};
 
 use crate::text::significant;
@@ -110,6 +110,27 @@ impl fmt::Display for Beyond {
     }
 }
 
+/// What a robot's file leaves open, in words; nothing where it leaves nothing open.
+pub fn open_limits(robot: &Robot) -> Option<String> {
+    let of = |what: &str, is_open: &dyn Fn(&Limits) -> bool| {
+        let joints = (1..).zip(robot.limits()).filter(|(_, limits)| is_open(limits));
+        let joints: Vec<String> = joints.map(|(joint, _): (usize, _)| joint.to_string()).collect();
+        (!joints.is_empty()).then(|| format!("{what} of joint {}", joints.join(", ")))
+    };
+    let open = [
+        of("speed", &|limits| limits.velocity_max.is_none()),
+        of("torque", &|limits| limits.torque_max.is_none()),
+    ];
+    let open: Vec<String> = open.into_iter().flatten().collect();
+    (!open.is_empty()).then(|| {
+        format!(
+            "the robot file leaves limits open: {}; what is checked against them is not, state velocity_max_* and torque_max_nm \
+             or force_max_n where they are known",
+            open.join(", ")
+        )
+    })
+}
+
 /// What is beyond the limits of the robot among the samples that count, worst first; what is worth a note.
 ///
 /// # Errors
@@ -191,13 +212,19 @@ impl Joints {
         let of = robot.chain()[joint];
         let limits = of.limits;
         let position = &self.position[joint];
+        // What the file leaves open is not checked: see [`open_limits`].
+        let most = match limited {
+            Limited::Torque => limits.torque_max?,
+            Limited::Speed => limits.velocity_max?,
+            Limited::Position => limits.position_max,
+        };
         // Value, the limit that it is beyond, and how many times.
-        let plain = |value: f64, limit: f64| (value, limit, value.abs() / limit);
+        let plain = |value: f64| (value, most, value.abs() / most);
         let at = |k: usize| match limited {
-            Limited::Torque => plain(self.torque[joint][k], limits.torque_max),
-            Limited::Speed => plain(self.speed(joint, k), limits.velocity_max),
+            Limited::Torque => plain(self.torque[joint][k]),
+            Limited::Speed => plain(self.speed(joint, k)),
             Limited::Position => {
-                let (low, high) = (limits.position_min, limits.position_max);
+                let (low, high) = (limits.position_min, most);
                 let size = low.abs().max(high.abs());
                 let value = position[k];
                 let (limit, out) =

@@ -88,11 +88,14 @@ fn joints(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
         let [low, high] = reached.position.map(|at| place(kind, at));
         let _ = writeln!(
             text,
-            "joint {} never moved faster than {} ({} of its limit), nor accelerated by more than {}, and stayed between {low} \
+            "joint {} never moved faster than {} ({}), nor accelerated by more than {}, and stayed between {low} \
              and {high}: {}",
             joint + 1,
             speed(kind, reached.speed()),
-            share(reached.speed() / limits.velocity_max),
+            limits.velocity_max.map_or_else(
+                || "its limit is unknown".to_owned(),
+                |most| format!("{} of its limit", share(reached.speed() / most)),
+            ),
             acceleration(kind, reached.hardest()),
             own.join(", ")
         );

@@ -80,6 +80,11 @@ const fn limit(name: &'static str, unit: &'static str, meaning: &'static str) ->
     key(name, Number, unit, Required, meaning)
 }
 
+/// A limit that may be left open.
+const fn known(name: &'static str, unit: &'static str, meaning: &'static str) -> Key {
+    key(name, Other("number or `\"unknown\"`"), unit, Required, meaning)
+}
+
 const fn planned(name: &'static str, unit: &'static str, meaning: &'static str) -> Key {
     key(name, Number, unit, Optional("unknown"), meaning)
 }
@@ -104,7 +109,7 @@ const CAPSULE: [Key; 3] = [
     ),
     key("radius_m", Number, "m", Required, "The radius; greater than 0."),
 ];
-const FASTEST: &str = "Largest speed of the joint; greater than 0.";
+const FASTEST: &str = "Largest speed of the joint; greater than 0. `\"unknown\"` where no source gives it: recordings are then not checked against it, and no motion is designed.";
 const PLANNED: &str = "Largest acceleration; greater than 0. Motions are planned with it; no identification needs it.";
 const JERK: &str =
     "Largest jerk; greater than 0. Motions are planned with it; no identification needs it.";
@@ -186,13 +191,15 @@ const JOINT: &[Section] = &[
         keys: &[
             limit("position_min_deg", "°", LOWEST),
             limit("position_max_deg", "°", HIGHEST),
-            limit("velocity_max_rad_s", "rad/s", FASTEST),
+            known("velocity_max_rad_s", "rad/s", FASTEST),
             planned("acceleration_max_rad_s2", "rad/s²", PLANNED),
             planned("jerk_max_rad_s3", "rad/s³", JERK),
-            limit(
+            known(
                 "torque_max_nm",
                 "N·m",
-                "Largest torque of the drive on the side of the joint, behind the gear; greater than 0.",
+                "Largest torque of the drive on the side of the joint, behind the gear; greater than 0. `\"unknown\"` where no source gives it: recordings \
+                 are then not checked against it, what is little torque is judged by the largest recorded, and no motion is designed with torques or \
+                 without a result.",
             ),
         ],
         example: REVOLUTE,
@@ -204,13 +211,13 @@ const JOINT: &[Section] = &[
         keys: &[
             limit("position_min_m", "m", LOWEST),
             limit("position_max_m", "m", HIGHEST),
-            limit("velocity_max_m_s", "m/s", FASTEST),
+            known("velocity_max_m_s", "m/s", FASTEST),
             planned("acceleration_max_m_s2", "m/s²", PLANNED),
             planned("jerk_max_m_s3", "m/s³", JERK),
-            limit(
+            known(
                 "force_max_n",
                 "N",
-                "Largest force of the drive along the joint, behind the gear; greater than 0.",
+                "Largest force of the drive along the joint, behind the gear; greater than 0. `\"unknown\"` as of `torque_max_nm`.",
             ),
         ],
         example: PRISMATIC,

@@ -6,7 +6,7 @@ use super::series::{FourierSeries, State};
 use super::shapes::{Nearest, Shapes, gap_share};
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
-use crate::robot::{Limits, Robot};
+use crate::robot::{JointKind, Limits, Robot};
 
 /// How much of a robot's limits a motion leaves free.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,7 @@ impl Bounds {
     /// joints has the limits of its own joint, as seen there.
     ///
     /// # Errors
-    /// [`ExcitationError::NoAcceleration`], [`ExcitationError::BadValue`], [`ExcitationError::Length`].
+    /// [`ExcitationError::NoAcceleration`], [`ExcitationError::OpenLimit`], [`ExcitationError::BadValue`], [`ExcitationError::Length`].
     pub fn new(
         robot: &Robot,
         margins: Margins,
@@ -125,9 +125,22 @@ impl Bounds {
                 middle: 0.5 * (position_min + position_max),
                 half: (0.5 - margins.position) * (position_max - position_min),
             });
-            let torque = parameters.as_ref().map(|_| margins.torque * limits.torque_max);
+            let open = |what, key| ExcitationError::OpenLimit { joint: joint + 1, what, key };
+            let prismatic = robot.chain()[joint].kind == JointKind::Prismatic;
+            let [speed_key, torque_key] = match prismatic {
+                true => ["velocity_max_m_s", "force_max_n"],
+                false => ["velocity_max_rad_s", "torque_max_nm"],
+            };
+            let speed = limits.velocity_max.ok_or_else(|| open("speed", speed_key))?;
+            let torque = match parameters {
+                Some(_) => {
+                    let most = limits.torque_max.ok_or_else(|| open("torque", torque_key))?;
+                    Some(margins.torque * most)
+                }
+                None => None,
+            };
             let symmetric = [
-                (LimitKind::Speed, Some(margins.speed * limits.velocity_max)),
+                (LimitKind::Speed, Some(margins.speed * speed)),
                 (LimitKind::Acceleration, acceleration),
                 (LimitKind::Jerk, limits.jerk_max.map(|jerk| margins.speed * jerk)),
             ];

@@ -14,6 +14,18 @@ pub enum ExcitationError {
         /// The joint.
         joint: usize,
     },
+    /// The robot file leaves a limit open that a motion has to keep. State it.
+    #[error(
+        "joint {joint}: its {what} limit is unknown, and no motion is designed without; state {key} in the robot file"
+    )]
+    OpenLimit {
+        /// The joint.
+        joint: usize,
+        /// What is limited.
+        what: &'static str,
+        /// The key of the robot file.
+        key: &'static str,
+    },
     /// A value makes no sense.
     #[error("{what} = {value} must be {expected}")]
     BadValue {

@@ -150,7 +150,7 @@ mod tests {
         let bounds = Bounds::new(&robot, Margins::default(), None, Some(nominal)).unwrap();
         let bounds = bounds.with_shapes(shapes);
         let before = DMatrix::identity(columns.len(), columns.len());
-        let levels = robot.limits().map(|limits| 0.01 * limits.torque_max).collect();
+        let levels = robot.limits().map(|limits| 0.01 * limits.torque_max.unwrap()).collect();
         let noise = Noise { levels, rows_per_s: 40.0 };
         Task { model, bounds, duration_s: 3.0, columns, before, noise, aim }
     }

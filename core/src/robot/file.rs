@@ -8,6 +8,7 @@ use toml::Spanned;
 use super::capsule::RawCapsule;
 use super::friction::RawJointFriction;
 use super::known_torque::RawKnownTorque;
+use super::limit::RawLimit;
 use super::{
     Angle, Capsule, FrictionTerms, Joint, JointFriction, JointKind, Limits, NominalParameters,
     ParameterTable, Robot, RobotError, SignModel, Transmission,
@@ -39,16 +40,16 @@ struct RawJoint {
     drive_inertia: bool,
     position_min_deg: Option<Spanned<f64>>,
     position_max_deg: Option<Spanned<f64>>,
-    velocity_max_rad_s: Option<Spanned<f64>>,
+    velocity_max_rad_s: Option<Spanned<RawLimit>>,
     acceleration_max_rad_s2: Option<Spanned<f64>>,
     jerk_max_rad_s3: Option<Spanned<f64>>,
-    torque_max_nm: Option<Spanned<f64>>,
+    torque_max_nm: Option<Spanned<RawLimit>>,
     position_min_m: Option<Spanned<f64>>,
     position_max_m: Option<Spanned<f64>>,
-    velocity_max_m_s: Option<Spanned<f64>>,
+    velocity_max_m_s: Option<Spanned<RawLimit>>,
     acceleration_max_m_s2: Option<Spanned<f64>>,
     jerk_max_m_s3: Option<Spanned<f64>>,
-    force_max_n: Option<Spanned<f64>>,
+    force_max_n: Option<Spanned<RawLimit>>,
     friction: Option<Spanned<RawJointFriction>>,
     known_torque: Option<Spanned<RawKnownTorque>>,
     #[serde(default)]
@@ -170,23 +171,34 @@ impl Robot {
     }
 }
 
+/// The key of a limit that fits the kind of joint, and what it holds.
+fn fitting<'a, V>(
+    text: Text<'_>,
+    joint: usize,
+    kind: JointKind,
+    revolute: (&'static str, &'a Option<Spanned<V>>),
+    prismatic: (&'static str, &'a Option<Spanned<V>>),
+    joint_line: usize,
+) -> Result<(&'static str, &'a Spanned<V>), RobotError> {
+    let ((key, value), (other, wrong)) = match kind {
+        JointKind::Revolute => (revolute, prismatic),
+        JointKind::Prismatic => (prismatic, revolute),
+    };
+    if let Some(wrong) = wrong {
+        let line = text.line_of(wrong);
+        return Err(RobotError::WrongUnit { joint, key: other, instead: key, line });
+    }
+    let missing = RobotError::MissingLimit { joint, key, line: joint_line };
+    Ok((key, value.as_ref().ok_or(missing)?))
+}
+
 fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<Joint, RobotError> {
     let joint_line = text.line_of(raw);
     let raw = raw.get_ref();
     // The limit's key that fits the kind of joint, its value and its line; the other is an error.
     let limit = |revolute: (&'static str, &Option<Spanned<f64>>),
                  prismatic: (&'static str, &Option<Spanned<f64>>)| {
-        let ((key, value), (other, wrong)) = match raw.r#type {
-            JointKind::Revolute => (revolute, prismatic),
-            JointKind::Prismatic => (prismatic, revolute),
-        };
-        if let Some(wrong) = wrong {
-            let line = text.line_of(wrong);
-            return Err(RobotError::WrongUnit { joint: number, key: other, instead: key, line });
-        }
-        let Some(value) = value else {
-            return Err(RobotError::MissingLimit { joint: number, key, line: joint_line });
-        };
+        let (key, value) = fitting(text, number, raw.r#type, revolute, prismatic, joint_line)?;
         Ok((key, text.finite(key, value)?, text.line_of(value)))
     };
     let positive = |(key, value, line): (&'static str, f64, usize)| {
@@ -218,13 +230,24 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
         let any = revolute.1.is_some() || prismatic.1.is_some();
         any.then(|| positive(limit(revolute, prismatic)?)).transpose()
     };
+    // What no source may give, and the file then leaves open.
+    let known = |revolute: (&'static str, &Option<Spanned<RawLimit>>),
+                 prismatic: (&'static str, &Option<Spanned<RawLimit>>)| {
+        let (key, value) = fitting(text, number, raw.r#type, revolute, prismatic, joint_line)?;
+        let line = text.line_of(value);
+        match *value.get_ref() {
+            RawLimit::Unknown => Ok(None),
+            RawLimit::Known(most) if most.is_finite() => positive((key, most, line)).map(Some),
+            RawLimit::Known(_) => Err(RobotError::NotFinite { key: key.into(), line }),
+        }
+    };
     let limits = Limits {
         position_min: to_si(position_min),
         position_max: to_si(position_max),
-        velocity_max: positive(limit(
+        velocity_max: known(
             ("velocity_max_rad_s", &raw.velocity_max_rad_s),
             ("velocity_max_m_s", &raw.velocity_max_m_s),
-        )?)?,
+        )?,
         acceleration_max: stated(
             ("acceleration_max_rad_s2", &raw.acceleration_max_rad_s2),
             ("acceleration_max_m_s2", &raw.acceleration_max_m_s2),
@@ -233,10 +256,10 @@ fn read_joint(text: Text<'_>, number: usize, raw: &Spanned<RawJoint>) -> Result<
             ("jerk_max_rad_s3", &raw.jerk_max_rad_s3),
             ("jerk_max_m_s3", &raw.jerk_max_m_s3),
         )?,
-        torque_max: positive(limit(
+        torque_max: known(
             ("torque_max_nm", &raw.torque_max_nm),
             ("force_max_n", &raw.force_max_n),
-        )?)?,
+        )?,
     };
     Ok(Joint {
         kind: raw.r#type,

@@ -47,14 +47,14 @@ pub struct Limits {
     pub position_min: f64,
     /// Largest position \[rad or m\].
     pub position_max: f64,
-    /// Largest speed \[rad/s or m/s\].
-    pub velocity_max: f64,
+    /// Largest speed, unless the file leaves it open \[rad/s or m/s\].
+    pub velocity_max: Option<f64>,
     /// Largest acceleration, where it is stated \[rad/s² or m/s²\].
     pub acceleration_max: Option<f64>,
     /// Largest jerk, where it is stated \[rad/s³ or m/s³\].
     pub jerk_max: Option<f64>,
-    /// Largest torque or force on the joint side \[N·m or N\].
-    pub torque_max: f64,
+    /// Largest torque or force on the joint side, unless the file leaves it open \[N·m or N\].
+    pub torque_max: Option<f64>,
 }
 
 /// A joint and the link it carries, in modified Denavit–Hartenberg parameters (Khalil and

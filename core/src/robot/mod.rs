@@ -8,6 +8,7 @@ mod file;
 mod friction;
 mod joint;
 mod known_torque;
+mod limit;
 mod nominal;
 mod parameter_kind;
 mod parameters;

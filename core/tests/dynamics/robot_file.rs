@@ -17,7 +17,11 @@ fn the_tx40_is_read_in_si_units() {
     assert_eq!((robot.name(), robot.joints()), ("tx40", 6));
     let limits = *robot.limits().nth(4).unwrap();
     assert!((limits.position_max - 133.5_f64.to_radians()).abs() < 1e-15);
-    assert_eq!((limits.velocity_max, limits.torque_max), (5.585, 43.19));
+    assert_eq!((limits.velocity_max, limits.torque_max), (Some(5.585), Some(43.19)));
+    let open = TX40.replacen("torque_max_nm = 43.19", "torque_max_nm = \"unknown\"", 1);
+    let open = Robot::from_toml(&open).unwrap();
+    let torques: Vec<bool> = open.limits().map(|of| of.torque_max.is_some()).collect();
+    assert_eq!(torques, [true, true, true, true, false, true]);
     assert_eq!(robot.sign_model(0), SignModel::Tanh { width_rad_s: 0.05 });
     assert_eq!(robot.with_sign_model(SignModel::Sign).sign_model(0), SignModel::Sign);
 }
@@ -92,6 +96,11 @@ fn numbers_that_make_no_arm_are_refused() {
     let (error, _) = refused("torque_max_nm = 103.49", "");
     let RobotError::MissingLimit { joint, key, .. } = error else { panic!("{error}") };
     assert_eq!((joint, key), (3, "torque_max_nm"));
+
+    let (error, line) = refused("torque_max_nm = 103.49", "torque_max_nm = \"high\"");
+    let RobotError::Format { line: at, message } = error else { panic!("{error}") };
+    assert_eq!(at, line);
+    assert!(message.contains("a number, or \"unknown\""), "{message}");
 
     let (error, line) = refused("name = \"tx40\"", "name = \" \"");
     assert_eq!(error, RobotError::EmptyName { line });

@@ -27,7 +27,7 @@ fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Task {
     let model = Model::new(robot);
     let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
     let count = columns.len();
-    let levels = robot.limits().map(|limits| 0.01 * limits.torque_max).collect();
+    let levels = robot.limits().map(|limits| 0.01 * limits.torque_max.unwrap()).collect();
     Task {
         model,
         bounds,
@@ -74,7 +74,7 @@ fn no_limit_is_left_at_ten_times_the_output_rate() {
             pairs.map(|pair| pair.map(|(a, b)| rate * (b - a)).collect()).collect()
         };
         let speeds = slopes(&positions);
-        let speed = largest(&speeds, |j| 0.5 * limits[j].velocity_max);
+        let speed = largest(&speeds, |j| 0.5 * limits[j].velocity_max.unwrap());
         assert!(speed < 1.0 + 1e-9 && speed > 0.7, "{speed}");
         let accelerations = slopes(&speeds);
         if jerk {
@@ -85,7 +85,7 @@ fn no_limit_is_left_at_ten_times_the_output_rate() {
         } else {
             // Motor 6 turns with both joints, and has the speed limit of its own.
             let motor = speeds.iter().map(|speed| (speed[4] + speed[5]).abs()).fold(0.0, f64::max);
-            assert!(motor < 0.5 * limits[5].velocity_max, "{motor}");
+            assert!(motor < 0.5 * limits[5].velocity_max.unwrap(), "{motor}");
             let parameters = robot.nominal().unwrap().standard();
             let mut workspace = Workspace::new();
             let torques = states.iter().map(|s| {
@@ -94,7 +94,8 @@ fn no_limit_is_left_at_ten_times_the_output_rate() {
                 task.model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque);
                 torque
             });
-            let share = largest(&torques.collect::<Vec<_>>(), |j| 0.8 * limits[j].torque_max);
+            let share =
+                largest(&torques.collect::<Vec<_>>(), |j| 0.8 * limits[j].torque_max.unwrap());
             assert!(share < 1.0 && share > 0.2, "{share}");
         }
         for end in [&states[0], &states[20_000]] {

@@ -69,7 +69,7 @@ impl Quintics {
                 robot
                     .limits()
                     .zip(tau)
-                    .all(|(l, tau)| tau.abs() <= Margins::default().torque * l.torque_max)
+                    .all(|(l, tau)| tau.abs() <= Margins::default().torque * l.torque_max.unwrap())
             })
         };
         loop {
@@ -82,7 +82,7 @@ impl Quintics {
             let mut length_s: f64 = 0.0;
             for ((from, to), limits) in from.iter().zip(&to).zip(robot.limits()) {
                 let way = (to - from).abs();
-                length_s = length_s.max(1.875 * way / (speed * limits.velocity_max));
+                length_s = length_s.max(1.875 * way / (speed * limits.velocity_max.unwrap()));
                 let stated = limits.acceleration_max.map(|a| speed * a);
                 let assumed = robot.nominal().is_none().then_some(ACCELERATION);
                 if let Some(acceleration) = stated.or(assumed) {

@@ -88,14 +88,16 @@ pub fn to_matlab(model: &ExportModel<'_>, function: &str) -> Result<String, Expo
             ("r", joint.r_m),
             ("position_min", limits.position_min),
             ("position_max", limits.position_max),
-            ("velocity_max", limits.velocity_max),
-            ("torque_max", limits.torque_max),
+            ("velocity_max", limits.velocity_max.unwrap_or(f64::NAN)),
+            ("torque_max", limits.torque_max.unwrap_or(f64::NAN)),
             ("mass", body.mass_kg),
         ];
         let prismatic = is_prismatic(joint);
         let _ = writeln!(text, "arm.joint({number}).is_prismatic = {prismatic};");
         for (name, value) in geometry {
-            let _ = writeln!(text, "arm.joint({number}).{name} = {value:?};");
+            // A limit that the robot file leaves open.
+            let open = if value.is_nan() { " % not known" } else { "" };
+            let _ = writeln!(text, "arm.joint({number}).{name} = {value:?};{open}");
         }
         let _ = writeln!(
             text,

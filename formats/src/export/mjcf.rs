@@ -43,14 +43,15 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
             .into_iter()
             .map(|(name, value)| format!(" {name}=\"{value:?}\""))
             .collect();
-        let effort = joint.limits.torque_max;
+        let force = joint.limits.torque_max;
+        let force = force
+            .map_or_else(String::new, |most| format!(" actuatorfrcrange=\"{:?} {most:?}\"", -most));
         let j = |row, column| inertia_kg_m2[(row, column)];
         let _ = writeln!(
             text,
             "{tab}<body name=\"link_{number}\" pos=\"{x:?} {y:?} {z:?}\" quat=\"{:?} {:?} {:?} {:?}\">\n\
              {tab}  <inertial pos=\"{:?} {:?} {:?}\" mass=\"{:?}\" fullinertia=\"{:?} {:?} {:?} {:?} {:?} {:?}\"/>\n\
-             {tab}  <joint name=\"joint_{number}\" type=\"{kind}\" axis=\"0 0 1\" range=\"{low:?} {high:?}\" \
-             actuatorfrcrange=\"{:?} {effort:?}\"{drive}/>",
+             {tab}  <joint name=\"joint_{number}\" type=\"{kind}\" axis=\"0 0 1\" range=\"{low:?} {high:?}\"{force}{drive}/>",
             q.w,
             q.i,
             q.j,
@@ -65,7 +66,6 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
             j(0, 1),
             j(0, 2),
             j(1, 2),
-            -effort,
         );
     }
     for index in (0..robot.joints()).rev() {

@@ -9,6 +9,9 @@ use super::left_out::{Holder, LeftOut};
 use super::model::{ExportError, ExportModel, is_prismatic, pose};
 use crate::xml::{escaped, within_comment};
 
+/// What a URDF has of a limit that nobody knows: it has to have one.
+const OPEN: f64 = 0.0;
+
 /// The arm as a URDF: links `base_link`, `link_1`, …, joints `joint_1`, … along z of their frames. z of `world` is up.
 ///
 /// # Errors
@@ -18,7 +21,9 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     let mut text = String::from("<?xml version=\"1.0\"?>\n<!--\n");
     let left_out = LeftOut::of(model, Holder::Urdf);
     let left_out = left_out.iter().map(|left| format!("left out: {left}"));
-    for line in model.origin.iter().cloned().chain(left_out) {
+    let open = robot.limits().any(|of| of.velocity_max.is_none() || of.torque_max.is_none());
+    let open = open.then(|| "limits of speed and effort that are 0 are not known".to_owned());
+    for line in model.origin.iter().cloned().chain(left_out).chain(open) {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {}", within_comment(&line));
     }
@@ -59,8 +64,8 @@ pub fn to_urdf(model: &ExportModel<'_>) -> Result<String, ExportError> {
              \x20 <link name=\"link_{number}\">\n    {}\n  </link>\n",
             limits.position_min,
             limits.position_max,
-            limits.velocity_max,
-            limits.torque_max,
+            limits.velocity_max.unwrap_or(OPEN),
+            limits.torque_max.unwrap_or(OPEN),
             body.element("    "),
             place = origin(&pose(joint)),
         );

@@ -21,10 +21,10 @@ pub(super) struct Axis {
     pub(super) direction: Vector3<f64>,
     /// \[rad or m\]
     pub(super) position: [f64; 2],
-    /// \[rad/s or m/s\]
-    pub(super) velocity: f64,
-    /// \[N·m or N\]
-    pub(super) effort: f64,
+    /// Where the file has it \[rad/s or m/s\].
+    pub(super) velocity: Option<f64>,
+    /// Where the file has it \[N·m or N\].
+    pub(super) effort: Option<f64>,
     /// Viscous and Coulomb friction, where the file has them.
     pub(super) friction: Option<[f64; 2]>,
     /// The frame of the link that it moves, at q = 0.
@@ -308,11 +308,17 @@ fn axis_of(
     }
     let wrong = |problem: String| UrdfError::Limit { joint: joint.name.clone(), problem, line };
     let limit = joint.limit.ok_or_else(|| wrong("no limits".to_owned()))?;
-    for (value, what) in [(limit.velocity, "velocity"), (limit.effort, "effort")] {
-        if value <= 0.0 {
-            return Err(wrong(format!("no positive {what}")));
+    // 0 is what URDFs have of a limit that nobody knows.
+    let mut known = |value: f64, what: &'static str| match value {
+        0.0 => {
+            notes.push(UrdfNote::OpenLimit { joint: name.clone(), what });
+            Ok(None)
         }
-    }
+        _ if value < 0.0 => Err(wrong(format!("{what} below 0"))),
+        _ => Ok(Some(value)),
+    };
+    let velocity = known(limit.velocity, "velocity")?;
+    let effort = known(limit.effort, "effort")?;
     let position = match joint.kind {
         Kind::Continuous => {
             notes.push(UrdfNote::Continuous { joint: name.clone() });
@@ -329,8 +335,8 @@ fn axis_of(
         point: (pose * Point3::origin()).coords,
         direction: pose.rotation * joint.axis,
         position,
-        velocity: limit.velocity,
-        effort: limit.effort,
+        velocity,
+        effort,
         friction: joint.friction,
         pose: *pose,
         carried: Vec::new(),

@@ -179,8 +179,12 @@ impl UrdfArm {
             };
             writeln!(out, "position_min_{position} = {low:?}")?;
             writeln!(out, "position_max_{position} = {high:?}")?;
-            writeln!(out, "{velocity} = {:?}", axis.velocity)?;
-            writeln!(out, "{effort} = {:?}", axis.effort)?;
+            for (key, limit) in [(velocity, axis.velocity), (effort, axis.effort)] {
+                match limit {
+                    Some(most) => writeln!(out, "{key} = {most:?}")?,
+                    None => writeln!(out, "{key} = \"unknown\"")?,
+                }
+            }
             let capsules: Vec<Rounded> =
                 axis.carried.iter().flat_map(|of| &of.capsules).copied().collect();
             write_capsules(out, "capsules", &capsules, placed.frame())?;

@@ -22,6 +22,13 @@ pub enum UrdfNote {
         /// The joint.
         joint: String,
     },
+    /// A limit that is 0 or left out: it stays open.
+    OpenLimit {
+        /// The joint.
+        joint: String,
+        /// The attribute.
+        what: &'static str,
+    },
     /// A joint without an end.
     Continuous {
         /// The joint.
@@ -61,6 +68,12 @@ impl fmt::Display for UrdfNote {
             }
             Self::HeldStill { joint } => {
                 write!(f, "the joint `{joint}` is beside the chain and taken for fixed at 0")
+            }
+            Self::OpenLimit { joint, what } => {
+                write!(
+                    f,
+                    "the joint `{joint}` has no {what} in its <limit>: it is unknown, and what needs it says so"
+                )
             }
             Self::Continuous { joint } => {
                 write!(

@@ -83,7 +83,9 @@ fn lacking(report: &Report<'_>) -> Markup {
     let limits = report.cell.robot.limits();
     let still: Vec<String> = (1..)
         .zip(estimate.reached_per_joint.iter().zip(limits))
-        .filter(|(_, (reached, limits))| reached.speed() < HARDLY * limits.velocity_max)
+        .filter(|(_, (reached, limits))| {
+            limits.velocity_max.is_some_and(|most| reached.speed() < HARDLY * most)
+        })
         .map(|(joint, _): (usize, _)| joint.to_string())
         .collect();
     html! {

@@ -108,12 +108,12 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
                 three(frame.origin_m),
                 three(frame.axes[2]),
                 format!("{} to {} {unit}", number(low), number(high)),
-                format!("{} {speed}", significant(limits.velocity_max, 3)),
+                open_or(limits.velocity_max, speed),
                 limits.acceleration_max.map_or_else(
                     || "–".to_owned(),
                     |most| format!("{} {speed}²", significant(most, 3)),
                 ),
-                format!("{} {}", significant(limits.torque_max, 3), joint.kind.torque_unit()),
+                open_or(limits.torque_max, joint.kind.torque_unit()),
             ]
         })
         .collect();
@@ -132,6 +132,11 @@ fn axes(source: &RobotSource, frames: &[LinkFrame]) -> String {
         "torque",
     ];
     aligned(&header, &rows)
+}
+
+/// A limit, where the file does not leave it open.
+fn open_or(limit: Option<f64>, unit: &str) -> String {
+    limit.map_or_else(|| "open".to_owned(), |most| format!("{} {unit}", significant(most, 3)))
 }
 
 /// The lengths between the second axis and the last link's frame, stretched out \[m\].

@@ -102,6 +102,8 @@ pub enum Note {
     FarFromNominal { far: FarBody },
     /// The bus's layout lets the frames count, whatever their stamps.
     RateUnchecked,
+    /// The robot's file leaves the torque limits of these joints, numbered from 1, open.
+    TorqueLimitOpen { joints: Vec<usize> },
 }
 
 /// Why the described controller could not be held against the recorded torques.
@@ -452,6 +454,12 @@ impl Display for Note {
                 }
                 f.write_str(": check there, an encoder, a connector or a contact may be at fault")
             }
+            Self::TorqueLimitOpen { joints } => write!(
+                f,
+                "no torque limit is known of joint {}: the unit of the torques is not checked against it, and what is little \
+                 torque is judged by the largest recorded; state torque_max_nm in the robot file",
+                listed(joints.iter().map(ToString::to_string))
+            ),
             Self::RateUnchecked => f.write_str(
                 "the sample rate is taken as stated, for the frames or rows count and no time: neither it nor a lost \
                  sample can be checked",

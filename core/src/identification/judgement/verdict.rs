@@ -56,8 +56,13 @@ pub(super) struct Known<'a> {
 impl Known<'_> {
     /// Whether a torque of a joint, numbered from 1, is little beside what the joint can do.
     fn is_small(&self, joint: usize, torque_nm: f64) -> bool {
-        let limit = self.context.robot.chain()[joint - 1].limits.torque_max;
-        torque_nm <= SMALL * limit.min(REACHED * self.largest_torque[joint - 1])
+        let reached = self.largest_torque[joint - 1];
+        // What was recorded it can do, and where no limit is stated nothing says that it can do more.
+        let can = match self.context.robot.chain()[joint - 1].limits.torque_max {
+            Some(limit) => limit.min(REACHED * reached),
+            None => reached,
+        };
+        torque_nm <= SMALL * can
     }
 }
 
@@ -80,9 +85,10 @@ impl VerdictLimits {
         let limits = known.context.robot.limits().map(|limits| limits.torque_max);
         let joints = (1..).zip(known.largest_torque.iter().zip(limits));
         reasons.extend(
-            joints.filter(|(_, (torque, limit))| **torque > OTHER_UNIT * limit).map(
-                |(joint, (torque, limit))| Reason::OtherUnit { joint, torque: *torque, limit },
-            ),
+            joints
+                .filter_map(|(joint, (&torque, limit))| Some((joint, torque, limit?)))
+                .filter(|(_, torque, limit)| *torque > OTHER_UNIT * limit)
+                .map(|(joint, torque, limit)| Reason::OtherUnit { joint, torque, limit }),
         );
         let positive: Vec<bool> = (estimate.parameters.iter().enumerate())
             .filter(|(index, p)| !p.regrouped && positive_quantity(known.context, *index).is_some())
@@ -289,6 +295,14 @@ impl VerdictLimits {
         let mut notes = Vec::new();
         let far = bodies.and_then(Outcome::far_body);
         notes.extend(far.map(|far| Note::FarFromNominal { far }));
+        let joints: Vec<usize> = (1..)
+            .zip(context.robot.limits())
+            .filter(|(_, limits)| limits.torque_max.is_none())
+            .map(|(joint, _)| joint)
+            .collect();
+        if !joints.is_empty() {
+            notes.push(Note::TorqueLimitOpen { joints });
+        }
         if estimate.reference == Some(ReferenceSource::MeasuredPosition) {
             notes.push(Note::NoReference);
         }
