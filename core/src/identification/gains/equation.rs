@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::GainsError;
-use super::find::KnownLoad;
+use super::load::KnownLoad;
 use crate::MAX_JOINTS;
 use crate::identification::given::Context;
 use crate::identification::observation::{

@@ -5,19 +5,11 @@ use serde::Serialize;
 
 use super::equation::Equation;
 use super::error::GainsError;
+use super::load::KnownLoad;
 use crate::dynamics::BaseParameters;
 use crate::identification::given::{Context, Experiment, Method, Options};
 use crate::identification::payload::{Distance, Uncertain};
 use crate::robot::{Robot, Transmission};
-
-/// A load whose mass and centre somebody knows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct KnownLoad {
-    /// Mass \[kg\].
-    pub mass_kg: f64,
-    /// Centre of mass in the frame of the last link \[m\].
-    pub centre_m: [f64; 3],
-}
 
 /// The gain of one drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

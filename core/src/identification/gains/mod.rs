@@ -4,6 +4,8 @@ mod equation;
 mod error;
 mod estimate;
 mod find;
+mod load;
 
 pub use error::GainsError;
-pub use find::{ArmParameter, DriveGain, Gains, KnownLoad, gains};
+pub use find::{ArmParameter, DriveGain, Gains, gains};
+pub use load::KnownLoad;
