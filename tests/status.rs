@@ -108,15 +108,24 @@ fn a_name_that_another_took_over_is_left_to_it() {
     assert!(path.exists());
 }
 
+/// A document that is more than a socket's buffer takes, so that the server is stuck with whoever does not read.
+fn large_document() -> Arc<[u8]> {
+    let mut large = document().to_vec();
+    large.splice(1..1, std::iter::repeat_n(b' ', 4 << 20));
+    large.into()
+}
+
+/// As many clients as there are places, none of which reads.
+fn stuck_clients(path: &Path) -> Vec<UnixStream> {
+    (0..8).map(|_| UnixStream::connect(path).unwrap()).collect()
+}
+
 #[test]
 fn clients_that_never_read_hold_nobody_up() {
     let folder = folder();
     let path = folder.path().join("status");
-    // More than a socket's buffer takes, so that the server is stuck with each of them.
-    let mut large = document().to_vec();
-    large.splice(1..1, std::iter::repeat_n(b' ', 4 << 20));
-    let _stop = serving(&path, large.into());
-    let stuck: Vec<_> = (0..8).map(|_| UnixStream::connect(&path).unwrap()).collect();
+    let _stop = serving(&path, large_document());
+    let stuck = stuck_clients(&path);
     std::thread::sleep(Duration::from_millis(200));
     // All places are taken: one more is sent away at once.
     let start = Instant::now();
@@ -133,10 +142,8 @@ fn clients_that_never_read_hold_nobody_up() {
 fn a_thousand_clients_are_sent_away_and_the_next_one_is_answered() {
     let folder = folder();
     let path = folder.path().join("status");
-    let mut large = document().to_vec();
-    large.splice(1..1, std::iter::repeat_n(b' ', 4 << 20));
-    let _stop = serving(&path, large.into());
-    let stuck: Vec<_> = (0..8).map(|_| UnixStream::connect(&path).unwrap()).collect();
+    let _stop = serving(&path, large_document());
+    let stuck = stuck_clients(&path);
     let sent_away = (0..1000).filter(|_| fetch_small(&path) == 0).count();
     assert!(sent_away > 0);
     drop(stuck);
