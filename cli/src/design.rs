@@ -11,7 +11,7 @@ use didim_core::robot::Robot;
 use indicatif::ProgressBar;
 
 use super::CliError;
-use super::input::positive;
+use super::input::{numbers, positive};
 use super::output::{check_outputs, print, write_text};
 use super::progress::styled;
 use super::tell::tell;
@@ -73,11 +73,7 @@ pub(super) struct Within {
 
 /// Six numbers with commas between them.
 fn corners(text: &str) -> Result<Corners, String> {
-    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
-    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-    let [a, b, c, d, e, f] = numbers[..] else {
-        return Err("give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5".to_owned());
-    };
+    let [a, b, c, d, e, f] = numbers(text, "give six numbers, as -0.8,-0.8,0,0.8,0.8,1.5")?;
     let sides = [[a, d], [b, e], [c, f]];
     match sides.map(|[from, to]| to - from).iter().all(|of| of.is_finite() && of.abs() > 0.0) {
         true => Ok([sides.map(|[from, to]| from.min(to)), sides.map(|[from, to]| from.max(to))]),

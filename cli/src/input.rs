@@ -162,15 +162,20 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     fits.then_some(number).ok_or_else(|| "has to be positive and finite".to_owned())
 }
 
-/// Three numbers with commas between them.
-pub(super) fn centre(text: &str) -> Result<[f64; 3], String> {
+/// So many numbers with commas between them; where there are more or fewer, the error is what to give.
+pub(super) fn numbers<const N: usize>(text: &str, give: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
     let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-    let all = numbers.try_into().map_err(|_| "give three numbers, as 0,0,0.05".to_owned());
-    all.and_then(|all: [f64; 3]| match all.iter().all(|number| number.is_finite()) {
+    numbers.try_into().map_err(|_| give.to_owned())
+}
+
+/// A point as three numbers with commas between them.
+pub(super) fn centre(text: &str) -> Result<[f64; 3], String> {
+    let all: [f64; 3] = numbers(text, "give three numbers, as 0,0,0.05")?;
+    match all.iter().all(|number| number.is_finite()) {
         true => Ok(all),
         false => Err("has to be finite".to_owned()),
-    })
+    }
 }
 
 /// What comes as a stream is told by its first bytes. A file whose name ends in `.csv` or `.csv.gz` and one of Parquet is a table, a folder or an MCAP file a ROS 2 bag where the cell asks for one, anything else a
