@@ -95,9 +95,10 @@ pub fn find_gains(
 
 impl FoundGain {
     fn of(gain: &DriveGain, drive: Option<&DriveSpec>, load: KnownLoad) -> Self {
-        let stated = drive.and_then(|drive| stated(drive.torque.scale));
+        let mut scale = drive.map(|drive| drive.torque.scale);
+        let stated = scale.as_mut().and_then(stated);
         let (key, unit, value) =
-            stated.map_or((None, "× stated", 1.0), |(key, unit, value)| (Some(key), unit, value));
+            stated.map_or((None, "× stated", 1.0), |(key, unit, value)| (Some(key), unit, *value));
         let found = gain.factor.map(|Uncertain { value: factor, standard_deviation }| Uncertain {
             value: value * factor,
             standard_deviation: value * standard_deviation,
@@ -116,7 +117,7 @@ impl FoundGain {
 }
 
 /// The number that a torque is proportional to, with its key and its unit; none where it comes in N·m.
-fn stated(scale: TorqueScale) -> Option<(&'static str, &'static str, f64)> {
+fn stated(scale: &mut TorqueScale) -> Option<(&'static str, &'static str, &mut f64)> {
     match scale {
         TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
             Some(("rated_torque_nm", "N·m", rated_torque_nm))
@@ -136,13 +137,7 @@ fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, load: KnownLoad) -> 
     let text = to_uncertainty(value, deviation, DIGITS);
     let number: f64 = text.parse().ok()?;
     let mut scale = drive.torque.scale;
-    match &mut scale {
-        TorqueScale::PerMilleOfRatedTorque { rated_torque_nm: own }
-        | TorqueScale::PerMilleOfRatedCurrent { torque_constant_nm_per_a: own, .. }
-        | TorqueScale::NmPerCount(own)
-        | TorqueScale::NmPerA(own) => *own = number,
-        TorqueScale::Nm => return None,
-    }
+    *stated(&mut scale)?.2 = number;
     let sign = match drive.torque.sign {
         same if found.value > 0.0 => same,
         Sign::Positive => Sign::Negative,
@@ -180,8 +175,8 @@ mod tests {
             .try_into()
             .unwrap();
         assert_eq!(torque.sign, Sign::Negative);
-        let expected = Some(("torque_constant_nm_per_a", "N·m/A", 0.75));
-        assert_eq!(stated(torque.scale), expected);
+        let expected = Some(("torque_constant_nm_per_a", "N·m/A", &mut 0.75));
+        assert_eq!(stated(&mut { torque.scale }), expected);
         assert!(torque.provenance.as_str().contains("± 0.0050 N·m/A, by a load of 2.5 kg"));
         // What is not told stays.
         let untold = FoundGain::of(&DriveGain { factor: None, ..gain }, Some(&drive), load);
