@@ -18,12 +18,13 @@ use super::names::{DEFAULT_CELL, methods};
 use super::output::{check_outputs, print, write_figure, write_report};
 use super::progress::Working;
 use super::stream::Input;
+use super::tell::tell;
 use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::identify::{
     IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
 };
-use didim::offline::{Foretold, foretold};
+use didim::offline::{DesignedMotion, Foretold};
 use didim::report;
 use didim::report::html::{Origin, Report, SampleRange};
 use didim::text::aligned;
@@ -193,6 +194,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = input.iter().chain([cell_file, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(figure.iter().chain(report), &read)?;
+    let designed = arguments.designed.as_deref().map(DesignedMotion::read);
+    let designed = designed.transpose().map_err(CliError::failed)?;
     let inputs =
         arguments.input.iter().map(|path| Input::open(path)).collect::<Result<Vec<_>, _>>()?;
     let (mut pieces, mut told) = (Vec::new(), Vec::new());
@@ -231,10 +234,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     choices.note_in(&mut identification.estimate);
     let measurements = pairs(&pieces);
     let together = &identification.estimate;
-    let foretold = match &arguments.designed {
-        Some(file) => foretold(file, together).map_err(CliError::failed)?,
-        None => Vec::new(),
-    };
+    let foretold = designed.map_or_else(Vec::new, |of| of.beside(together));
+    if let Some(file) = arguments.designed.as_ref().filter(|_| foretold.is_empty()) {
+        let what = "it foretells no parameter that is identified here";
+        tell(&format!("note: {}: {what}\n", file.display()));
+    }
     let recordings = Working::on("identifying from each recording alone")
         .during(|| recordings(&cell, method, &told, &measurements, together));
     if arguments.json {

@@ -27,8 +27,8 @@ pub enum ForetoldError {
     },
     /// Nothing is foretold at the head of the file. Name a motion that was designed with `--result`.
     #[error(
-        "{}: its head foretells no standard deviation of a parameter that is identified here; name the table, trajectory or \
-         URScript that `didim design --result` wrote for this cell", file.display()
+        "{}: its head foretells no standard deviation; name the table, trajectory or URScript that \
+         `didim design --result` wrote for this cell", file.display()
     )]
     Nothing {
         /// The file.
@@ -63,25 +63,36 @@ fn told(line: &str) -> Option<(&str, f64, &str)> {
     Some((name, deviation, unit.trim_end()))
 }
 
-/// What the head of a motion's file foretells, beside the estimate from that motion and what was known before it.
-///
-/// # Errors
-/// [`ForetoldError`].
-pub fn foretold(file: &Path, estimate: &Estimate) -> Result<Vec<Foretold>, ForetoldError> {
-    let mut head = Vec::new();
-    let read = File::open(file).and_then(|open| open.take(HEAD_BYTES).read_to_end(&mut head));
-    read.map_err(|source| ForetoldError::Read { file: file.to_path_buf(), source })?;
-    let beside = |line| {
-        let (name, foretold, unit) = told(line)?;
-        let found = estimate.parameters.iter().find(|of| of.name == name)?;
-        let achieved = found.standard_deviation;
-        Some(Foretold { name: name.to_owned(), unit: unit.to_owned(), foretold, achieved })
-    };
-    let all: Vec<Foretold> = String::from_utf8_lossy(&head).lines().filter_map(beside).collect();
-    if all.is_empty() {
-        return Err(ForetoldError::Nothing { file: file.to_path_buf() });
+/// The head of a motion's file, which foretells standard deviations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignedMotion(String);
+
+impl DesignedMotion {
+    /// Reads the head of a file.
+    ///
+    /// # Errors
+    /// [`ForetoldError`].
+    pub fn read(file: &Path) -> Result<Self, ForetoldError> {
+        let mut head = Vec::new();
+        let read = File::open(file).and_then(|open| open.take(HEAD_BYTES).read_to_end(&mut head));
+        read.map_err(|source| ForetoldError::Read { file: file.to_path_buf(), source })?;
+        let head = String::from_utf8_lossy(&head).into_owned();
+        if !head.lines().any(|line| told(line).is_some()) {
+            return Err(ForetoldError::Nothing { file: file.to_path_buf() });
+        }
+        Ok(Self(head))
     }
-    Ok(all)
+
+    /// What it foretells, beside the estimate from that motion and what was known before it; parameters of both.
+    pub fn beside(&self, estimate: &Estimate) -> Vec<Foretold> {
+        let beside = |line| {
+            let (name, foretold, unit) = told(line)?;
+            let found = estimate.parameters.iter().find(|of| of.name == name)?;
+            let achieved = found.standard_deviation;
+            Some(Foretold { name: name.to_owned(), unit: unit.to_owned(), foretold, achieved })
+        };
+        self.0.lines().filter_map(beside).collect()
+    }
 }
 
 #[cfg(test)]
