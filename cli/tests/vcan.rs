@@ -257,20 +257,22 @@ fn total(counts: &BTreeMap<String, u64>) -> u64 {
 /// So many windows are dealt with, and nothing waits, not even a recording to be archived.
 fn has_settled(status: &Snapshot, windows: u64) -> bool {
     let work = work(status);
-    let archived = work
-        .kept_recordings
-        .as_ref()
-        .is_none_or(|archive| archive.kept + archive.failed >= work.windows_identified);
+    let archived = work.kept_recordings.as_ref().is_none_or(|archive| {
+        archive.waiting == 0 && archive.kept + archive.failed >= work.windows_identified
+    });
     work.windows_identified + total(&work.windows_rejected) >= windows
         && work.windows_pending == 0
         && archived
 }
 
 /// Ends the daemon as a service manager does.
-fn end(daemon: Daemon) -> Result<(), Late> {
-    let log = daemon.log();
+fn end(mut daemon: Daemon) -> Result<(), Late> {
     let (code, took) = daemon.terminate();
+    let log = daemon.log();
     assert_eq!(code, Some(0), "{log}");
+    if log.contains("is abandoned") {
+        return Err(Late("a thread did not end in time".to_owned()));
+    }
     if took < Duration::from_secs(1) { Ok(()) } else { Err(Late(format!("SIGTERM took {took:?}"))) }
 }
 

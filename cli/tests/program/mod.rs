@@ -241,7 +241,7 @@ impl Daemon {
     }
 
     /// Asks it to end; its exit code, and how long it took.
-    pub(crate) fn terminate(mut self) -> (Option<i32>, Duration) {
+    pub(crate) fn terminate(&mut self) -> (Option<i32>, Duration) {
         let start = Instant::now();
         self.signal(Signal::TERM);
         let status = self.process.0.wait().unwrap();

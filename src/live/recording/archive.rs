@@ -208,6 +208,7 @@ impl Archive {
         let to_ns = from_ns.saturating_add(length).saturating_add(1_000_000_000);
         let stretch = Stretch { from_ns, first_ns: from_ns, last_ns: from_ns, to_ns };
         let more = [("capture".to_owned(), name.clone())].into();
+        lock(&self.shared.0).waiting += 1;
         self.wait(Kind::Capture, None, &name, stretch, more);
         if let Some(waiting) = self.waiting.last_mut() {
             waiting.deadline = self.now + RING_DELAY;
@@ -268,7 +269,9 @@ impl Archive {
         match kept {
             Ok((path, frames)) => {
                 tracing::info!(frames, "recording {} is kept", path.display());
-                lock(&self.shared.0).kept += 1;
+                let mut status = lock(&self.shared.0);
+                status.waiting = status.waiting.saturating_sub(1);
+                status.kept += 1;
             }
             Err(error) => self.shared.fail(&what(one), &error),
         }

@@ -123,6 +123,7 @@ impl Archiver {
     }
 
     fn submit(&self, request: Request) {
+        lock(&self.shared.0).waiting += 1;
         match self.requests.try_send(request) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {

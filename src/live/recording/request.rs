@@ -18,6 +18,8 @@ pub struct ArchiveStatus {
     pub kept: u64,
     /// Recordings that could not be kept in this run.
     pub failed: u64,
+    /// Recordings that are to be kept and wait for the ring or the disk.
+    pub waiting: u64,
     /// Why the last one could not.
     pub last_failure: Option<String>,
     /// Faults that were not kept, because others were shortly before.
@@ -87,6 +89,7 @@ impl SharedArchive {
     pub(super) fn fail(&self, what: &str, why: &dyn core::fmt::Display) {
         tracing::warn!("no recording of {what}: {why}");
         let mut status = lock(&self.0);
+        status.waiting = status.waiting.saturating_sub(1);
         status.failed += 1;
         status.last_failure = Some(format!("{what}: {why}"));
     }

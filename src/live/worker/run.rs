@@ -138,6 +138,8 @@ impl Worker {
         let event = self.windower.stop();
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
+        // The ports first: a wait for the disk may be cut short, and would leave them in shared memory.
+        drop(self.reader);
         self.identification.give_up();
         self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
@@ -152,6 +154,7 @@ impl Worker {
             load.finish(stop);
         }
         let all = self.identification.finish(stop);
+        drop(self.reader);
         self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         let all = all?;
         Ok(if all { WorkerEnd::StreamEnded } else { WorkerEnd::Stopped })

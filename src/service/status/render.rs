@@ -210,6 +210,7 @@ fn archive_rows(rows: &mut Rows, status: &ArchiveStatus) {
     if let Some(name) = &status.capture {
         rows.plain("capture", name.clone());
     }
+    rows.counted("recordings waiting", status.waiting);
     rows.counted("recordings not kept", status.failed);
     if let Some(why) = &status.last_failure {
         rows.plain("last not kept", why.clone());

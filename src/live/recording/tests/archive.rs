@@ -109,6 +109,7 @@ fn a_result_keeps_its_window_with_margins_and_what_a_replay_has_to_know() {
     let window = window(2_000_000_000);
     let status = recorded.keep(|archiver| archiver.keep_result(12, &window));
     assert_eq!((status.kept, status.failed, status.files), (1, 0, 1), "{status:?}");
+    assert_eq!(status.waiting, 0, "{status:?}");
     assert_eq!(recorded.names(), ["result-00000012.mcap"]);
     let kept = &recorded.kept()[0];
     assert_eq!(status.bytes, kept.metadata().unwrap().len());
