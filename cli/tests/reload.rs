@@ -107,9 +107,10 @@ fn another_configuration_is_valid_from_the_next_window_on_and_costs_no_sample() 
     eventually("windows are by command", || site.ask(&Request::Window(Command::Begin)).is_ok());
 
     let third = site.hash();
-    eventually("three windows are identified", || {
+    eventually("three windows are identified, and their recordings kept", || {
         let work = site.status().estimation.unwrap();
-        work.windows_identified == 3 && work.configuration == third
+        let waiting = work.kept_recordings.unwrap().waiting;
+        work.windows_identified == 3 && waiting == 0 && work.configuration == third
     });
     let work = site.status().estimation.unwrap();
     assert_eq!((work.samples_missing, work.batches_lost, work.restarts), (0, 0, 0));
