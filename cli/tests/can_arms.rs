@@ -145,6 +145,65 @@ fn a_piper_is_identified_from_its_bus_and_its_replay_gives_the_same_bytes() {
     check(&arm, &first, (0.1, 15));
 }
 
+/// Without a load, and with one of a kilogram, by a cell that states the torque of joint 2 half as large as it is and
+/// that of joint 5 with the other sign: both are found, and the lines that are printed are those of the cell.
+#[test]
+fn gains_of_a_piper_are_found_by_a_load() {
+    let folder = tempfile::tempdir().unwrap();
+    let right = fs::read_to_string(repository("config/cells/piper.toml")).unwrap();
+    let right = right.replace("\"../", &format!("\"{}/", repository("config").display()));
+    let scenario = fs::read_to_string(repository("sim-fixtures/scenarios/piper.toml")).unwrap();
+    let load = "\n[payload]\nmass_kg = 1.0\nposition_m = [0.05, 0.0, 0.16]\n";
+    let [of_drives, stated, empty, loaded] =
+        ["drives.toml", "cell.toml", "empty.log", "loaded.log"].map(|of| folder.path().join(of));
+    fs::write(&of_drives, &right).unwrap();
+    for (log, text) in [(&empty, scenario.clone()), (&loaded, scenario + load)] {
+        let file = folder.path().join("scenario.toml");
+        fs::write(&file, text).unwrap();
+        let bus = format!("log:{}", log.display());
+        succeed(&[&"sim", &"--cell", &of_drives, &"--scenario", &file, &"--bus", &bus]);
+    }
+    let mut drives: Vec<&str> = right.split("[[bus.drives]]").collect();
+    let (second, fifth) = (
+        drives[2].replace("nm_per_a = 4.725", "nm_per_a = 2.3625"),
+        drives[5].replace("}, sign = 1", "}, sign = -1"),
+    );
+    (drives[2], drives[5]) = (&second, &fifth);
+    fs::write(&stated, drives.join("[[bus.drives]]")).unwrap();
+    let arguments: [&dyn AsRef<OsStr>; 9] = [
+        &"gains",
+        &"--cell",
+        &stated,
+        &"--input",
+        &empty,
+        &"--loaded",
+        &loaded,
+        &"--declared-mass-kg",
+        &"1.0",
+    ];
+    let centre: [&dyn AsRef<OsStr>; 2] = [&"--declared-centre-m", &"0.05,0,0.16"];
+    let printed = succeed(&[&arguments[..], &centre].concat());
+    let found = json(&succeed(&[&arguments[..], &centre, &[&"--json"]].concat()));
+    let truth = [4.725, 4.725, 4.725, 0.95844, -0.95844, 0.95844];
+    let mut told = 0;
+    for (gain, truth) in found["gains"].as_array().unwrap().iter().zip(truth) {
+        let Some(value) = gain["found"]["value"].as_f64() else { continue };
+        let sigma = gain["found"]["standard_deviation"].as_f64().unwrap();
+        assert!((value - truth).abs() < 5.0 * sigma + 0.02 * truth.abs(), "{gain}");
+        assert!(printed.contains(gain["cell_line"].as_str().unwrap()), "{printed}");
+        told += 1;
+    }
+    assert!(told >= 4, "{printed}");
+    // The same record twice has no load.
+    let nothing = [&"gains" as &dyn AsRef<OsStr>, &"--cell", &stated, &"--input", &empty];
+    let nothing = didim(
+        &[&nothing[..], &[&"--loaded", &empty, &"--declared-mass-kg", &"1.0"], &centre].concat(),
+    );
+    assert_eq!(nothing.code, Some(1), "{nothing:?}");
+    let why = "do not tell the gains of joints 1";
+    assert!(nothing.stderr.contains(why) && nothing.stdout.is_empty(), "{nothing:?}");
+}
+
 /// Joints of a RealMan arm on their own bus, by their DBC file: no such arm is described in `config/robots`,
 /// so that another of seven axes stands for it.
 #[test]

@@ -10,7 +10,7 @@ use super::deviations::{Run, Summary};
 use super::methods::{Method, methods};
 use crate::common::experiment::{experiment, hold_ignored};
 use crate::common::parallel::in_parallel;
-use crate::common::table::{Column, Table};
+use crate::common::table::{Column, Table, writing};
 
 const SEEDS: usize = 3;
 
@@ -181,10 +181,10 @@ impl Effect {
     }
 }
 
-/// Every error by every method, all seeds together.
-fn effects(methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
-    let runs = in_parallel(Wrong::ALL.len() * SEEDS, |index| {
-        let (wrong, seed) = (Wrong::ALL[index / SEEDS], index % SEEDS + 1);
+/// These errors by every method, all seeds together.
+fn effects(wrongs: &[Wrong], methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
+    let runs = in_parallel(wrongs.len() * SEEDS, |index| {
+        let (wrong, seed) = (wrongs[index / SEEDS], index % SEEDS + 1);
         let scenario = wrong.scenario(seed as u64);
         let mut experiment = experiment(&scenario);
         if wrong == Wrong::Hold {
@@ -198,7 +198,7 @@ fn effects(methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
         methods.iter().map(run).collect::<Vec<_>>()
     });
     let mut effects = Vec::new();
-    for (wrong, runs) in Wrong::ALL.into_iter().zip(runs.chunks(SEEDS)) {
+    for (&wrong, runs) in wrongs.iter().zip(runs.chunks(SEEDS)) {
         for method in 0..methods.len() {
             let estimates: Vec<_> = runs.iter().map(|run| &run[method]).collect();
             effects.push((wrong, method, Effect::new(&estimates)));
@@ -208,12 +208,14 @@ fn effects(methods: &[Method]) -> Vec<(Wrong, usize, Effect)> {
 }
 
 /// What is wrong is within the combined uncertainty, or refused by its name, or beyond what is stated and
-/// in no data.
+/// in no data. One of each, unless the table is written.
 #[test]
 fn errors_put_in_on_purpose_are_covered_or_named() {
     // The paper's position filter is an error of its own, and has its own table.
     let methods: Vec<Method> = methods().into_iter().filter(|method| !method.distorts).collect();
-    let effects = effects(&methods);
+    let some = [Wrong::Stribeck, Wrong::GainOfJoint3, Wrong::AllGains, Wrong::Payload];
+    let wrongs: &[Wrong] = if writing() { &Wrong::ALL } else { &some };
+    let effects = effects(wrongs, &methods);
     let mut wrong_verdicts = Vec::new();
     for (wrong, method, effect) in &effects {
         let name = methods[*method].name;
@@ -278,5 +280,9 @@ fn errors_put_in_on_purpose_are_covered_or_named() {
     };
     println!("{}", table.markdown());
     assert!(wrong_verdicts.is_empty(), "{}", wrong_verdicts.join("\n"));
-    table.check();
+    if writing() {
+        table.check();
+    } else {
+        table.check_part(2);
+    }
 }

@@ -177,9 +177,14 @@ impl Equation {
     fn named(&self, error: RegressionError) -> GainsError {
         match error {
             RegressionError::ZeroColumns { columns }
-            | RegressionError::DependentColumns { columns } => GainsError::NotTold {
-                joints: columns.iter().filter(|k| **k < self.drives).map(|k| k + 1).collect(),
-            },
+            | RegressionError::DependentColumns { columns } => {
+                let all = 1..=self.drives;
+                let joints: Vec<_> = all.clone().filter(|k| columns.contains(&(k - 1))).collect();
+                // A parameter of the arm that nothing tells without the gains: as good as all of them.
+                GainsError::NotTold {
+                    joints: if joints.is_empty() { all.collect() } else { joints },
+                }
+            }
             other => GainsError::Regression(other),
         }
     }
