@@ -10,8 +10,10 @@ use super::file::BusOf;
 /// What no data show has files of its own, and is drawn no larger than this: gains and scales of the wrist, the rate of a
 /// gateway with stamps of its own, and a gain of all joints.
 const IN_NO_DATA: f64 = 0.05;
-/// The axis whose torque is its own friction and inertia alone.
-const WRIST: usize = 6;
+/// Axes whose torque is next to nothing but their own friction and inertia, which go with their gain.
+const OWN_TORQUE: [usize; 3] = [4, 5, 6];
+/// Axes with whose position next to nothing goes but that friction and inertia.
+const OWN_POSITION: [usize; 2] = [4, 6];
 /// Cycles of the record, about.
 const CYCLES: u64 = 4_000;
 
@@ -40,6 +42,12 @@ impl Draw {
     fn signed(&mut self, least: f64, most: f64) -> f64 {
         let size = self.size(least, most);
         if self.below(2) == 0 { size } else { -size }
+    }
+
+    /// The factor of a gain or a scale of an axis, up to `most` where the data can show it.
+    fn factor(&mut self, axis: usize, in_no_data: &[usize], most: f64) -> f64 {
+        let most = if in_no_data.contains(&axis) { IN_NO_DATA } else { most };
+        self.signed(0.005, most).exp()
     }
 
     fn axis(&mut self) -> usize {
@@ -82,7 +90,8 @@ impl Draw {
     }
 
     fn of_signals(&mut self) -> Of {
-        let axis = Some(self.axis());
+        let own = self.axis();
+        let axis = Some(own);
         match self.below(19) {
             0 => Of::Freeze { signal: self.signal(), axis: self.some_axis() },
             1 => Of::Hold {
@@ -98,23 +107,21 @@ impl Draw {
             3 => Of::Swap { signal: self.signal(), axes: [self.axis(), self.axis()] },
             4 => Of::Add { signal: SignalOf::Position, axis, value: self.signed(0.02, 20.0) },
             5 => Of::Add { signal: SignalOf::Torque, axis, value: self.signed(0.005, 0.5) },
-            6 | 7 => {
-                let most = if axis == Some(WRIST) { IN_NO_DATA } else { 0.7 };
-                Of::Scale { signal: SignalOf::Torque, axis, factor: self.signed(0.005, most).exp() }
-            }
+            6 | 7 => Of::Scale {
+                signal: SignalOf::Torque,
+                axis,
+                factor: self.factor(own, &OWN_TORQUE, 0.7),
+            },
             8 => Of::Scale {
                 signal: SignalOf::Torque,
                 axis: None,
                 factor: 1.0 + self.signed(0.001, 0.02),
             },
-            9 => {
-                let most = if axis == Some(WRIST) { IN_NO_DATA } else { 0.5 };
-                Of::Scale {
-                    signal: SignalOf::Position,
-                    axis,
-                    factor: self.signed(0.005, most).exp(),
-                }
-            }
+            9 => Of::Scale {
+                signal: SignalOf::Position,
+                axis,
+                factor: self.factor(own, &OWN_POSITION, 0.5),
+            },
             10 => {
                 let sign = if self.below(2) == 0 { 1.0 } else { -1.0 };
                 Of::ScalePositive { axis: self.axis(), factor: self.signed(0.01, 1.0).exp(), sign }

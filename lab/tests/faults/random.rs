@@ -16,8 +16,6 @@ use crate::parallel::in_parallel;
 const SEEDS: Range<u64> = 1..151;
 /// One seed in so many has no damage.
 const UNDAMAGED: u64 = 5;
-/// Seeds whose result is called good and wrong all the same, with what it is: docs/reliability.md tells more.
-const OPEN: [(u64, &str); 1] = [(9, "the position of a coupled joint is low-passed at 7.6 Hz")];
 
 /// What one seed comes to.
 struct Run {
@@ -62,12 +60,7 @@ fn nothing_wrong_is_called_good_whatever_hurts_the_record() {
         wrong.len(),
     );
     assert!(100 * good >= 95 * count, "{good} of {count} undamaged runs say yes");
-    let known = OPEN.iter().map(|(seed, _)| *seed).filter(|seed| seeds.contains(seed));
-    assert_eq!(
-        wrong,
-        known.collect::<Vec<_>>(),
-        "called good, and more than {FARTHEST} uncertainties off"
-    );
+    assert!(wrong.is_empty(), "called good, and more than {FARTHEST} uncertainties off: {wrong:?}");
 }
 
 fn run(seed: u64) -> Run {

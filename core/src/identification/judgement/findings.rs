@@ -16,7 +16,7 @@ use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::pieces::Pieces;
 use super::reached::Reached;
-use super::uncertainty::Uncertainty;
+use super::uncertainty::{Beside, Uncertainty};
 use super::uses::Verdict;
 use super::verdict::Known;
 use super::workspace::indefinite_posture;
@@ -97,17 +97,17 @@ impl Findings<'_> {
         let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
         let pieces = Pieces::of(context, self.motion);
+        let counted = if self.downweighted.is_some() { observations } else { torque };
+        let left = if self.downweighted.is_some() { &solution.residuals } else { residuals };
+        let (held_out, disagreement) =
+            HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
+        let beside =
+            Beside { copies: pieces.copies, disagreement: disagreement.as_ref(), other: None };
         let mut other = None;
         let (checks, uncertainty) = match self.torque.as_ref().and_then(|rows| rows.own) {
-            None => self.checks(
-                context,
-                torque,
-                &analysis,
-                &solution.parameters,
-                &deviations,
-                pieces.copies,
-                None,
-            )?,
+            None => {
+                self.checks(context, torque, &analysis, &solution.parameters, &deviations, beside)?
+            }
             Some(own) => {
                 let analysis = ResidualAnalysis::new(torque, own, &filter);
                 let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
@@ -122,16 +122,11 @@ impl Findings<'_> {
                     &analysis,
                     &own.parameters,
                     &own_deviations,
-                    pieces.copies,
-                    Some(&(&own.parameters - &solution.parameters)),
+                    Beside { other: Some(&(&own.parameters - &solution.parameters)), ..beside },
                 )?
             }
         };
 
-        let counted = if self.downweighted.is_some() { observations } else { torque };
-        let left = if self.downweighted.is_some() { &solution.residuals } else { residuals };
-        let held_out =
-            HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
         let statistics = torque.residual_statistics(residuals);
         let ljung_box = analysis.spectrum().ljung_box_per_joint();
         let own_statistics = observations.residual_statistics(&solution.residuals);
@@ -236,7 +231,7 @@ impl Findings<'_> {
         Ok(Identification { estimate, fit })
     }
 
-    /// Checks the model on an equation of torques and its solution, which the result is so far from.
+    /// Checks the model on an equation of torques and its solution.
     fn checks(
         &self,
         context: &Context<'_>,
@@ -244,8 +239,7 @@ impl Findings<'_> {
         analysis: &ResidualAnalysis<'_>,
         parameters: &DVector<f64>,
         deviations: &DVector<f64>,
-        copies: f64,
-        other: Option<&DVector<f64>>,
+        beside: Beside<'_>,
     ) -> Result<(Checks, Uncertainty), IdentificationError> {
         let fitted = FittedModel {
             context,
@@ -260,7 +254,7 @@ impl Findings<'_> {
             deviations,
         };
         let checks = fitted.check()?;
-        let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), copies, other)?;
+        let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), beside)?;
         Ok((checks, uncertainty))
     }
 }

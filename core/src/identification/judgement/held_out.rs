@@ -29,7 +29,8 @@ pub struct HeldOut {
 }
 
 impl HeldOut {
-    /// `residuals` are those of the parameters in the rows of `torque`.
+    /// `residuals` are those of the parameters in the rows of `torque`. With it, the standard deviation of each parameter by
+    /// how much the pieces disagree; none where nothing can be held out.
     pub(super) fn new(
         context: &Context<'_>,
         motion: &Motion,
@@ -37,9 +38,9 @@ impl HeldOut {
         torque: &Observations,
         parameters: &DVector<f64>,
         residuals: &DVector<f64>,
-    ) -> Result<Self, IdentificationError> {
+    ) -> Result<(Self, Option<DVector<f64>>), IdentificationError> {
         let Some(changes) = without_each(pieces, torque, residuals) else {
-            return Ok(Self::default());
+            return Ok((Self::default(), None));
         };
         let (rows, measured) = (torque.rows_per_joint(), torque.measured());
         let mut sums = vec![[0.0; 2]; torque.joints()];
@@ -59,14 +60,27 @@ impl HeldOut {
             let next = context.samples.partition_point(|&row| row < sample);
             pieces.of_row[next.min(pieces.of_row.len() - 1)]
         };
-        Ok(Self {
+        let held_out = Self {
             relative_error: Some(relative_error),
             relative_error_per_joint,
             quantiles_per_joint: ResidualQuantiles::per_joint(
                 context, motion, &without, &piece_of,
             )?,
-        })
+        };
+        Ok((held_out, Some(disagreement(&changes))))
     }
+}
+
+/// The jackknife's standard deviations (J. W. Tukey, *Bias and confidence in not quite large samples*, 1958), of what the
+/// parameters change by without each piece. It asks nothing of the residuals: what was there in one piece alone is in it.
+fn disagreement(changes: &[DVector<f64>]) -> DVector<f64> {
+    let count = changes.len() as f64;
+    let deviation = |k: usize| {
+        let mean = changes.iter().map(|change| change[k]).sum::<f64>() / count;
+        let squares: f64 = changes.iter().map(|change| (change[k] - mean).powi(2)).sum();
+        (squares * (count - 1.0) / count).sqrt()
+    };
+    DVector::from_fn(changes.first().map_or(0, DVector::len), |k, _| deviation(k))
 }
 
 /// How the parameters change without each piece; none where one cannot be left out.

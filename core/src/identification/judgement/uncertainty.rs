@@ -8,6 +8,8 @@
 //! u² = noise + K (μ μᵀ + P) Kᵀ
 //! ```
 //!
+//! The noise is that of the residuals' spectrum, or what pieces of the motion disagree by, where that is more.
+//!
 //! Where the data contradict what was stated of a freedom, its μ and P are of the data alone.
 //!
 //! The value stays that of the method: with the freedoms it would be more uncertain, and wrong by
@@ -19,8 +21,8 @@ use super::checks::FittedModel;
 use super::elsewhere::Elsewhere;
 use super::freedoms::{Along, Columns, FreedomEstimate, Observed};
 use super::model_uncertainty::ModelUncertainty;
-use crate::identification::given::{IdentificationError, Tolerances};
-use crate::regression::FurtherColumns as _;
+use crate::identification::given::{Context, IdentificationError, Tolerances};
+use crate::regression::{FurtherColumns as _, JointSolution};
 
 /// A rigid model with named friction leaves this share of a joint's torque, however quiet the data are.
 const NOISE_FLOOR: f64 = 0.01;
@@ -37,40 +39,63 @@ pub(super) struct Uncertainty {
     pub(super) model: Option<ModelUncertainty>,
 }
 
+/// What is known of a result beside the equation that is checked.
+#[derive(Clone, Copy)]
+pub(super) struct Beside<'a> {
+    /// Of so many rows that say the same, one counts.
+    pub(super) copies: f64,
+    /// The standard deviation of each parameter by how much pieces of the motion disagree.
+    pub(super) disagreement: Option<&'a DVector<f64>>,
+    /// How far the checked parameters are from the result's, where they are not the same.
+    pub(super) other: Option<&'a DVector<f64>>,
+}
+
 impl Uncertainty {
-    /// `bias` is how far each parameter may be off by what the position filter does; of `copies` rows
-    /// that say the same, one counts. `other` is how far these parameters are from the result's, where they are
-    /// not the same.
+    /// `bias` is how far each parameter may be off by what the position filter does.
     pub(super) fn new(
         fitted: &FittedModel<'_>,
         bias: Option<&DVector<f64>>,
-        copies: f64,
-        other: Option<&DVector<f64>>,
+        further: Beside<'_>,
     ) -> Result<Self, IdentificationError> {
         let FittedModel { context, motion, beside, observations, analysis, parameters, .. } =
             *fitted;
+        let Beside { copies, disagreement, other } = further;
         let observed = Observed::new(context, motion, beside, observations);
         let columns = Columns::new(context, parameters, observed);
         // Rows that an M-estimate left out of the equation say nothing of the freedoms either.
         let along = Along::new(&columns, motion, beside, observations)?
             .without(analysis.rows_without_equation());
         let products = analysis.products(&along);
+        let solved = |floors: &[f64]| {
+            let solution = analysis.with_prior(&along, &products, floors, copies);
+            solution.map_err(IdentificationError::Regression)
+        };
         let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();
-        let mut solution = analysis
-            .with_prior(&along, &products, &floors, copies)
-            .map_err(IdentificationError::Regression)?;
+        let mut solution = solved(&floors)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
         let moved = &products.moved;
-        // A statement that the data contradict says nothing of how far the value is off.
-        let unstated = solution.without_contradicted(&columns.stated(), Tolerances::CONTRADICTED);
-        let after = unstated.covariance.view((own, own), (all - own, all - own));
-        let told = moved * &unstated.freedoms;
-        let spread: DMatrix<f64> = moved * after;
-        let combined = DVector::from_fn(own, |k, _| {
-            let open = spread.row(k).dot(&moved.row(k));
-            let bias = bias.map_or(0.0, |bias| bias[k]);
-            (solution.noise[(k, k)] + told[k].powi(2) + open + bias * bias).max(0.0).sqrt()
-        });
+        let combined_by = |solution: &JointSolution| {
+            // A statement that the data contradict says nothing of how far the value is off.
+            let unstated =
+                solution.without_contradicted(&columns.stated(), Tolerances::CONTRADICTED);
+            let after = unstated.covariance.view((own, own), (all - own, all - own));
+            let told = moved * &unstated.freedoms;
+            let spread: DMatrix<f64> = moved * after;
+            DVector::from_fn(own, |k, _| {
+                let open = spread.row(k).dot(&moved.row(k));
+                let bias = bias.map_or(0.0, |bias| bias[k]);
+                let apart = disagreement.map_or(0.0, |of| of[k].powi(2));
+                let noise = solution.noise[(k, k)].max(apart);
+                (noise + told[k].powi(2) + open + bias * bias).max(0.0).sqrt()
+            })
+        };
+        let mut combined = combined_by(&solution);
+        let left = observations.rms_per_joint(&observations.residuals(parameters));
+        let of_motion = floors_of_motion(context, columns.torque(), &left);
+        // What is stated is judged without such a doubt, which could be the cause of what contradicts it.
+        if of_motion != floors {
+            combined = combined.sup(&combined_by(&solved(&of_motion)?));
+        }
         let rows = observations.rows_per_joint();
         let freedoms = columns.estimates(&products.squares, rows, &solution);
         let remaining = observations.residuals(&(parameters + &solution.change))
@@ -87,4 +112,22 @@ impl Uncertainty {
         let torque = columns.torque().to_vec();
         Ok(Self { combined, freedoms, elsewhere, torque, model })
     }
+}
+
+/// The least noise of each joint's rows \[N·m or N\], with these torques and residuals of all, where the positions of motors are in doubt. One that
+/// is geared to two joints takes part in the motion of both: what is left at the one may be an error of the motion, and then
+/// it is at the other as well, whose parameters may hide it.
+fn floors_of_motion(context: &Context<'_>, torque: &[f64], left: &[f64]) -> Vec<f64> {
+    let (joints, transmission) = (torque.len(), context.robot.transmission());
+    let turns = |motor: usize, joint: usize| transmission.direction(motor)[joint] != 0.0;
+    let coupled: Vec<usize> = (0..joints).filter(|&motor| transmission.is_coupled(motor)).collect();
+    let share = |joint: usize| {
+        let geared = |other: &usize| {
+            coupled.iter().any(|&motor| turns(motor, joint) && turns(motor, *other))
+        };
+        let shares = (0..joints).filter(geared).map(|other| left[other] / torque[other]);
+        // Of a joint without torque there is none.
+        shares.filter(|share| share.is_finite()).fold(NOISE_FLOOR, f64::max)
+    };
+    (0..joints).map(|joint| share(joint) * torque[joint]).collect()
 }
