@@ -1,6 +1,11 @@
 //! How long a measurement may be on this machine.
 
-use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+use rustix::process::{Resource, getrlimit};
+use sysinfo::{
+    MemoryRefreshKind, Pid, Process, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System,
+};
+
+use crate::spill::Spill;
 
 /// What one value of a sample takes until it is identified, with all that is made of it \[B\]: that of six axes with position and
 /// torque takes 430 at most (`tests/memory.rs`).
@@ -8,7 +13,7 @@ const BYTES_A_VALUE: usize = 36;
 /// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
 const UNKNOWN: usize = 3_600_000;
 
-/// How many samples the free memory holds.
+/// How many samples the free memory holds, and beyond it [`Spill`]'s files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Room {
     /// Samples.
@@ -23,19 +28,27 @@ impl Room {
 
     /// For samples that take so many bytes.
     pub fn of_bytes(bytes: usize) -> Self {
-        let of_memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
-        // A container or a unit may have less than the machine.
-        let free = System::new_with_specifics(of_memory).map_or(0, |system| {
-            let limited = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
-            system.available_memory().min(limited)
-        });
-        Self::of_free(free, bytes)
+        Self::of_free(free_memory().saturating_add(Spill::room()), bytes)
     }
 
     fn of_free(free: u64, bytes: usize) -> Self {
         let samples = usize::try_from(free).unwrap_or(usize::MAX) / bytes.max(1);
         Self { samples: if free == 0 { UNKNOWN } else { samples } }
     }
+}
+
+/// Memory that is free to this process \[bytes\]; 0 where the system does not say.
+pub(crate) fn free_memory() -> u64 {
+    let of_memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
+    let Ok(mut system) = System::new_with_specifics(of_memory) else { return 0 };
+    // A container, a unit or a shell may have less than the machine.
+    let own = Pid::from_u32(std::process::id());
+    let nothing = ProcessRefreshKind::nothing();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, nothing);
+    let of_group = system.process(own).and_then(Process::cgroup_limits);
+    let of_group = of_group.or_else(|| system.cgroup_limits()).map(|limits| limits.free_memory);
+    let limits = [of_group, getrlimit(Resource::Data).current];
+    limits.into_iter().flatten().fold(system.available_memory(), u64::min)
 }
 
 #[cfg(test)]
