@@ -9,6 +9,7 @@ mod bag;
 mod code;
 mod columns;
 mod export;
+mod free_memory;
 #[cfg(feature = "parquet")]
 mod guarded;
 mod holes;

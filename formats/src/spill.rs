@@ -2,7 +2,7 @@
 #![allow(unsafe_code, reason = "an allocator, and the mappings of files that it hands out")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 use std::ptr::{self, NonNull};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use rustix::fs::{FallocateFlags, fallocate, statfs};
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 
-use crate::room::free_memory;
+use crate::free_memory::free_memory;
 
 /// What is smaller stands in memory \[bytes\]: of a long record, next to nothing is.
 const LARGE: usize = 1 << 17;
@@ -65,10 +65,10 @@ impl Spill {
         };
         let fits = Self::fits(layout.size());
         let at = if fits { held() } else { ptr::null_mut() };
-        if !at.is_null() || FOLDER.get().is_none() || layout.align() > MOST_ALIGNED {
+        if !at.is_null() {
             return at;
         }
-        match in_file(layout.size()) {
+        match in_file(layout) {
             Ok(at) => at,
             Err(_) if fits => ptr::null_mut(),
             Err(_) => held(),
@@ -109,14 +109,14 @@ unsafe impl GlobalAlloc for Spill {
     }
 
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        let was_large = layout.size() >= LARGE;
-        let in_file = was_large && in_files().contains(&(at as usize));
-        if !in_file && (size < LARGE || Self::fits(size.saturating_sub(layout.size()))) {
+        let large = |size: usize| if size >= LARGE { size } else { 0 };
+        let in_file = layout.size() >= LARGE && in_files().contains(&(at as usize));
+        if !in_file && (size < LARGE || Self::fits(size.saturating_sub(large(layout.size())))) {
             // SAFETY: it is the system's, of this layout.
             let moved = unsafe { System.realloc(at, layout, size) };
             if !moved.is_null() {
-                HELD.fetch_add(if size >= LARGE { size } else { 0 }, Relaxed);
-                HELD.fetch_sub(if was_large { layout.size() } else { 0 }, Relaxed);
+                HELD.fetch_add(large(size), Relaxed);
+                HELD.fetch_sub(large(layout.size()), Relaxed);
                 return moved;
             }
         }
@@ -134,14 +134,14 @@ unsafe impl GlobalAlloc for Spill {
 }
 
 /// Zeros in a file of its own. All of it is reserved: a disk that is full later would end the process.
-fn in_file(size: usize) -> io::Result<*mut u8> {
-    let folder = FOLDER.get().ok_or(io::ErrorKind::NotFound)?;
-    let file = tempfile::tempfile_in(folder)?;
+fn in_file(layout: Layout) -> io::Result<*mut u8> {
+    let folder = FOLDER.get().filter(|_| layout.align() <= MOST_ALIGNED);
+    let (file, size) = (tempfile::tempfile_in(folder.ok_or(ErrorKind::NotFound)?)?, layout.size());
     fallocate(&file, FallocateFlags::empty(), 0, size as u64)?;
     let access = ProtFlags::READ | ProtFlags::WRITE;
     // SAFETY: a new mapping, of a file that nobody else can open.
     let at = unsafe { mmap(ptr::null_mut(), size, access, MapFlags::SHARED, &file, 0) }?;
-    let at = NonNull::new(at).ok_or(io::ErrorKind::OutOfMemory)?;
+    let at = NonNull::new(at).ok_or(ErrorKind::OutOfMemory)?;
     in_files().push(at.as_ptr() as usize);
     Ok(at.as_ptr().cast())
 }
