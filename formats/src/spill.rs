@@ -37,13 +37,10 @@ pub struct Spill;
 impl Spill {
     /// Lets large allocations take three quarters of the memory that is free now, and what goes beyond stand in files.
     pub fn allow() {
-        let folder = || std::env::var_os("TMPDIR").map_or("/var/tmp".into(), PathBuf::from);
         FOLDER.get_or_init(|| {
             let most = usize::try_from(free_memory() / 4 * 3).unwrap_or(usize::MAX);
-            if most > 0 {
-                MOST.store(HELD.load(Relaxed).saturating_add(most), Relaxed);
-            }
-            folder()
+            MOST.store(HELD.load(Relaxed).saturating_add(most), Relaxed);
+            std::env::var_os("TMPDIR").map_or("/var/tmp".into(), PathBuf::from)
         });
     }
 
