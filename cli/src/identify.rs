@@ -1,7 +1,7 @@
 //! `didim identify`: offline, on a table or a log of frames.
 
 use std::borrow::Cow;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -105,6 +105,7 @@ struct RecordingLine {
 
 /// So many recordings or pieces are held against each other at most: the table is square.
 const COMPARED: usize = 12;
+const IDENTIFIED_ALONE: RangeInclusive<usize> = 2..=COMPARED;
 
 /// Every recording, or whole piece of one, by itself, where there are several.
 fn recordings(
@@ -114,7 +115,7 @@ fn recordings(
     measurements: &[(&Measurement, Range<usize>)],
     together: &Estimate,
 ) -> Vec<RecordingLine> {
-    if !(2..=COMPARED).contains(&measurements.len()) {
+    if !IDENTIFIED_ALONE.contains(&measurements.len()) {
         return Vec::new();
     }
     let alone: Vec<Option<Estimate>> = (measurements.iter())
@@ -178,11 +179,11 @@ impl Told {
     }
 }
 
-/// The measurements. One alone is given away: nothing of it is wanted again.
+/// The measurements. They are given away where none is identified alone: nothing of them is wanted again.
 fn given(pieces: &mut Vec<Counted>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
-    if pieces.len() == 1 {
-        let alone = pieces.drain(..);
-        return alone.map(|of| (Cow::Owned(of.piece.measurement), of.counted)).collect();
+    if !IDENTIFIED_ALONE.contains(&pieces.len()) {
+        let all = pieces.drain(..);
+        return all.map(|of| (Cow::Owned(of.piece.measurement), of.counted)).collect();
     }
     pieces.iter().map(|of| (Cow::Borrowed(&of.piece.measurement), of.counted.clone())).collect()
 }

@@ -16,7 +16,8 @@ use didim::offline::{check_limits, open_limits, read_log, still_joints};
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
-    Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, is_parquet, read_bag, read_table,
+    Measurement, Piece, RATE_TOLERANCE, Record, RecordingStart, Spill, is_parquet, read_bag,
+    read_table,
 };
 
 /// Which samples of a file count.
@@ -185,6 +186,7 @@ pub(super) fn read_input(
     cell: &Cell,
     sample_rate_hz: Option<f64>,
 ) -> Result<Record, CliError> {
+    Spill::allow();
     input.named(read_file(input, cell, sample_rate_hz))
 }
 

@@ -2,6 +2,11 @@
 
 use std::process::ExitCode;
 
+use didim_formats::Spill;
+
+#[global_allocator]
+static MEMORY: Spill = Spill;
+
 fn main() -> ExitCode {
     didim_cli::main()
 }

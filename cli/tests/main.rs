@@ -31,6 +31,7 @@ mod recording;
 mod recordings;
 mod reload;
 mod seven_axes;
+mod spill;
 mod stored;
 mod urdf;
 mod vcan;

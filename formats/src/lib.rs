@@ -9,6 +9,7 @@ mod bag;
 mod code;
 mod columns;
 mod export;
+mod free_memory;
 #[cfg(feature = "parquet")]
 mod guarded;
 mod holes;
@@ -17,6 +18,7 @@ mod measurement;
 mod motion;
 mod record;
 mod room;
+mod spill;
 mod start;
 mod table;
 mod uniform;
@@ -35,6 +37,7 @@ pub use measurement::{Measurement, RATE_TOLERANCE, Side};
 pub use motion::{MotionError, MotionFile, MotionFormat, MotionPoints, read_motion};
 pub use record::{Piece, Record};
 pub use room::Room;
+pub use spill::Spill;
 pub use start::RecordingStart;
 pub use table::{
     Place, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows, read_table,

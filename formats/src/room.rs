@@ -1,6 +1,7 @@
 //! How long a measurement may be on this machine.
 
-use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+use crate::free_memory::free_memory;
+use crate::spill::Spill;
 
 /// What one value of a sample takes until it is identified, with all that is made of it \[B\]: that of six axes with position and
 /// torque takes 430 at most (`tests/memory.rs`).
@@ -8,7 +9,7 @@ const BYTES_A_VALUE: usize = 36;
 /// Taken where the system does not say how much memory is free: 12 minutes at 5 kHz.
 const UNKNOWN: usize = 3_600_000;
 
-/// How many samples the free memory holds.
+/// How many samples the free memory holds, and beyond it [`Spill`]'s files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Room {
     /// Samples.
@@ -23,13 +24,7 @@ impl Room {
 
     /// For samples that take so many bytes.
     pub fn of_bytes(bytes: usize) -> Self {
-        let of_memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
-        // A container or a unit may have less than the machine.
-        let free = System::new_with_specifics(of_memory).map_or(0, |system| {
-            let limited = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
-            system.available_memory().min(limited)
-        });
-        Self::of_free(free, bytes)
+        Self::of_free(free_memory().saturating_add(Spill::room()), bytes)
     }
 
     fn of_free(free: u64, bytes: usize) -> Self {

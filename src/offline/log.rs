@@ -50,12 +50,12 @@ pub enum LogError {
         /// Both rates, and what to do.
         source: RateError,
     },
-    /// More samples than the free memory holds: free some, or cut the log.
-    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the log", file.display())]
+    /// More samples than memory and disk have room for: free some, or cut the log.
+    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set TMPDIR to a folder on a disk with room, or cut the log", file.display())]
     TooLong {
         /// The log.
         file: PathBuf,
-        /// What the free memory holds.
+        /// What there is room for.
         samples: usize,
     },
 }

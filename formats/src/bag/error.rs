@@ -107,12 +107,12 @@ pub enum BagError {
         /// What is wrong with them.
         source: TimesError,
     },
-    /// More samples than the free memory holds: free some, or cut the bag.
-    #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the bag", file.display())]
+    /// More samples than memory and disk have room for: free some, or cut the bag.
+    #[error("{}: more than {samples} samples, for which memory or disk is free; free some, set TMPDIR to a folder on a disk with room, or cut the bag", file.display())]
     TooLong {
         /// The file.
         file: PathBuf,
-        /// What the free memory holds.
+        /// What there is room for.
         samples: usize,
     },
 }
