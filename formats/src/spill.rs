@@ -143,8 +143,11 @@ fn in_file(layout: Layout) -> io::Result<*mut u8> {
     Ok(at.as_ptr().cast())
 }
 
-/// Whether it stands in a file; it is none of them any more.
+/// Whether it stands in a file; it is none of them any more. Where files were never allowed, as in a service, nothing is locked.
 fn forget(at: *mut u8) -> bool {
+    if FOLDER.get().is_none() {
+        return false;
+    }
     let mut all = in_files();
     let found = all.iter().position(|own| *own == at as usize);
     found.is_some_and(|found| all.swap_remove(found) == at as usize)
