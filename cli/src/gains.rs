@@ -28,17 +28,17 @@ pub(super) struct Arguments {
     /// The recording without the load: a table (CSV, Parquet), or a candump log or an MCAP recording of the cell's bus
     #[arg(long, value_name = "FILE")]
     input: PathBuf,
-    /// The recording with the load
-    #[arg(long, value_name = "FILE")]
-    loaded: PathBuf,
+    /// The recording with the load; without one, gains and parameters are in units of one drive
+    #[arg(long, value_name = "FILE", requires_all = ["declared_mass_kg", "declared_centre_m"])]
+    loaded: Option<PathBuf>,
     #[command(flatten)]
     samples: Samples,
     /// Mass of the load, weighed [kg]
-    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
-    declared_mass_kg: f64,
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true, requires = "loaded")]
+    declared_mass_kg: Option<f64>,
     /// Centre of mass of the load, in the frame of the last link [m]
-    #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true)]
-    declared_centre_m: [f64; 3],
+    #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true, requires = "loaded")]
+    declared_centre_m: Option<[f64; 3]>,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
@@ -59,11 +59,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let input = Input::open(file)?;
         arguments.samples.read(&input, &cell)
     };
-    let (empty, loaded) = (read(&arguments.input)?, read(&arguments.loaded)?);
-    let Arguments { declared_mass_kg: mass_kg, declared_centre_m: centre_m, .. } = *arguments;
+    let empty = read(&arguments.input)?;
+    let loaded = arguments.loaded.as_deref().map(read).transpose()?;
+    let Arguments { declared_mass_kg, declared_centre_m, .. } = *arguments;
+    let load = declared_mass_kg.zip(declared_centre_m);
+    let load = load.map(|(mass_kg, centre_m)| KnownLoad { mass_kg, centre_m });
+    let loaded = loaded.as_ref().map(|of| pairs(of)).zip(load);
     let working = Working::on("finding the gains");
-    let load = KnownLoad { mass_kg, centre_m };
-    let found = working.during(|| find_gains(&cell, &pairs(&empty), &pairs(&loaded), load));
+    let carried = loaded.as_ref().map(|(of, load)| (&of[..], *load));
+    let found = working.during(|| find_gains(&cell, &pairs(&empty), carried));
     let found = found.map_err(CliError::failed)?;
     if arguments.json {
         let output = Output { schema: SCHEMA, robot: cell.robot.name(), found: &found };

@@ -194,6 +194,16 @@ fn gains_of_a_piper_are_found_by_a_load() {
         told += 1;
     }
     assert!(told >= 4, "{printed}");
+    // Without the load, by the stated gain of one drive; the ratio to it is that of the true ones.
+    let alone = json(&succeed(&[&arguments[..5], &[&"--json"]].concat()));
+    let reference = alone["reference"].as_u64().unwrap() as usize - 1;
+    let stated_gains = [4.725, 2.3625, 4.725, 0.95844, 0.95844, 0.95844];
+    let by = truth[reference] / stated_gains[reference];
+    assert_eq!(alone["load"], Value::Null);
+    let of_second = &alone["gains"][1]["found"];
+    let [value, sigma] =
+        ["value", "standard_deviation"].map(|key| of_second[key].as_f64().unwrap() * by);
+    assert!((value - 4.725).abs() < 5.0 * sigma.abs() + 0.1, "{alone}");
     // The same record twice has no load.
     let nothing = [&"gains" as &dyn AsRef<OsStr>, &"--cell", &stated, &"--input", &empty];
     let nothing = didim(

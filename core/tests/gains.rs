@@ -81,10 +81,22 @@ impl Study {
         Experiment::motor_side(signals, transmission).unwrap()
     }
 
-    fn find(&self, records: [&Experiment; 2], load: KnownLoad) -> Result<Gains, GainsError> {
+    fn find(
+        &self,
+        [empty, loaded]: [&Experiment; 2],
+        load: KnownLoad,
+    ) -> Result<Gains, GainsError> {
+        self.find_by(empty, Some((loaded, load)))
+    }
+
+    fn find_by(
+        &self,
+        empty: &Experiment,
+        carried: Option<(&Experiment, KnownLoad)>,
+    ) -> Result<Gains, GainsError> {
         let Arm { robot, base, .. } = &self.arm;
         let transmission = Some(robot.transmission());
-        gains(robot, base, records, transmission, &options(20.0, 0.8, 10), load)
+        gains(robot, base, empty, carried, transmission, &options(20.0, 0.8, 10))
     }
 
     fn records(&mut self) -> [Experiment; 2] {
@@ -139,6 +151,28 @@ fn torques_times_a_factor_have_a_gain_as_much_smaller_and_the_same_arm() {
     for (a, b) in one.parameters.iter().zip(&other.parameters) {
         assert!((a.found.value - b.found.value).abs() < 1e-4 * a.found.standard_deviation);
     }
+}
+
+/// True gains and parameters are these times one number, the true gain of the drive that is taken for right.
+#[test]
+fn without_a_load_all_is_by_the_gain_of_one_drive() {
+    let mut study = Study::new(TX40, 7);
+    let [empty, _] = study.records();
+    let found = study.find_by(&empty, None).unwrap();
+    let reference = found.reference.unwrap();
+    let by = study.factors[reference - 1];
+    assert_eq!((found.gains[reference - 1].factor.unwrap().value, found.load), (1.0, None));
+    let mut told = 0;
+    for (gain, truth) in found.gains.iter().zip(&study.factors) {
+        let Some(factor) = gain.factor.filter(|_| gain.joint != reference) else { continue };
+        assert!(factor.deviations_from(truth / by).abs() < 4.0, "{gain:?} {}", truth / by);
+        told += usize::from(factor.standard_deviation < 0.05 * factor.value);
+    }
+    assert!(told >= 3, "{:?}", found.gains);
+    let truth = study.arm.true_base();
+    let off = found.parameters.iter().zip(&truth);
+    let off: Vec<f64> = off.map(|(of, truth)| of.found.deviations_from(truth / by)).collect();
+    assert!(rms(&off) < 1.6, "{off:?}");
 }
 
 #[test]

@@ -59,8 +59,10 @@ pub struct FoundGains {
     pub gains: Vec<FoundGain>,
     /// Base parameters of the arm without load.
     pub parameters: Vec<ArmParameter>,
-    /// The load that all comes from.
-    pub load: KnownLoad,
+    /// The load that all comes from; none where there is no recording with one.
+    pub load: Option<KnownLoad>,
+    /// Without a load the joint by whose stated gain all is, from 1.
+    pub reference: Option<usize>,
     /// How far the stated centre is from the recordings; none where they do not tell it.
     pub centre: Option<Distance>,
     /// ‖residuals‖ / ‖torque‖ of every drive.
@@ -68,33 +70,47 @@ pub struct FoundGains {
 }
 
 /// Finds the torque gains of a cell's drives from measurements without and with a load, of which the samples in each range count.
+/// Without a load they are in units of one drive.
 ///
 /// # Errors
 /// [`FindGainsError`].
 pub fn find_gains(
     cell: &Cell,
     empty: &[(&Measurement, Range<usize>)],
-    loaded: &[(&Measurement, Range<usize>)],
-    load: KnownLoad,
+    loaded: Option<(&[(&Measurement, Range<usize>)], KnownLoad)>,
 ) -> Result<FoundGains, FindGainsError> {
     let is_of_motors = |(measurement, _): &(&Measurement, _)| measurement.side == Side::Motor;
-    let all = || empty.iter().chain(loaded);
+    let all = || empty.iter().chain(loaded.iter().flat_map(|(of, _)| of.iter()));
     let of_motors = all().all(is_of_motors);
     if !of_motors && all().any(is_of_motors) {
         return Err(FindGainsError::Sides);
     }
-    let [empty, loaded] = [joined(cell, empty)?, joined(cell, loaded)?];
+    let empty = joined(cell, empty)?;
+    let loaded = loaded.map(|(of, load)| Ok((joined(cell, of)?, load)));
+    let loaded = loaded.transpose().map_err(FindGainsError::Experiment)?;
+    let carried = loaded.as_ref().map(|(of, load)| (of, *load));
     let transmission = of_motors.then(|| cell.robot.transmission());
-    let records = [&empty, &loaded];
-    let found = gains(&cell.robot, &cell.base, records, transmission, &cell.options, load)?;
-    let Gains { gains, parameters, load, centre, relative_error_per_joint } = found;
+    let found = gains(&cell.robot, &cell.base, &empty, carried, transmission, &cell.options)?;
+    let Gains { gains, parameters, load, reference, centre, relative_error_per_joint } = found;
+    let basis = match (load, reference) {
+        (Some(load), _) => format!("by a load of {} kg", load.mass_kg),
+        (None, reference) => {
+            format!("without a load, by the stated gain of joint {}", reference.unwrap_or(1))
+        }
+    };
     let drives = cell.bus().map(|bus| bus.drives.as_slice()).unwrap_or_default();
-    let gains = gains.iter().map(|gain| FoundGain::of(gain, drives.get(gain.joint - 1), load));
-    Ok(FoundGains { gains: gains.collect(), parameters, load, centre, relative_error_per_joint })
+    let gains = gains.iter().map(|gain| FoundGain::of(gain, drives.get(gain.joint - 1), &basis));
+    let gains = gains.map(|gain| FoundGain {
+        // Its own line is that of the cell.
+        cell_line: gain.cell_line.clone().filter(|_| Some(gain.joint) != reference),
+        ..gain
+    });
+    let gains = gains.collect();
+    Ok(FoundGains { gains, parameters, load, reference, centre, relative_error_per_joint })
 }
 
 impl FoundGain {
-    fn of(gain: &DriveGain, drive: Option<&DriveSpec>, load: KnownLoad) -> Self {
+    fn of(gain: &DriveGain, drive: Option<&DriveSpec>, basis: &str) -> Self {
         let mut scale = drive.map(|drive| drive.torque.scale);
         let stated = scale.as_mut().and_then(stated);
         let (key, unit, value) =
@@ -111,7 +127,7 @@ impl FoundGain {
             stated: value,
             found,
             total_least_squares: value * gain.total_least_squares,
-            cell_line: line.and_then(|((_, drive), found)| line_of(drive, found, unit, load)),
+            cell_line: line.and_then(|((_, drive), found)| line_of(drive, found, unit, basis)),
         }
     }
 }
@@ -132,7 +148,7 @@ fn stated(scale: &mut TorqueScale) -> Option<(&'static str, &'static str, &mut f
 }
 
 /// The drive's torque with the found gain, as a cell file has it.
-fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, load: KnownLoad) -> Option<String> {
+fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, basis: &str) -> Option<String> {
     let (value, deviation) = (found.value.abs(), found.standard_deviation);
     let text = to_uncertainty(value, deviation, DIGITS);
     let number: f64 = text.parse().ok()?;
@@ -143,11 +159,7 @@ fn line_of(drive: &DriveSpec, found: Uncertain, unit: &str, load: KnownLoad) -> 
         Sign::Positive => Sign::Negative,
         Sign::Negative => Sign::Positive,
     };
-    let from = format!(
-        "didim gains: {text} ± {} {unit}, by a load of {} kg",
-        significant(deviation, 2),
-        load.mass_kg
-    );
+    let from = format!("didim gains: {text} ± {} {unit}, {basis}", significant(deviation, 2));
     let provenance = Provenance::try_from(from).ok()?;
     let line = toml::Value::try_from(TorqueGain { scale, sign, provenance }).ok()?;
     Some(format!("torque = {line}"))
@@ -165,10 +177,10 @@ mod tests {
              torque_constant_nm_per_a = 0.5, torque_constant_is = 'rms' } }, sign = 1, provenance = 'x' }",
         )
         .unwrap();
-        let load = KnownLoad { mass_kg: 2.5, centre_m: [0.0; 3] };
+        let basis = "by a load of 2.5 kg";
         let factor = Some(Uncertain { value: -1.5, standard_deviation: 0.01 });
         let gain = DriveGain { joint: 3, factor, total_least_squares: -1.49 };
-        let found = FoundGain::of(&gain, Some(&drive), load);
+        let found = FoundGain::of(&gain, Some(&drive), basis);
         let torque: TorqueGain = toml::from_str::<toml::Table>(&found.cell_line.unwrap()).unwrap()
             ["torque"]
             .clone()
@@ -179,7 +191,7 @@ mod tests {
         assert_eq!(stated(&mut { torque.scale }), expected);
         assert!(torque.provenance.as_str().contains("± 0.0050 N·m/A, by a load of 2.5 kg"));
         // What is not told stays.
-        let untold = FoundGain::of(&DriveGain { factor: None, ..gain }, Some(&drive), load);
+        let untold = FoundGain::of(&DriveGain { factor: None, ..gain }, Some(&drive), basis);
         assert_eq!((untold.found, untold.cell_line, untold.stated), (None, None, 0.5));
     }
 }

@@ -29,7 +29,12 @@ pub fn gains_text(found: &FoundGains) -> String {
     let header = ["joint", "stated", "found", "σ", "unit", "found / stated", "not explained"];
     let mut text = aligned(&header, &rows);
 
-    text += "\nparameters of the arm without the load, by these gains\n";
+    text += &match found.reference {
+        None => "\nparameters of the arm without the load, by these gains\n".to_owned(),
+        Some(joint) => format!(
+            "\nparameters of the arm in units of drive {joint}: the true ones are these times true over stated gain of joint {joint}\n"
+        ),
+    };
     let rows: Vec<Vec<String>> = (found.parameters.iter())
         .map(|of| {
             let (value, sigma) = (of.found.value, of.found.standard_deviation);
@@ -70,6 +75,13 @@ fn notes(found: &FoundGains) -> Vec<String> {
         joints(found.gains.iter().filter(|gain| gain.key.is_none())),
         "the cell file has no gain of the torque; multiply by this where the torque is made N·m",
     );
+    if let Some(joint) = found.reference {
+        notes.push(format!(
+            "without a load nothing is in N·m: gains and parameters are proportional to the stated gain of joint {joint}, which nothing checks; \
+             a second recording with a known load (--loaded) tells it; σ is that of the noise, without errors of the model"
+        ));
+        return notes;
+    }
     notes.push(match &found.centre {
         Some(centre) => format!(
             "the recordings {} the stated centre for the stated mass: χ² {} of {} (by chance with a probability of {})",

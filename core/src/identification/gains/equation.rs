@@ -26,15 +26,19 @@ pub(super) struct Equation {
     pub(super) known: DVector<f64>,
     /// What moments of the load would do (r × 3).
     pub(super) moments: DMatrix<f64>,
+    /// Without a load the drive whose gain is taken for 1, from 0.
+    pub(super) reference: Option<usize>,
 }
 
+/// A load, and the first sample of an experiment with it.
+pub(super) type Carried = (KnownLoad, usize);
+
 impl Equation {
-    /// Along an experiment whose samples from `first_loaded` on are those with the load. Torques are those of the motors of a
+    /// Along an experiment whose samples from some on are those with the load. Torques are those of the motors of a
     /// transmission, or of the joints.
     pub(super) fn new(
         context: &Context<'_>,
-        load: KnownLoad,
-        first_loaded: usize,
+        carried: Option<Carried>,
         transmission: Option<&Transmission>,
     ) -> Result<Self, GainsError> {
         let Context { robot, base, selection, .. } = context;
@@ -42,6 +46,29 @@ impl Equation {
         let BaseColumns { selected, beside } = BaseColumns::new(context, &motion)?;
         let arm = torque_equation(context, selected, filtered_torque(context)?, &motion)?;
         let matrix = arm.matrix().dense();
+
+        let vector = |of: DVector<f64>| DMatrix::from_column_slice(of.len(), 1, of.as_slice());
+        let of_drives = |rows: DMatrix<f64>| match transmission {
+            None => rows,
+            Some(transmission) => of_motors(&rows, transmission, arm.rows_per_joint()),
+        };
+        let measured = of_drives(vector(arm.measured().into_owned())).column(0).into_owned();
+        let Some((load, first_loaded)) = carried else {
+            if arm.known().is_some() {
+                return Err(GainsError::KnownTorque);
+            }
+            let rows = measured.len();
+            let mut equation = Self {
+                drives: robot.joints(),
+                torque: measured,
+                unknown: of_drives(matrix),
+                known: DVector::zeros(rows),
+                moments: DMatrix::zeros(rows, 0),
+                reference: None,
+            };
+            equation.reference = equation.least_noisy();
+            return Ok(equation);
+        };
 
         // The load regroups into all base parameters, whichever are identified.
         let left_out = base.columns().iter().filter(|column| !selection.columns().contains(column));
@@ -71,19 +98,37 @@ impl Equation {
         unknown.columns_mut(own, inertia.ncols()).copy_from(&inertia);
 
         let known = arm.known().map_or_else(|| weight.clone(), |known| known + &weight);
-        let measured = arm.measured().into_owned();
-        let vector = |of: DVector<f64>| DMatrix::from_column_slice(of.len(), 1, of.as_slice());
-        let of_drives = |rows: DMatrix<f64>| match transmission {
-            None => rows,
-            Some(transmission) => of_motors(&rows, transmission, per_joint),
-        };
         Ok(Self {
             drives: robot.joints(),
-            torque: of_drives(vector(measured)).column(0).into_owned(),
+            torque: measured,
             unknown: of_drives(unknown),
             known: of_drives(vector(known)).column(0).into_owned(),
             moments: of_drives(basis(&of_load.columns(6, 3).into_owned())),
+            reference: None,
         })
+    }
+
+    /// The drive of whose torque its own rows leave the smallest share.
+    fn least_noisy(&self) -> Option<usize> {
+        let rows = self.rows_per_drive();
+        let share = |drive: usize| {
+            let [unknown, torque] = [self.unknown.rows(drive * rows, rows).into_owned(), {
+                let torque = self.torque.rows(drive * rows, rows);
+                DMatrix::from_column_slice(rows, 1, torque.into_owned().as_slice())
+            }];
+            let mut left = torque.clone();
+            unknown.qr().q_tr_mul(&mut left);
+            let own = self.unknown.ncols().min(rows);
+            left.rows(own, rows - own).norm() / torque.norm()
+        };
+        let shares = (0..self.drives).map(|drive| (drive, share(drive)));
+        let told = shares.filter(|(_, share)| share.is_finite());
+        told.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(drive, _)| drive)
+    }
+
+    /// The drives whose gains are unknown, from 0.
+    pub(super) fn free(&self) -> Vec<usize> {
+        (0..self.drives).filter(|drive| Some(*drive) != self.reference).collect()
     }
 
     /// Rows N of each drive.

@@ -18,6 +18,11 @@ pub enum GainsError {
         /// The centre given \[m\].
         centre_m: [f64; 3],
     },
+    /// A torque of the robot file is known in N·m, and no gain is.
+    #[error(
+        "this robot has a known torque in N·m beside the model, and without a load nothing else is in N·m; record with a known load, too"
+    )]
+    KnownTorque,
     /// No torque of any drive is known by the load.
     #[error(
         "along the recording with the load its weight and its centre move no drive; move the joints that carry it, in several \
@@ -26,8 +31,8 @@ pub enum GainsError {
     Unseen,
     /// The recordings tell no gain.
     #[error(
-        "the recordings do not tell the gains of joints {}: the load changes too little of their torques; use a heavier load, further from \
-         the axes, and the same wide motion of all joints in both recordings", text(.joints)
+        "the recordings do not tell the gains of joints {}: too little of their torques goes with those of other joints, or with a load; use a heavier \
+         load, further from the axes, and the same wide motion of all joints in both recordings", text(.joints)
     )]
     NotTold {
         /// Joints, from 1.

@@ -45,16 +45,20 @@ impl Equation {
     /// identification of joint drive gains and dynamic parameters of robots*, 2014). U and l are taken for exact, as S. Van Huffel and
     /// J. Vandewalle have it (*The Total Least Squares Problem*, 1991, section 3.5): a QR decomposition takes them out of T first.
     /// The rows of each drive are divided by its noise, which is what its own rows leave of its torque, whatever the others'.
+    /// Without a load there is no l, and the gain of the reference is 1.
     ///
     /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
     pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {
-        let (rows, own) = (self.rows_per_drive(), self.unknown.ncols() + 1);
+        let unknowns = self.unknown.ncols();
+        let (rows, own) = (self.rows_per_drive(), unknowns + usize::from(self.reference.is_none()));
         let mut stacked = DMatrix::zeros(self.drives * (own + 1), own + self.drives);
         for drive in 0..self.drives {
             let first = drive * rows;
             let mut block = DMatrix::zeros(rows, own + 1);
-            block.columns_mut(0, own - 1).copy_from(&self.unknown.rows(first, rows));
-            block.set_column(own - 1, &self.known.rows(first, rows));
+            block.columns_mut(0, unknowns).copy_from(&self.unknown.rows(first, rows));
+            if self.reference.is_none() {
+                block.set_column(unknowns, &self.known.rows(first, rows));
+            }
             block.set_column(own, &self.torque.rows(first, rows));
             let mut triangle = block.qr().unpack_r();
             if triangle.nrows() <= own {
@@ -73,9 +77,9 @@ impl Equation {
         let gains = singular.v_t?.row(singular.singular_values.imin()).transpose();
         let others = r.view((0, own), (own, self.drives)) * &gains;
         let others = r.view((0, 0), (own, own)).solve_upper_triangular(&others)?;
-        let scale = others[own - 1];
+        let scale = self.reference.map_or_else(|| others[unknowns], |drive| gains[drive]);
         let found =
-            TotalLeastSquares { gains: gains / scale, unknowns: others.rows(0, own - 1) / scale };
+            TotalLeastSquares { gains: gains / scale, unknowns: others.rows(0, unknowns) / scale };
         let finite = |values: &DVector<f64>| values.iter().all(|value| value.is_finite());
         (finite(&found.gains) && finite(&found.unknowns)).then_some(found)
     }
@@ -90,7 +94,8 @@ impl Equation {
         start: &TotalLeastSquares,
         filter: &RowFilter,
     ) -> Result<Estimate, GainsError> {
-        let n = self.drives;
+        let free = self.free();
+        let n = free.len();
         let mut inverse = start.gains.map(|gain| 1.0 / gain);
         let mut unknowns = start.unknowns.clone();
         for _ in 0..STEPS {
@@ -98,13 +103,20 @@ impl Equation {
             let solution = self.solved(&system, &inverse, &unknowns)?;
             let sigma = solution.standard_deviations();
             let found = &solution.parameters;
-            let moved = (0..n).map(|k| (found[k] - inverse[k]).abs() / sigma[k]);
+            let moved = free.iter().enumerate();
+            let moved = moved.map(|(k, drive)| (found[k] - inverse[*drive]).abs() / sigma[k]);
             let moved = moved.fold(0.0, f64::max);
-            inverse = found.rows(0, n).into_owned();
+            free.iter().zip(found.iter()).for_each(|(drive, value)| inverse[*drive] = *value);
             unknowns = found.rows(n, found.len() - n).into_owned();
             if moved < AT_REST {
                 let analysis = ResidualAnalysis::new(&system, &solution, filter);
-                let (covariance, values) = (analysis.covariance(), solution.parameters.clone());
+                let (mut covariance, mut values) =
+                    (analysis.covariance(), solution.parameters.clone());
+                if let Some(reference) = self.reference {
+                    values = values.insert_row(reference, 1.0);
+                    covariance =
+                        covariance.insert_row(reference, 0.0).insert_column(reference, 0.0);
+                }
                 let residuals = self.residuals(&inverse, &unknowns);
                 return Ok(Estimate { values, covariance, residuals });
             }
@@ -134,22 +146,28 @@ impl Equation {
         unknowns: &DVector<f64>,
         beside: Option<&DMatrix<f64>>,
     ) -> Result<Observations, GainsError> {
-        let (n, rows, own) = (self.drives, self.rows_per_drive(), self.unknown.ncols());
+        let (free, rows, own) = (self.free(), self.rows_per_drive(), self.unknown.ncols());
+        let n = free.len();
         let arm = self.arm(unknowns);
         let further = beside.map_or(0, DMatrix::ncols);
         let mut matrix = DMatrix::zeros(arm.len(), n + own + further);
         let mut right = self.torque.clone();
-        for drive in 0..n {
+        for drive in 0..self.drives {
             let (first, by) = (drive * rows, inverse[drive]);
-            matrix.view_mut((first, drive), (rows, 1)).copy_from(&arm.rows(first, rows));
+            let column = free.binary_search(&drive).ok();
+            if let Some(column) = column {
+                matrix.view_mut((first, column), (rows, 1)).copy_from(&arm.rows(first, rows));
+            }
             let of_unknowns = self.unknown.rows(first, rows) * by;
             matrix.view_mut((first, n), (rows, own)).copy_from(&of_unknowns);
             if let Some(beside) = beside {
                 let of_beside = beside.rows(first, rows) * by;
                 matrix.view_mut((first, n + own), (rows, further)).copy_from(&of_beside);
             }
-            let mut right = right.rows_mut(first, rows);
-            right += &of_unknowns * unknowns;
+            if column.is_some() {
+                let mut right = right.rows_mut(first, rows);
+                right += &of_unknowns * unknowns;
+            }
         }
         Observations::new(matrix, right, n).map_err(|error| self.named(error))
     }
@@ -178,12 +196,13 @@ impl Equation {
         match error {
             RegressionError::ZeroColumns { columns }
             | RegressionError::DependentColumns { columns } => {
-                let all = 1..=self.drives;
-                let joints: Vec<_> = all.clone().filter(|k| columns.contains(&(k - 1))).collect();
-                // A parameter of the arm that nothing tells without the gains: as good as all of them.
-                GainsError::NotTold {
-                    joints: if joints.is_empty() { all.collect() } else { joints },
+                let free = self.free();
+                let mut drives: Vec<_> = columns.iter().filter_map(|k| free.get(*k)).collect();
+                // A parameter of the arm that nothing tells without the gains is as good as all of them.
+                if drives.is_empty() {
+                    drives = free.iter().collect();
                 }
+                GainsError::NotTold { joints: drives.into_iter().map(|drive| drive + 1).collect() }
             }
             other => GainsError::Regression(other),
         }
@@ -208,7 +227,7 @@ mod tests {
         let gain = |row: usize| if row < N { 4.0 } else { 0.25 };
         let torque = DVector::from_fn(2 * N, |row, _| (arm[row] + noise(row)) / gain(row));
         let moments = DMatrix::zeros(2 * N, 0);
-        Equation { drives: 2, torque, unknown, known, moments }
+        Equation { drives: 2, torque, unknown, known, moments, reference: None }
     }
 
     /// core/tests/golden/gains.py.
@@ -222,6 +241,26 @@ mod tests {
 
     const GOLDEN: [f64; 4] =
         [3.9953769997403614, 0.24926478359525472, 1.99575800255071, -0.9986364869232148];
+
+    /// Without a load, in units of the first drive.
+    #[test]
+    fn without_a_scale_all_is_in_units_of_one_drive() {
+        let mut equation = equation();
+        for drive in 0..2 {
+            let mut torque = equation.torque.rows_mut(40 * drive, 40);
+            torque -= equation.known.rows(40 * drive, 40) * [0.25, 4.0][drive];
+        }
+        (equation.known, equation.reference) = (DVector::zeros(80), Some(0));
+        let start = equation.total_least_squares().unwrap();
+        let filter = RowFilter::new(equation.rows_per_drive(), 1.0, |_| 1.0);
+        let found = equation.most_probable(&start, &filter).unwrap();
+        for (k, value) in [1.0, 16.0, 0.5, -0.25].into_iter().enumerate() {
+            assert!((found.values[k] / value - 1.0).abs() < 0.01, "{k}: {}", found.values[k]);
+            let off = found.values[k] - value;
+            let sigma = found.covariance[(k, k)].sqrt();
+            assert!(off.abs() < 4.0 * sigma || (k == 0 && off == 0.0), "{k}: {off} {sigma}");
+        }
+    }
 
     #[test]
     fn the_noise_in_the_torques_alone_is_what_is_made_small() {

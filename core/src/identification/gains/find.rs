@@ -42,15 +42,19 @@ pub struct Gains {
     pub gains: Vec<DriveGain>,
     /// Of the arm without load.
     pub parameters: Vec<ArmParameter>,
-    /// The load that they come from.
-    pub load: KnownLoad,
+    /// The load that they come from; without one, all is by the stated gain of the reference.
+    pub load: Option<KnownLoad>,
+    /// Without a load the joint whose drive's stated gain is taken for right, from 1: other gains and all parameters are
+    /// proportional to it.
+    pub reference: Option<usize>,
     /// How far the centre that is stated is from what the records have by themselves; none where they do not tell it.
     pub centre: Option<Distance>,
     /// Of each drive the part of the torque that is not explained, ‖residuals‖ / ‖torque‖.
     pub relative_error_per_joint: Vec<f64>,
 }
 
-/// The torque gains of all drives and the base parameters χ, from a record of the arm empty and one with a load of known mass and centre:
+/// The torque gains of all drives and the base parameters χ, from a record of the arm empty and, where there is one, one with a load
+/// of known mass and centre:
 ///
 /// ```text
 /// g_k t_k = W_k χ              empty
@@ -60,30 +64,36 @@ pub struct Gains {
 /// w is the torque of the load's mass at its centre, J that of its inertia about the centre, which nobody knows, and t what is measured, by the
 /// stated gains. Total least squares give the start and the noise in the measured torques alone the estimate. Torques are those of the motors of a
 /// transmission, or, without one, of the joints. Uncertainties are of the noise: neither of what the model lacks nor of how well the load is
-/// known, to whose mass all gains and parameters are proportional.
+/// known, to whose mass all gains and parameters are proportional. Without a load the scale is that of one drive.
 ///
 /// # Errors
 /// [`GainsError`].
 pub fn gains(
     robot: &Robot,
     base: &BaseParameters,
-    [empty, loaded]: [&Experiment; 2],
+    empty: &Experiment,
+    carried: Option<(&Experiment, KnownLoad)>,
     transmission: Option<&Transmission>,
     options: &Options,
-    load: KnownLoad,
 ) -> Result<Gains, GainsError> {
-    let KnownLoad { mass_kg, centre_m } = load;
-    if !(mass_kg.is_finite() && mass_kg > 0.0 && centre_m.iter().all(|of| of.is_finite())) {
+    let load = carried.map(|(_, load)| load);
+    if let Some(KnownLoad { mass_kg, centre_m }) = load
+        && !(mass_kg.is_finite() && mass_kg > 0.0 && centre_m.iter().all(|of| of.is_finite()))
+    {
         return Err(GainsError::Load { mass_kg, centre_m });
     }
-    let both = Experiment::joined(&[empty.clone(), loaded.clone()])?;
+    let both = match carried {
+        Some((loaded, _)) => &Experiment::joined(&[empty.clone(), loaded.clone()])?,
+        None => empty,
+    };
     let options =
         Options { keep_nominal: None, required_parameters: None, robust: None, ..options.clone() };
-    let context = Context::new(robot, base, &both, &options, Method::IdimLs)?;
+    let context = Context::new(robot, base, both, &options, Method::IdimLs)?;
     if context.model.feels_loads() {
         return Err(GainsError::LoadFriction);
     }
-    let equation = Equation::new(&context, load, empty.samples(), transmission)?;
+    let carried = load.map(|load| (load, empty.samples()));
+    let equation = Equation::new(&context, carried, transmission)?;
     equation.check().map_err(|error| context.selection.named(error))?;
     let filter = context.row_filter();
     let joints = equation.drives;
@@ -106,7 +116,7 @@ pub fn gains(
             total_least_squares: start.gains[k],
         })
         .collect();
-    if gains.iter().all(|gain| gain.factor.is_none()) {
+    if equation.free().into_iter().all(|drive| gains[drive].factor.is_none()) {
         return Err(all());
     }
     let selection = &context.selection;
@@ -127,7 +137,8 @@ pub fn gains(
         gains,
         parameters,
         load,
-        centre: equation.centre(&estimate, &filter),
+        reference: equation.reference.map(|drive| drive + 1),
+        centre: load.and_then(|_| equation.centre(&estimate, &filter)),
         relative_error_per_joint: (0..joints)
             .map(|k| norm(&estimate.residuals, k) / norm(&equation.torque, k))
             .collect(),
