@@ -117,6 +117,10 @@ impl Worker {
             if self.silence.is_new(Instant::now()) {
                 self.keep_fault("silence");
             }
+            if self.silence.is_silent() {
+                let event = self.windower.handle_silence();
+                self.handle(event, WhenBusy::Reject, stop)?;
+            }
             while let Some(batch) = self.reader.receive()? {
                 self.shared.record_taken(&batch, monotonic_ns());
                 let kind = batch.kind();

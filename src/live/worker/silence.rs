@@ -11,18 +11,28 @@ const SILENT_AFTER: Duration = Duration::from_secs(1);
 pub(super) struct SilenceWatch {
     /// When the last sample came, unless the silence after it was told.
     last: Option<Instant>,
+    /// It was told, and no sample has come since.
+    is_silent: bool,
 }
 
 impl SilenceWatch {
     /// Samples came.
     pub(super) fn handle_samples(&mut self, now: Instant) {
         self.last = Some(now);
+        self.is_silent = false;
     }
 
     /// Whether a silence has begun that was not told yet.
     pub(super) fn is_new(&mut self, now: Instant) -> bool {
         let silent = |last: &mut Instant| now.saturating_duration_since(*last) >= SILENT_AFTER;
-        self.last.take_if(silent).is_some()
+        let is_new = self.last.take_if(silent).is_some();
+        self.is_silent |= is_new;
+        is_new
+    }
+
+    /// Whether a silence was told that has not ended.
+    pub(super) fn is_silent(&self) -> bool {
+        self.is_silent
     }
 }
 
@@ -36,10 +46,11 @@ mod tests {
         let at = |ms| start + Duration::from_millis(ms);
         assert!(!watch.is_new(at(5000)), "before the first sample nothing is missing");
         watch.handle_samples(at(6000));
-        assert!(!watch.is_new(at(6999)));
-        assert!(watch.is_new(at(7000)));
-        assert!(!watch.is_new(at(9000)));
+        assert!(!watch.is_new(at(6999)) && !watch.is_silent());
+        assert!(watch.is_new(at(7000)) && watch.is_silent());
+        assert!(!watch.is_new(at(9000)) && watch.is_silent());
         watch.handle_samples(at(9500));
+        assert!(!watch.is_silent());
         assert!(watch.is_new(at(20_000)));
     }
 }

@@ -199,6 +199,12 @@ impl Windower {
         }
     }
 
+    /// No sample comes any more: a window that was to be closed has its margin within it.
+    pub fn handle_silence(&mut self) -> Option<WindowEvent> {
+        let open = self.open.take_if(|open| open.close_at.is_some())?;
+        Some(open.close(&self.plan, WindowEnd::Command))
+    }
+
     /// Closes the open window here, its last samples being its margin.
     ///
     /// # Errors

@@ -213,6 +213,17 @@ fn commands_open_and_close_with_margins() {
     assert_eq!(window.samples[window.counted.start].sequence, 500);
     assert_eq!(window.counted.len(), 400);
 
+    // The bus falls silent within the margin.
+    windower.handle_begin().unwrap();
+    let more = samples(3000, &[0..3000]);
+    assert_eq!(events(&mut windower, &more[2000..2500]), []);
+    assert_eq!(windower.handle_silence(), None, "nobody has asked to close it");
+    windower.handle_end().unwrap();
+    let event = windower.handle_silence().unwrap();
+    assert_eq!((closed(&event).last_sequence(), closed(&event).end), (2499, WindowEnd::Command));
+    assert_eq!(closed(&event).samples.len() - closed(&event).counted.end, 50);
+    assert_eq!(windower.handle_silence(), None);
+
     let mut by_motion = self::windower(&motion());
     assert_eq!(by_motion.handle_begin(), Err(CommandError::NotByCommand));
     assert_eq!(by_motion.handle_end(), Err(CommandError::NotByCommand));
