@@ -169,7 +169,7 @@ impl Equation {
                 right += &of_unknowns * unknowns;
             }
         }
-        Observations::new(matrix, right, n).map_err(|error| self.named(error))
+        Observations::new(matrix, right, self.drives).map_err(|error| self.named(error))
     }
 
     /// With the noise that these values leave.
