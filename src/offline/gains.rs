@@ -69,6 +69,9 @@ pub struct FoundGains {
     pub relative_error_per_joint: Vec<f64>,
 }
 
+/// Measurements, and which samples of each count.
+type Counted<'a> = [(&'a Measurement, Range<usize>)];
+
 /// Finds the torque gains of a cell's drives from measurements without and with a load, of which the samples in each range count.
 /// Without a load they are in units of one drive.
 ///
@@ -76,8 +79,8 @@ pub struct FoundGains {
 /// [`FindGainsError`].
 pub fn find_gains(
     cell: &Cell,
-    empty: &[(&Measurement, Range<usize>)],
-    loaded: Option<(&[(&Measurement, Range<usize>)], KnownLoad)>,
+    empty: &Counted<'_>,
+    loaded: Option<(&Counted<'_>, KnownLoad)>,
 ) -> Result<FoundGains, FindGainsError> {
     let is_of_motors = |(measurement, _): &(&Measurement, _)| measurement.side == Side::Motor;
     let all = || empty.iter().chain(loaded.iter().flat_map(|(of, _)| of.iter()));
