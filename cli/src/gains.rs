@@ -64,7 +64,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { declared_mass_kg, declared_centre_m, .. } = *arguments;
     let load = declared_mass_kg.zip(declared_centre_m);
     let load = load.map(|(mass_kg, centre_m)| KnownLoad { mass_kg, centre_m });
-    let loaded = loaded.as_ref().map(|of| pairs(of)).zip(load);
+    let loaded = loaded.as_deref().map(pairs).zip(load);
     let working = Working::on("finding the gains");
     let carried = loaded.as_ref().map(|(of, load)| (&of[..], *load));
     let found = working.during(|| find_gains(&cell, &pairs(&empty), carried));
