@@ -196,7 +196,7 @@ fn gains_of_a_piper_are_found_by_a_load() {
     assert!(told >= 4, "{printed}");
     // Without the load, by the stated gain of one drive; the ratio to it is that of the true ones.
     let alone = json(&succeed(&[&arguments[..5], &[&"--json"]].concat()));
-    let reference = alone["reference"].as_u64().unwrap() as usize - 1;
+    let reference = usize::try_from(alone["reference"].as_u64().unwrap()).unwrap() - 1;
     let stated_gains = [4.725, 2.3625, 4.725, 0.95844, 0.95844, 0.95844];
     let by = truth[reference] / stated_gains[reference];
     assert_eq!(alone["load"], Value::Null);
