@@ -12,7 +12,7 @@ use super::progress::Working;
 use super::tell::tell;
 use didim::cell::Cell;
 use didim::offline::{Advised, OTHER_CONFIGURATION, StoredModel};
-use didim::report::advice_text;
+use didim::report::{advice_text, foretold_lines};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -52,9 +52,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some((path, format)) = format {
         for (number, piece) in (1..).zip(&advised.advice.pieces) {
             let path = numbered(path, number);
+            let foretold = foretold_lines(&subject.assignment, &piece.deviations);
             write_text(
                 &path,
-                &motion_text(&path, format, &subject, &piece.design, &piece.deviations)?,
+                &motion_text(
+                    &path,
+                    format,
+                    &subject,
+                    &piece.design.series,
+                    (&piece.design).into(),
+                    &foretold,
+                )?,
             )?;
         }
     }

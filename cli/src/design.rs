@@ -5,19 +5,22 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::excitation::{
-    Corners, Design, ExcitationError, Margins, Progress, Task, design, predicted,
+    Corners, Course, Design, ExcitationError, Margins, Progress, Task, design, predicted, sweep,
+    terms,
 };
 use didim_core::robot::Robot;
 use indicatif::ProgressBar;
 
 use super::CliError;
-use super::input::{numbers, positive};
+use super::input::{centre, numbers, positive};
 use super::output::{check_outputs, print, write_text};
 use super::progress::styled;
 use super::tell::tell;
 use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
-use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
-use didim::report::{design_header, design_text, html};
+use didim::offline::{Assignment, OTHER_CONFIGURATION, PointLoad, StoredModel, Wanted};
+use didim::report::{
+    Checked, design_header, design_text, foretold_lines, html, load_lines, sweep_lines, sweep_text,
+};
 use didim_formats::{MotionFile, MotionFormat};
 
 /// Searches from so many random motions, side by side; the best is taken.
@@ -33,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     cell: Option<PathBuf>,
     /// What is known already: a result that the service stored, or what `didim identify --json` printed
-    #[arg(long, value_name = "FILE", requires = "cell")]
+    #[arg(long, value_name = "FILE", requires = "cell", required_if_eq("objective", "payload"))]
     result: Option<PathBuf>,
     /// Length of the motion [s]
     #[arg(long, value_name = "S", value_parser = positive)]
@@ -47,8 +50,22 @@ pub(super) struct Arguments {
     /// What is to be small
     #[arg(long, value_enum, default_value_t = Objective::Deviations)]
     objective: Objective,
+    /// Joints that move, from 1, with commas between them; all when left out. The others stand where that is best, and what
+    /// they measure counts nothing
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    joints: Option<Vec<usize>>,
+    /// Sweep these joints for their friction, in place of a search, from 1, with commas between them: one after the other, there and
+    /// back at constant speeds, each in an equal part of the duration
+    #[arg(long, value_name = "N", value_delimiter = ',', conflicts_with_all = ["joints", "objective", "parameters", "declared_mass_kg", "steps"])]
+    friction_sweep: Option<Vec<usize>>,
+    /// Mass that is expected of the load that `--objective payload` is about [kg]
+    #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true, required_if_eq("objective", "payload"))]
+    declared_mass_kg: Option<f64>,
+    /// Its centre, in the frame of the last link [m]
+    #[arg(long, value_name = "X,Y,Z", value_parser = centre, allow_hyphen_values = true, requires = "declared_mass_kg", required_if_eq("objective", "payload"))]
+    declared_centre_m: Option<[f64; 3]>,
     /// Parameters that are to be told, with commas between them; all that are identified when left out
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "declared_mass_kg")]
     parameters: Option<Vec<String>>,
     #[command(flatten)]
     within: Within,
@@ -102,6 +119,8 @@ pub(super) fn wanted<'a>(
         margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
         accelerations,
         inside: within.inside,
+        moving: None,
+        load: None,
         parameters: None,
         condition_number: false,
     }
@@ -114,6 +133,8 @@ enum Objective {
     Deviations,
     /// The condition number of the base columns of inertia, unweighted and without friction
     ConditionNumber,
+    /// The standard deviations of what `didim payload` finds of a load, likewise
+    Payload,
 }
 
 /// The arm of the command line.
@@ -145,19 +166,21 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Subject { joints, assignment, .. } = &subject;
     let formats = out.iter().map(|path| format_of(path, joints.len()));
     let formats = formats.collect::<Result<Vec<_>, _>>()?;
+    if let Some(joints) = &arguments.friction_sweep {
+        return swept(arguments, joints, &formats, &subject);
+    }
     let best = searched(&assignment.task, arguments.steps).map_err(CliError::failed)?;
     let told = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
+    let foretold = match &assignment.load {
+        Some(load) if assignment.measured_noise => load_lines(load, &told),
+        Some(_) => Vec::new(),
+        None => foretold_lines(assignment, &told.deviations),
+    };
     let mut texts = Vec::new();
     for (path, format) in out.iter().zip(&formats) {
-        texts.push(motion_text(path, *format, &subject, &best, &told.deviations)?);
+        texts.push(motion_text(path, *format, &subject, &best.series, (&best).into(), &foretold)?);
     }
-    for (path, text) in out.iter().zip(&texts) {
-        write_text(path, text)?;
-    }
-    if let Some(path) = preview {
-        let header = design_header(subject.robot.name(), assignment, &best, &told.deviations, true);
-        write_text(path, &html::preview(&subject.robot, &best.series, &header))?;
-    }
+    arguments.write(&subject, &best.series, (&best).into(), &foretold, &texts)?;
     for (path, _) in out.iter().zip(formats).filter(|(_, format)| !format.keeps_time()) {
         let what =
             "the controller makes the time law, and the standard deviations do not hold for it";
@@ -166,17 +189,41 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print(&design_text(assignment, &best, &told))
 }
 
+/// A friction sweep.
+fn swept(
+    arguments: &Arguments,
+    joints: &[usize],
+    formats: &[MotionFormat],
+    subject: &Subject,
+) -> Result<(), CliError> {
+    let Subject { robot, assignment, .. } = subject;
+    for (path, format) in arguments.out.iter().zip(formats) {
+        format.takes_sweeps().map_err(|error| CliError::in_file(path, error))?;
+    }
+    let places: Vec<usize> = joints.iter().map(|joint| joint - 1).collect();
+    let found = sweep(&assignment.task, &places).map_err(CliError::failed)?;
+    let told = terms(&assignment.task, robot, &found.sweep);
+    let lines = sweep_lines(robot, assignment, &found.sweep, &told);
+    let mut texts = Vec::new();
+    for (path, format) in arguments.out.iter().zip(formats) {
+        texts.push(motion_text(path, *format, subject, &found.sweep, (&found).into(), &lines)?);
+    }
+    arguments.write(subject, &found.sweep, (&found).into(), &lines, &texts)?;
+    print(&sweep_text(assignment, (&found).into(), &lines))
+}
+
 /// A motion as the file of this name.
 pub(super) fn motion_text(
     path: &Path,
     format: MotionFormat,
     subject: &Subject,
-    design: &Design,
-    deviations: &[f64],
+    motion: &dyn Course,
+    checked: Checked<'_>,
+    foretold: &[String],
 ) -> Result<String, CliError> {
     let Subject { robot, joints, assignment } = subject;
-    let header = design_header(robot.name(), assignment, design, deviations, format.keeps_time());
-    let file = MotionFile { series: &design.series, joints, header: &header };
+    let header = design_header(robot.name(), assignment, checked, foretold, format.keeps_time());
+    let file = MotionFile { motion, joints, header: &header };
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
     format.write(&file, stem).map_err(|error| CliError::in_file(path, error))
 }
@@ -190,7 +237,29 @@ pub(super) fn format_of(path: &Path, joints: usize) -> Result<MotionFormat, CliE
 }
 
 impl Arguments {
+    /// The files, when there is nothing left that can fail.
+    fn write(
+        &self,
+        subject: &Subject,
+        motion: &dyn Course,
+        checked: Checked<'_>,
+        foretold: &[String],
+        texts: &[String],
+    ) -> Result<(), CliError> {
+        for (path, text) in self.out.iter().zip(texts) {
+            write_text(path, text)?;
+        }
+        let Some(path) = &self.preview else { return Ok(()) };
+        let header =
+            design_header(subject.robot.name(), &subject.assignment, checked, foretold, true);
+        write_text(path, &html::preview(&subject.robot, motion, &header))
+    }
+
     fn subject(&self) -> Result<Subject, CliError> {
+        if self.objective != Objective::Payload && self.declared_mass_kg.is_some() {
+            let what = "--declared-mass-kg and --declared-centre-m go with --objective payload";
+            return Err(CliError::Usage(what.to_owned()));
+        }
         match (&self.cell, &self.robot) {
             (Some(file), _) => self.of_cell(file),
             (None, Some(file)) => self.of_robot(file),
@@ -237,10 +306,20 @@ impl Arguments {
 
     fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {
         Wanted {
+            moving: self.joints.as_deref().or(self.friction_sweep.as_deref()),
+            load: self.load(),
             parameters: self.parameters.as_deref(),
             condition_number: self.objective == Objective::ConditionNumber,
             ..wanted(&self.within, accelerations, self.duration)
         }
+    }
+}
+
+impl Arguments {
+    /// The load that is to be told; stated for that objective alone.
+    fn load(&self) -> Option<PointLoad> {
+        let (mass_kg, centre_m) = (self.declared_mass_kg?, self.declared_centre_m?);
+        (self.objective == Objective::Payload).then_some(PointLoad { mass_kg, centre_m })
     }
 }
 

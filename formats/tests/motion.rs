@@ -25,7 +25,7 @@ fn series(joints: usize) -> FourierSeries {
 fn written(format: MotionFormat, series: &FourierSeries) -> String {
     let joints: Vec<String> = (1..=series.joints.len()).map(|j| format!("arm_{j}")).collect();
     let header = ["first at 10 %".to_owned(), "collision NOT checked".to_owned()];
-    let file = MotionFile { series, joints: &joints, header: &header };
+    let file = MotionFile { motion: series, joints: &joints, header: &header };
     let text = format.write(&file, "a-motion").unwrap();
     for line in &header {
         assert!(text.contains(line), "{format:?}");
@@ -222,7 +222,7 @@ fn what_cannot_be_written_is_refused_with_what_to_do() {
     let refused = MotionFormat::of(Path::new("a.txt")).unwrap_err();
     assert!(refused.to_string().contains(".script (Universal Robots)"), "{refused}");
     let seven = series(7);
-    let file = MotionFile { series: &seven, joints: &[], header: &[] };
+    let file = MotionFile { motion: &seven, joints: &[], header: &[] };
     for format in [MotionFormat::UrScript, MotionFormat::Krl, MotionFormat::Rapid] {
         let refused = format.write(&file, "a").unwrap_err();
         assert!(matches!(refused, MotionError::SixAxes { joints: 7, .. }));

@@ -12,10 +12,17 @@ use didim_core::trajectory::SampledReference;
 use didim_sim::{Motion, Scenario, tx40_paper};
 use nalgebra::DMatrix;
 
-use crate::common::experiment::{experiment, listed, regression};
+use crate::common::experiment::{experiment_after, listed, regression};
 use crate::common::parallel::in_parallel;
 
 const RATE_HZ: f64 = 5000.0;
+/// Rest before and after a motion, in samples: 1 s, for a designed one begins where gravity pulls, and the loop, which has
+/// no integral, first sags there.
+const REST: usize = 5000;
+
+fn experiment(scenario: &Scenario) -> Experiment {
+    experiment_after(scenario, REST)
+}
 
 fn identified(scenario: &Scenario, base: &BaseParameters) -> Estimate {
     identified_from(scenario, base, &experiment(scenario))
@@ -45,6 +52,7 @@ fn task_of(robot: &Robot, base: &BaseParameters, result: &Estimate, duration_s: 
         bounds: Bounds::new(robot, Margins::default(), None, Some(nominal)).unwrap(),
         model: Model::new(robot),
         duration_s,
+        moving: vec![true; robot.joints()],
         columns,
         before: DMatrix::zeros(count, count),
         noise: Noise {
@@ -69,24 +77,35 @@ fn on(scenario: &Scenario, series: &FourierSeries) -> Scenario {
     moved
 }
 
-/// The scatter of each parameter over the recordings, relative to what was foretold: the least and the largest, with their names.
-fn worst_scatter(estimates: &[Estimate], foretold: &[f64]) -> [(String, f64); 2] {
+/// Of a parameter over the recordings, in units of the standard deviation that was foretold.
+struct Came {
+    name: String,
+    scatter: f64,
+    /// Root mean square of the standard deviations that the results say.
+    said: f64,
+    /// Of the mean from the truth.
+    bias: f64,
+}
+
+fn came(estimates: &[Estimate], foretold: &[f64], arm: &Scenario) -> Vec<Came> {
     let count = estimates.len() as f64;
-    let scatter = |k: usize| {
-        let value = |of: &Estimate| of.parameters[k].value;
-        let mean = estimates.iter().map(value).sum::<f64>() / count;
-        let squares = estimates.iter().map(|of| (value(of) - mean).powi(2)).sum::<f64>();
-        (squares / (count - 1.0).max(1.0)).sqrt() / foretold[k]
+    let of_parameter = |(k, foretold): (usize, &f64)| {
+        let name = estimates[0].parameters[k].name.clone();
+        let mean_of = |of: &dyn Fn(&Estimate) -> f64| estimates.iter().map(of).sum::<f64>() / count;
+        let mean = mean_of(&|of| of.parameters[k].value);
+        let variance = mean_of(&|of| (of.parameters[k].value - mean).powi(2));
+        Came {
+            scatter: (variance * count / (count - 1.0).max(1.0)).sqrt() / foretold,
+            said: mean_of(&|of| of.parameters[k].standard_deviation.powi(2)).sqrt() / foretold,
+            bias: (mean - arm.truth_of(&name).unwrap()) / foretold,
+            name,
+        }
     };
-    let all: Vec<(String, f64)> = (estimates[0].parameters.iter().enumerate())
-        .map(|(k, of)| (of.name.clone(), scatter(k)))
-        .collect();
-    let by = |a: &&(String, f64), b: &&(String, f64)| a.1.total_cmp(&b.1);
-    [all.iter().min_by(by).unwrap().clone(), all.iter().max_by(by).unwrap().clone()]
+    foretold.iter().enumerate().map(of_parameter).collect()
 }
 
 /// A result of the shipped motion says what its noise is; the motion that is designed with it is as good as was foretold.
-fn study(duration_s: f64, steps: u32, seeds: usize) -> f64 {
+fn study(duration_s: f64, steps: u32, seeds: usize) -> Vec<Came> {
     let first = tx40_paper().unwrap();
     let base = BaseParameters::compute(&Model::new(first.robot())).unwrap();
     let result = identified(&first, &base);
@@ -97,50 +116,40 @@ fn study(duration_s: f64, steps: u32, seeds: usize) -> f64 {
     let moved = on(&first, &series);
     let estimates =
         in_parallel(seeds, |seed| identified(&moved.clone().with_seed(1 + seed as u64), &base));
-    let rms = |values: &[f64]| {
-        (values.iter().map(|of| of * of).sum::<f64>() / values.len() as f64).sqrt()
-    };
-    // In units of what was foretold: what each result says of itself, and how far its values scatter about the truth.
-    let said: Vec<f64> = (estimates.iter())
-        .flat_map(|of| of.parameters.iter().zip(&foretold).map(|(p, s)| p.standard_deviation / s))
-        .collect();
-    let away: Vec<f64> = (estimates.iter())
-        .flat_map(|of| {
-            of.parameters
-                .iter()
-                .zip(&foretold)
-                .map(|(p, s)| (p.value - first.truth_of(&p.name).unwrap()) / s)
-        })
-        .collect();
-    let before: Vec<f64> =
-        (result.parameters.iter().zip(&foretold)).map(|(p, s)| p.standard_deviation / s).collect();
-    let worst = worst_scatter(&estimates, &foretold);
-    println!(
-        "{duration_s} s, {seeds} seeds: σ said/foretold {:.2} (rms), deviation from the truth/foretold {:.2} (rms), \
-         σ of the shipped motion/foretold {:.2} (rms), condition {:.0} against {:.0}; {worst:?}",
-        rms(&said),
-        rms(&away),
-        rms(&before),
-        estimates[0].condition_number,
-        result.condition_number
-    );
-    rms(&said)
+    let came = came(&estimates, &foretold, &first);
+    for Came { name, scatter, said, bias } in &came {
+        println!(
+            "{duration_s} s {name}: scatter {scatter:.2}, said {said:.2}, mean from the truth {bias:.2}"
+        );
+    }
+    came
+}
+
+fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    (values.map(|of| of * of).sum::<f64>() / count).sqrt()
 }
 
 /// A short one, so that it holds in every run of the tests.
 #[test]
 fn a_designed_motion_tells_about_what_was_foretold() {
-    let ratio = study(3.0, 40, 1);
+    let ratio = rms(study(3.0, 40, 1).iter().map(|of| of.said));
     assert!((ratio - 1.0).abs() < 0.3, "{ratio}");
 }
 
+/// Each parameter scatters over 40 recordings about as was foretold, at 10 s and at 20 s.
 #[test]
 #[ignore = "a study of minutes, run by hand"]
 fn designed_motions_tell_what_was_foretold() {
+    let mut off = Vec::new();
     for duration_s in [10.0, 20.0] {
-        let ratio = study(duration_s, 600, 40);
+        let came = study(duration_s, 600, 40);
+        let ratio = rms(came.iter().map(|of| of.said));
         assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
+        let beyond = came.into_iter().filter(|of| (of.scatter - 1.0).abs() > 0.35);
+        off.extend(beyond.map(|of| format!("{duration_s} s, {}: {}", of.name, of.scatter)));
     }
+    assert!(off.is_empty(), "{off:?}");
 }
 
 /// Two motions of 10 s, the second for what the first left, against one of 20 s.

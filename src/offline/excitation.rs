@@ -1,8 +1,10 @@
 //! The task of a motion: from an arm, or from a cell and a stored result that lacks something.
 
 use didim_core::dynamics::{BaseParameters, Model};
-use didim_core::excitation::{Aim, Bounds, Corners, ExcitationError, Margins, Noise, Shapes, Task};
-use didim_core::identification::{IdentificationError, Selection};
+use didim_core::excitation::{
+    Aim, Bounds, Corners, ExcitationError, Margins, Noise, Predicted, Shapes, Task, first, rows,
+};
+use didim_core::identification::{IdentificationError, Load, LoadSums, PayloadError, Selection};
 use didim_core::robot::{Limits, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use nalgebra::DMatrix;
@@ -26,6 +28,17 @@ pub enum AssignmentError {
     /// The cell's list of parameters does not fit its robot.
     #[error(transparent)]
     Identification(#[from] IdentificationError),
+    /// The arm shows no load, or is not known well enough for one.
+    #[error(transparent)]
+    Payload(#[from] PayloadError),
+    /// There is no such joint. Name those that move.
+    #[error("there is no joint {joint}: the arm has {joints}; name those that move, from 1")]
+    NoSuchJoint {
+        /// The joint.
+        joint: usize,
+        /// Joints of the arm.
+        joints: usize,
+    },
     /// The result does not say how well its parameters are known. Identify again with this version.
     #[error(
         "the result does not say how well its parameters are known together; identify again with this version"
@@ -58,10 +71,52 @@ pub struct Wanted<'a> {
     pub accelerations: Option<&'a [f64]>,
     /// A box in the frame of the base that the arm stays in.
     pub inside: Option<Corners>,
+    /// Joints that move, counted from 1; all when left out.
+    pub moving: Option<&'a [usize]>,
+    /// A load on the last link that is to be told, and none of the arm's parameters.
+    pub load: Option<PointLoad>,
     /// Parameters that are to be told; all that are identified when left out.
     pub parameters: Option<&'a [String]>,
     /// Whether a small condition number is wanted, and not small standard deviations.
     pub condition_number: bool,
+}
+
+/// A load as somebody expects it: all of its mass at its centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointLoad {
+    /// Its mass \[kg\].
+    pub mass_kg: f64,
+    /// Its centre in the frame of the last link \[m\].
+    pub centre_m: [f64; 3],
+}
+
+impl PointLoad {
+    /// Its parameters in the order of [`ParameterKind::LINK`].
+    fn parameters(self) -> [f64; 10] {
+        let (m, [x, y, z]) = (self.mass_kg, self.centre_m);
+        let inertia = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
+        let [xx, xy, xz, yy, yz, zz] = inertia.map(|of| m * of);
+        [xx, xy, xz, yy, yz, zz, m * x, m * y, m * z, m]
+    }
+}
+
+/// The load that a motion is to tell, and the sums of its ten parameters that the joints that move tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WantedLoad {
+    /// The load as it is expected.
+    pub expected: PointLoad,
+    /// Their columns are the last of the task's.
+    pub sums: LoadSums,
+}
+
+impl WantedLoad {
+    /// What is known of the load with a motion: mass, centre and inertia, and the standard deviation of each sum.
+    pub fn foretold(&self, told: &Predicted) -> (Load, Vec<f64>) {
+        let count = self.sums.kinds().count();
+        let first = told.deviations.len() - count;
+        let covariance = told.covariance.view((first, first), (count, count)).into_owned();
+        (self.sums.load(self.expected.parameters(), &covariance), told.deviations[first..].to_vec())
+    }
 }
 
 /// A parameter that is identified.
@@ -82,10 +137,12 @@ pub struct Lacking {
 pub struct Assignment {
     /// The task.
     pub task: Task,
-    /// Of each column of the task.
+    /// Of each column of the task that is not a load's.
     pub parameters: Vec<Lacking>,
     /// Whether noise is that of a result, and not assumed.
     pub measured_noise: bool,
+    /// The load that is to be told.
+    pub load: Option<WantedLoad>,
     /// Links of a URDF with collision shapes that are meshes, or cannot be read.
     pub unread_shapes: Vec<String>,
 }
@@ -193,6 +250,20 @@ fn unknown(robot: &Robot, base: &BaseParameters, names: &[String]) -> Vec<Lackin
 impl Arm<'_> {
     fn assignment(mut self, wanted: &Wanted<'_>) -> Result<Assignment, AssignmentError> {
         let (robot, base) = (self.robot, self.base);
+        let joints = robot.joints();
+        let unknown = |joint: &&usize| !(1..=joints).contains(*joint);
+        if let Some(&joint) = wanted.moving.and_then(|of| of.iter().find(unknown)) {
+            return Err(AssignmentError::NoSuchJoint { joint, joints });
+        }
+        let moves = |joint| wanted.moving.is_none_or(|of| of.contains(&joint));
+        let own = |kind| robot.parameters().column(kind, joints - 1);
+        if let (Some(load), Some(standard)) = (wanted.load, &mut self.standard) {
+            for (kind, value) in ParameterKind::LINK.into_iter().zip(load.parameters()) {
+                if let Some(column) = own(kind) {
+                    standard[column] += value;
+                }
+            }
+        }
         let mut model = Model::new(robot);
         match &self.standard {
             Some(standard) => model = model.with_load(standard.clone()),
@@ -241,16 +312,32 @@ impl Arm<'_> {
         }
         let bounds = Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard)?;
         let bounds = bounds.with_shapes(shapes);
-        let task = Task {
+        let mut task = Task {
             model,
             bounds,
             duration_s: wanted.duration_s,
+            moving: (1..=joints).map(moves).collect(),
             columns,
             before: self.before.unwrap_or_else(|| DMatrix::zeros(count, count)),
             noise: Noise { levels, rows_per_s: self.rows_per_s },
             aim,
         };
+        let load = match wanted.load {
+            None => None,
+            Some(expected) => {
+                let names: Vec<String> = self.parameters.iter().map(|of| of.name.clone()).collect();
+                let sums = LoadSums::of(robot, base, &names)?;
+                // What one motion of these joints does not tell, none does.
+                let sums = sums.told_by(&rows(&task, &first(&task, 1)?))?;
+                task.columns.extend(sums.kinds().filter_map(own));
+                let all = task.columns.len();
+                // Beside what is known of the arm, and of the load nothing.
+                task.before = task.before.resize(all, all, 0.0);
+                task.aim = Aim::Deviations((count..all).map(|place| (place, 0.0)).collect());
+                Some(WantedLoad { expected, sums })
+            }
+        };
         let unread_shapes = self.urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec());
-        Ok(Assignment { task, parameters: self.parameters, measured_noise, unread_shapes })
+        Ok(Assignment { task, parameters: self.parameters, measured_noise, load, unread_shapes })
     }
 }

@@ -1,28 +1,29 @@
 //! A designed motion in words: what it tells, and what a person who runs it has to know.
 
 use didim_core::excitation::{
-    CHECK_HZ, Design, LEAST_GAP_M, LimitKind, Nearest, Other, Predicted, Used,
+    CHECK_HZ, Course as _, Design, LEAST_GAP_M, LimitKind, Nearest, Other, Predicted, Swept, Used,
 };
 
-use crate::offline::{Assignment, Foretold, Lacking, foretold_line};
+use super::payload::{AXES, ENTRIES};
+use crate::offline::{Assignment, Foretold, Lacking, PointLoad, WantedLoad, foretold_line};
 use crate::text::{aligned, significant};
 
-/// The header of a file: the arm, the limits, what was checked and what was not, and the standard deviation that each
-/// parameter would have. `keeps_time` says whether the arm follows the motion in time.
+/// The header of a file: the arm, the limits, what was checked and what was not, and what is [foretold](foretold_lines) of the motion.
+/// `keeps_time` says whether the arm follows it in time.
 pub fn design_header(
     robot: &str,
     assignment: &Assignment,
-    design: &Design,
-    deviations: &[f64],
+    checked: Checked<'_>,
+    foretold: &[String],
     keeps_time: bool,
 ) -> Vec<String> {
-    let duration_s = design.series.duration_s;
+    let Checked { duration_s, used, nearest } = checked;
     let mut lines = vec![format!(
         "Motion for the robot {robot}, {duration_s} s, designed by didim. FIRST RUN IT AT 10 % SPEED."
     )];
-    lines.extend(collision_words(assignment, design.nearest));
+    lines.extend(collision_words(assignment, nearest));
     let kinds = |limited: bool| {
-        let has = |kind: &LimitKind| design.used.iter().any(|used| used.kind == *kind) == limited;
+        let has = |kind: &LimitKind| used.iter().any(|used| used.kind == *kind) == limited;
         let names: Vec<String> =
             LimitKind::ALL.iter().filter(|of| has(of)).map(ToString::to_string).collect();
         names.join(", ")
@@ -39,21 +40,112 @@ pub fn design_header(
                 .into(),
         );
     }
+    if let Some(moving) = moving(assignment) {
+        lines.push(format!("{moving} at rest."));
+    }
+    if let Some(load) = &assignment.load {
+        lines.push(format!("Torques are those with {}.", expected(load.expected)));
+    }
     if !assignment.task.bounds.limits_torques() {
         lines.push("Without parameters the torque that the motion takes is not known.".into());
     }
     lines.push("Limits used (SI units):".into());
-    lines.extend(design.used.iter().map(limit));
-    if keeps_time && assignment.measured_noise {
-        lines.push(
-            "Standard deviations with this motion and what was known before it; `didim identify --designed` holds \
-             the result against them:"
-                .into(),
-        );
-        let of_each = assignment.parameters.iter().zip(deviations);
-        lines.extend(of_each.map(|(own, of)| foretold_line(&own.name, *of, own.unit)));
+    lines.extend(used.iter().map(limit));
+    if keeps_time {
+        lines.extend_from_slice(foretold);
     }
     lines
+}
+
+/// A motion that was found to be within the limits.
+#[derive(Clone, Copy, Debug)]
+pub struct Checked<'a> {
+    /// Its length \[s\].
+    pub duration_s: f64,
+    /// How much of each limit it uses.
+    pub used: &'a [Used],
+    /// The narrowest gap along it, where shapes are stated.
+    pub nearest: Option<Nearest>,
+}
+
+impl<'a> From<&'a Design> for Checked<'a> {
+    fn from(design: &'a Design) -> Self {
+        Self { duration_s: design.series.duration_s, used: &design.used, nearest: design.nearest }
+    }
+}
+
+impl<'a> From<&'a Swept> for Checked<'a> {
+    fn from(Swept { sweep, used, nearest }: &'a Swept) -> Self {
+        Self { duration_s: sweep.duration_s(), used, nearest: *nearest }
+    }
+}
+
+/// The standard deviation that each parameter would have, for the header of a file; nothing where noise is assumed.
+pub fn foretold_lines(assignment: &Assignment, deviations: &[f64]) -> Vec<String> {
+    if !assignment.measured_noise {
+        return Vec::new();
+    }
+    let intro = "Standard deviations with this motion and what was known before it; `didim identify --designed` holds \
+                 the result against them:";
+    let of_each = assignment.parameters.iter().zip(deviations);
+    let of_each = of_each.map(|(own, of)| foretold_line(&own.name, *of, own.unit));
+    core::iter::once(intro.to_owned()).chain(of_each).collect()
+}
+
+/// How well `didim payload` would find a load with a motion, for the header of a file and for people.
+pub fn load_lines(wanted: &WantedLoad, told: &Predicted) -> Vec<String> {
+    let (load, sums) = wanted.foretold(told);
+    let mut lines = vec![format!(
+        "Standard deviations of what `didim payload` finds of {}, by noise and what the result leaves open; what the tolerances of the \
+         cell and errors of the model add is not in them:",
+        expected(wanted.expected)
+    )];
+    let mut line = |what: String, deviation: f64, unit: &str| {
+        lines.push(format!("  {what}: {} {unit}", significant(deviation, 3)));
+    };
+    let found = [load.mass_kg.map(|of| ("mass".to_owned(), of, "kg"))];
+    let centre = AXES.iter().zip(load.centre_m);
+    let centre = centre.map(|(axis, of)| of.map(|of| (format!("centre {axis}"), of, "m")));
+    let inertia = ENTRIES.iter().zip(load.inertia_kg_m2);
+    let inertia = inertia.map(|(entry, of)| of.map(|of| (format!("inertia {entry}"), of, "kg·m²")));
+    for (what, of, unit) in found.into_iter().chain(centre).chain(inertia).flatten() {
+        line(what, of.standard_deviation, unit);
+    }
+    let [without_effect, untold] = wanted.sums.untold();
+    if !untold.is_empty() {
+        for ((name, unit), deviation) in
+            wanted.sums.names().iter().zip(wanted.sums.units()).zip(sums)
+        {
+            line(format!("sum {name}"), deviation, unit);
+        }
+        lines.push(format!(
+            "The joints that move do not tell {} by themselves, only the sums; one joint before them has to move too.",
+            untold.join(" ")
+        ));
+    }
+    if !without_effect.is_empty() {
+        lines.push(format!("No motion of this arm shows {} of a load.", without_effect.join(" ")));
+    }
+    lines
+}
+
+fn expected(load: PointLoad) -> String {
+    let [x, y, z] = load.centre_m.map(|of| significant(of, 3));
+    let mass = significant(load.mass_kg, 3);
+    format!("a load of {mass} kg with its centre at {x}, {y}, {z} m in the frame of the last link")
+}
+
+/// Which joints move, where not all do.
+fn moving(assignment: &Assignment) -> Option<String> {
+    let moving = &assignment.task.moving;
+    let joints = |moves: bool| -> Vec<String> {
+        let of = (1..).zip(moving).filter(|(_, of)| **of == moves);
+        of.map(|(joint, _)| joint.to_string()).collect()
+    };
+    let standing = joints(false);
+    let words =
+        || format!("Joints that move: {}; {}", joints(true).join(", "), standing.join(", "));
+    (!standing.is_empty()).then(words)
 }
 
 /// What a motion was foretold to tell, beside what came of it, as a table; and how far apart they are altogether.
@@ -164,8 +256,44 @@ fn limit(used: &Used) -> String {
     )
 }
 
-/// What the motion is foretold to tell, as a table.
+/// What the motion is foretold to tell: of the load where one is wanted, or of each parameter as a table.
 pub fn design_text(assignment: &Assignment, design: &Design, told: &Predicted) -> String {
+    let text: String = match &assignment.load {
+        Some(load) => load_lines(load, told).join("\n") + "\n\n",
+        None => parameters_text(assignment, told),
+    };
+    text + &conditions(assignment, &design.used)
+}
+
+/// The noise that figures are of, the limits that a motion uses, and what was not checked: the end of what is printed.
+pub(super) fn conditions(assignment: &Assignment, used: &[Used]) -> String {
+    let rows_per_s = significant(assignment.task.noise.rows_per_s, 3);
+    let mut text = if assignment.measured_noise {
+        format!("noise: the residuals of the result, {rows_per_s} rows per second\n")
+    } else {
+        format!(
+            "noise: ASSUMED, 1 % of each joint's torque limit in {rows_per_s} independent rows per second; \
+             compare motions by these σ, and take none for the uncertainty of a result\n"
+        )
+    };
+    let most = |kind: LimitKind| {
+        let of_kind = used.iter().filter(|used| used.kind == kind);
+        of_kind.map(|used| used.share).max_by(f64::total_cmp)
+    };
+    let shares = LimitKind::ALL.into_iter().map(|kind| match most(kind) {
+        Some(share) => format!("{kind} {:.0} %", 100.0 * share),
+        None => format!("{kind} not limited"),
+    });
+    let shares: Vec<String> = shares.collect();
+    text += &format!("of the limits it uses: {}\n", shares.join(", "));
+    if let Some(moving) = moving(assignment) {
+        text += &format!("{} at rest\n", moving.to_lowercase());
+    }
+    text + warning(assignment)
+}
+
+/// Of each parameter what is known and what would be.
+fn parameters_text(assignment: &Assignment, told: &Predicted) -> String {
     let number = |value: Option<f64>| value.map_or_else(|| "–".into(), |of| significant(of, 3));
     let row = |(own, deviation): (&Lacking, &f64)| {
         let share = own.value.map(|value| 100.0 * deviation / value.abs());
@@ -179,29 +307,9 @@ pub fn design_text(assignment: &Assignment, design: &Design, told: &Predicted) -
         ]
     };
     let rows: Vec<_> = assignment.parameters.iter().zip(&told.deviations).map(row).collect();
-    let mut text = aligned(&["parameter", "value", "σ now", "σ then", "unit", "relative"], &rows);
-    text += &format!(
-        "\ncondition number of the base columns of inertia along this motion: {} (unweighted, no friction)\n",
-        significant(told.condition_number, 3)
-    );
-    let rows_per_s = significant(assignment.task.noise.rows_per_s, 3);
-    text += &if assignment.measured_noise {
-        format!("noise: the residuals of the result, {rows_per_s} rows per second\n")
-    } else {
-        format!(
-            "noise: ASSUMED, 1 % of each joint's torque limit in {rows_per_s} independent rows per second; \
-             compare motions by these σ, and take none for the uncertainty of a result\n"
-        )
-    };
-    let most = |kind: LimitKind| {
-        let of_kind = design.used.iter().filter(|used| used.kind == kind);
-        of_kind.map(|used| used.share).max_by(f64::total_cmp)
-    };
-    let shares = LimitKind::ALL.into_iter().map(|kind| match most(kind) {
-        Some(share) => format!("{kind} {:.0} %", 100.0 * share),
-        None => format!("{kind} not limited"),
-    });
-    let shares: Vec<String> = shares.collect();
-    text += &format!("of the limits it uses: {}\n", shares.join(", "));
-    text + warning(assignment)
+    let table = aligned(&["parameter", "value", "σ now", "σ then", "unit", "relative"], &rows);
+    let condition = significant(told.condition_number, 3);
+    format!(
+        "{table}\ncondition number of the base columns of inertia along this motion: {condition} (unweighted, no friction)\n"
+    )
 }

@@ -17,6 +17,7 @@ mod panel;
 mod payload;
 pub mod reduction;
 pub mod robot;
+mod sweep;
 pub mod terminal;
 mod uses;
 
@@ -27,9 +28,10 @@ use crate::text::significant;
 
 pub use advice::advice_text;
 pub use consistent::consistent_summary;
-pub use design::{design_header, design_text, foretold_text};
+pub use design::{Checked, design_header, design_text, foretold_lines, foretold_text, load_lines};
 pub use gains::gains_text;
 pub use payload::payload_text;
+pub use sweep::{sweep_lines, sweep_text};
 
 /// One joint's torque, measured and predicted, for a plot.
 #[derive(Clone, Copy, Debug)]

@@ -5,8 +5,8 @@ use didim_core::robot::Robot;
 
 use crate::text::{aligned, significant, to_uncertainty};
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const ENTRIES: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 /// Most digits of a value.
 const DIGITS: usize = 5;
 
@@ -142,6 +142,13 @@ fn notes(payload: &Payload) -> Vec<String> {
         notes.push(format!(
             "no motion of this arm shows {} of a load",
             payload.without_effect.join(" ")
+        ));
+    }
+    if !payload.standing.is_empty() {
+        let joints: Vec<String> = payload.standing.iter().map(ToString::to_string).collect();
+        notes.push(format!(
+            "joint {} stood: friction at rest holds any torque below its own, so what was measured there counts nothing",
+            joints.join(", ")
         ));
     }
     if !payload.not_told.is_empty() {

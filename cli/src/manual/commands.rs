@@ -198,7 +198,7 @@ pub(super) const PAGES: &[CommandPage] = &[
          Where the robot file states `capsules` of the links, or the URDF has boxes, cylinders and balls for collision shapes, links that no joint connects stay 20 mm apart, and with \
          `--box` inside a box; nothing else is checked, and without shapes nothing at all: the head of every file says what was. Look at `--preview`, at the motion in a \
          simulation, and first run it at 10 % speed. Programs for KUKA and ABB visit the same positions, but their controllers \
-         make the time law: the figures do not hold for them.",
+         make the time law: the figures do not hold for them. With `--joints` the other joints stand. `--objective payload` makes the standard deviations of a load's parameters small,          and prints those of its mass, centre and inertia; torques are then those with the declared load. `--friction-sweep` searches nothing: each joint goes there and back at six          speeds, a few hundredths of its limit to half of it, slow ones as far as there is time, and the head of the file says which friction terms that tells apart.",
         &[
             [
                 "didim design --cell cell.toml --result result.json --duration 20 --out next.csv --out next.yaml",
@@ -211,6 +211,14 @@ pub(super) const PAGES: &[CommandPage] = &[
             [
                 "didim design --cell cell.toml --result result.json --parameters ia4,ia5 --duration 10 --out next.csv",
                 "a motion for two parameters",
+            ],
+            [
+                "didim design --cell cell.toml --result empty.json --objective payload --joints 3,4,5,6 --declared-mass-kg 1 --declared-centre-m 0,0,0.05 --duration 10 --out load.csv",
+                "a motion of elbow and wrist that tells a load of about 1 kg",
+            ],
+            [
+                "didim design --cell cell.toml --result result.json --friction-sweep 2,4 --duration 60 --out sweep.csv",
+                "joints 2 and 4 at constant speeds, for their friction laws",
             ],
             [
                 "didim design --robot arm.toml --duration 20 --box=-0.8,-0.8,0,0.8,0.8,1.5 --out next.csv --preview next.html",

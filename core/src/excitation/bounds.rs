@@ -2,7 +2,7 @@
 
 use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
-use super::series::{FourierSeries, State};
+use super::series::{Course, State};
 use super::shapes::{Nearest, Shapes, gap_share};
 use crate::MAX_JOINTS;
 use crate::dynamics::{Model, Workspace};
@@ -182,25 +182,25 @@ impl Bounds {
     }
 
     /// The narrowest gap along a motion, at so many samples per second \[Hz\], where shapes are stated.
-    pub fn nearest(&self, model: &Model, series: &FourierSeries, rate_hz: f64) -> Option<Nearest> {
-        self.shapes.as_ref()?.nearest_along(model, series, rate_hz)
+    pub fn nearest(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Option<Nearest> {
+        self.shapes.as_ref()?.nearest_along(model, motion, rate_hz)
     }
 
     /// The largest share of any limit or gap, with how much of each a motion uses.
     pub(super) fn share(
         &self,
         model: &Model,
-        series: &FourierSeries,
+        motion: &dyn Course,
         rate_hz: f64,
     ) -> (f64, Vec<Used>, Option<Nearest>) {
-        let used = self.used(model, series, rate_hz);
-        let nearest = self.nearest(model, series, rate_hz);
+        let used = self.used(model, motion, rate_hz);
+        let nearest = self.nearest(model, motion, rate_hz);
         let of_gaps = nearest.map_or(0.0, |of| gap_share(of.gap_m));
         (used.iter().map(|used| used.share).fold(of_gaps, f64::max), used, nearest)
     }
 
     /// How much of each limit a motion uses, at so many samples per second \[Hz\].
-    pub fn used(&self, model: &Model, series: &FourierSeries, rate_hz: f64) -> Vec<Used> {
+    pub fn used(&self, model: &Model, motion: &dyn Course, rate_hz: f64) -> Vec<Used> {
         let mut used: Vec<Used> = self.all.iter().map(Used::of).collect();
         let mut torques = Torques::new(model, self);
         #[expect(
@@ -208,9 +208,9 @@ impl Bounds {
             clippy::cast_sign_loss,
             reason = "a motion has far fewer samples than 2^52"
         )]
-        let samples = (series.duration_s * rate_hz).ceil().max(1.0) as usize;
+        let samples = (motion.duration_s() * rate_hz).ceil().max(1.0) as usize;
         for i in 0..=samples {
-            let state = series.state(series.duration_s * i as f64 / samples as f64);
+            let state = motion.state(motion.duration_s() * i as f64 / samples as f64);
             let torque = torques.of(&state);
             for (used, bound) in used.iter_mut().zip(&self.all) {
                 let share = bound.share(bound.kind.of(&state, torque)).abs();
@@ -218,6 +218,17 @@ impl Bounds {
             }
         }
         used
+    }
+
+    /// The limit of a joint itself.
+    pub(super) fn own(&self, kind: LimitKind, joint: usize) -> Option<&Bound> {
+        self.all.iter().find(|of| of.kind == kind && of.joint == joint)
+    }
+
+    /// Where a joint may be.
+    pub(super) fn range(&self, joint: usize) -> [f64; 2] {
+        let own = self.own(LimitKind::Position, joint);
+        own.map_or([0.0; 2], |of| [of.middle - of.half, of.middle + of.half])
     }
 
     /// Whether torques are limited.

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::bounds::{Bound, Bounds};
+use super::bounds::Bounds;
 use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
 use super::random::uniform;
@@ -72,20 +72,10 @@ fn step(kind: JointKind) -> f64 {
     }
 }
 
-/// The bound of a joint itself.
-fn own(bounds: &Bounds, kind: LimitKind, joint: usize) -> Option<&Bound> {
-    bounds.all.iter().find(|of| of.kind == kind && of.joint == joint)
-}
-
-fn range(bounds: &Bounds, joint: usize) -> [f64; 2] {
-    own(bounds, LimitKind::Position, joint)
-        .map_or([0.0; 2], |of| [of.middle - of.half, of.middle + of.half])
-}
-
 fn postures(bounds: &Bounds, grid: &[f64]) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut at = |joint: usize, share: f64| {
-        let [low, high] = range(bounds, joint);
+        let [low, high] = bounds.range(joint);
         let place = 0.5 * (low + high) + 0.5 * share * (high - low) * uniform(&mut random);
         (place / grid[joint]).round() * grid[joint]
     };
@@ -105,9 +95,9 @@ fn within(
     let ways: Vec<f64> = (pattern.iter())
         .map(|&(joint, times)| {
             let omega = TAU * times as f64 / PIECE_S;
-            let [low, high] = range(bounds, joint);
+            let [low, high] = bounds.range(joint);
             let most = |kind, per_way: f64| {
-                own(bounds, kind, joint).map_or(f64::INFINITY, |of| of.half / per_way)
+                bounds.own(kind, joint).map_or(f64::INFINITY, |of| of.half / per_way)
             };
             let speed = most(LimitKind::Speed, 0.5 * SPEED * omega);
             let acceleration = most(LimitKind::Acceleration, omega * omega);
@@ -119,7 +109,7 @@ fn within(
         let mut begin = posture.to_vec();
         let mut swings = Vec::new();
         for (&(joint, times), way) in pattern.iter().zip(&ways) {
-            let [low, high] = range(bounds, joint);
+            let [low, high] = bounds.range(joint);
             let whole = |of: f64| of * grid[joint];
             let [first, last] = [(low / grid[joint]).ceil(), (high / grid[joint]).floor()];
             let steps = (factor * way / grid[joint]).floor().min(last - first);

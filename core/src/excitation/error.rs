@@ -71,6 +71,16 @@ pub enum ExcitationError {
          the robot file and its parameters"
     )]
     NoSwing,
+    /// A joint has no room or time for three speeds. Give more time, or sweep fewer joints.
+    #[error(
+        "joint {joint}: within these limits and {seconds:.3} s it cannot hold three speeds; make the sweep longer, or sweep fewer joints"
+    )]
+    NoSweep {
+        /// The joint.
+        joint: usize,
+        /// What it has \[s\].
+        seconds: f64,
+    },
     /// A wanted parameter is none of those that are identified.
     #[error("no parameter `{name}` is identified; there are {}", known.join(" "))]
     UnknownParameter {
@@ -79,10 +89,10 @@ pub enum ExcitationError {
         /// Those that there are.
         known: Vec<String>,
     },
-    /// The motion tells too little, whatever it is. Allow more time.
+    /// The motion tells too little, whatever it is. Allow more time, or more joints.
     #[error(
         "{duration_s} s within these limits tell nothing of some parameters at all; make the motion longer, \
-         or identify fewer parameters"
+         let more joints move, or identify fewer parameters"
     )]
     NotTold {
         /// Length of the motion \[s\].

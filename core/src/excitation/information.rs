@@ -12,6 +12,8 @@ pub(super) struct Information {
     model: Model,
     columns: Vec<usize>,
     selected: RegressorColumns,
+    /// Which of the selected each column is: a load's are those of the last link, which may be there already.
+    places: Vec<usize>,
     before: DMatrix<f64>,
     /// √W: what a row of each joint counts.
     weights: Vec<f64>,
@@ -30,11 +32,16 @@ impl Information {
         before: DMatrix<f64>,
         weights: Vec<f64>,
     ) -> Self {
-        let selected = model.regressor_columns(&columns);
-        let row = vec![0.0; model.joints() * columns.len()];
+        let mut once = columns.clone();
+        once.sort_unstable();
+        once.dedup();
+        let places =
+            columns.iter().map(|column| once.partition_point(|own| own < column)).collect();
+        let selected = model.regressor_columns(&once);
+        let row = vec![0.0; model.joints() * once.len()];
         let rows = DMatrix::zeros(0, 0);
         let workspace = Workspace::new();
-        Self { model, columns, selected, before, weights, workspace, rows, row }
+        Self { model, columns, selected, places, before, weights, workspace, rows, row }
     }
 
     /// The matrix of a motion; its rows are kept for the [gradient](Self::add_gradient).
@@ -52,12 +59,19 @@ impl Information {
                 column(ddq, i),
                 &mut self.row,
             );
-            for (j, (row, weight)) in self.row.chunks_exact(width).zip(&self.weights).enumerate() {
+            let rows = self.row.chunks_exact(self.selected.width());
+            for (j, (row, weight)) in rows.zip(&self.weights).enumerate() {
                 let mut to = self.rows.column_mut(i * n + j);
-                to.iter_mut().zip(row).for_each(|(to, entry)| *to = weight * entry);
+                to.iter_mut().zip(&self.places).for_each(|(to, place)| *to = weight * row[*place]);
             }
         }
         &self.before + &self.rows * self.rows.transpose()
+    }
+
+    /// The rows of a motion, weighted: those of its samples one after the other (nN × b).
+    pub(super) fn rows(&mut self, motion: &Motion) -> DMatrix<f64> {
+        self.along(motion);
+        self.rows.transpose()
     }
 
     /// Adds the gradient of a function f of M along the motion that M was last of; `slope` is symmetric with
@@ -87,8 +101,9 @@ impl Information {
             model.inverse_dynamics_partials(ws, &nothing, q, dq, ddq, of_known, unused);
             for j in 0..n {
                 let row = column(&along, i * n + j);
+                parameters.fill(0.0);
                 for (column, value) in self.columns.iter().zip(row) {
-                    parameters[*column] = self.weights[j] * value;
+                    parameters[*column] += self.weights[j] * value;
                 }
                 let (by_q, by_dq) = (&mut by_q[..n * n], &mut by_dq[..n * n]);
                 let by_ddq = &mut by_ddq[..n * n];

@@ -4,11 +4,11 @@
 //! A [`Task`] says which arm, which limits ([`Bounds`]), what is known already and what is wanted ([`Aim`]).
 //! [`design`] starts from a random series well inside the limits and improves it by a barrier method (Nocedal
 //! and Wright, *Numerical Optimization*, ch. 7.2 and 19.6), so that every iterate may be run; gradients
-//! are analytic. [`advise`] tries swings of one joint or two instead, which words can say. The series and its use for robots: J. Swevers, C. Ganseman, D. Tükel, J. De Schutter and H. Van Brussel,
+//! are analytic. [`sweep`](sweep()) moves one joint at a time at constant speeds instead, for friction laws. [`advise`] tries swings of one joint or two instead, which words can say. The series and its use for robots: J. Swevers, C. Ganseman, D. Tükel, J. De Schutter and H. Van Brussel,
 //! *Optimal robot excitation and identification*, IEEE Transactions on Robotics and Automation 13, 1997.
 //!
 //! ```text
-//! advice → {design, candidates} → {search, descent, told, swing} → task → {barrier, information, objective} → bounds → shapes → basis → {series, error, random, clearance} → limit_kind
+//! {advice, terms} → {design, candidates, sweep} → {search, descent, told, swing} → task → {barrier, information, objective} → bounds → shapes → basis → {series, error, random, clearance} → limit_kind
 //! ```
 
 mod advice;
@@ -27,17 +27,21 @@ mod random;
 mod search;
 mod series;
 mod shapes;
+mod sweep;
 mod swing;
 mod task;
+mod terms;
 mod told;
 
 pub use advice::{Advice, Advised, advise};
 pub use bounds::{Bounds, Margins, Used};
-pub use design::{CHECK_HZ, Design, Progress, design};
+pub use design::{CHECK_HZ, Design, Progress, design, first};
 pub use error::ExcitationError;
 pub use limit_kind::LimitKind;
-pub use series::{FourierSeries, JointSeries, State};
+pub use series::{Course, FourierSeries, JointSeries, State};
 pub use shapes::{Corners, LEAST_GAP_M, Nearest, Other, Shapes};
+pub use sweep::{Pass, Sweep, Swept, sweep};
 pub use swing::{Swing, Swings};
 pub use task::{Aim, Noise, Task};
-pub use told::{Predicted, information, predicted};
+pub use terms::{SweptJoint, Term, terms};
+pub use told::{Predicted, information, predicted, rows};

@@ -11,6 +11,7 @@ use super::information::Information;
 use super::limit_kind::LimitKind;
 use super::objective::Objective;
 use super::random::uniform;
+use super::series::FourierSeries;
 use super::task::Task;
 use crate::robot::SignModel;
 
@@ -26,6 +27,7 @@ const FIRST_SHARE: f64 = 0.7;
 /// The value of the motions of a task.
 pub(super) struct Search<'a> {
     pub(super) basis: Basis,
+    moving: &'a [bool],
     bounds: &'a Bounds,
     barrier: Barrier<'a>,
     information: Information,
@@ -42,7 +44,8 @@ impl<'a> Search<'a> {
         let smooth = model.clone().with_sign_model(SignModel::Tanh { width_rad_s });
         let rate_hz = basis.samples() as f64 / duration_s;
         let (information, objective) = task.information(smooth, rate_hz);
-        Self { basis, bounds, barrier: Barrier::new(model, bounds), information, objective }
+        let (barrier, moving) = (Barrier::new(model, bounds), task.moving.as_slice());
+        Self { basis, moving, bounds, barrier, information, objective }
     }
 
     /// The value of the motion with these coordinates and of its distance from the limits, which counts so much; fills the
@@ -54,7 +57,18 @@ impl<'a> Search<'a> {
         let (value, slope) = self.objective.of(&self.information.along(&motion))?;
         self.information.add_gradient(&slope, &motion, &mut by_motion);
         self.basis.gradient(&by_motion, gradient);
+        self.hold(gradient);
         Some(value + walls)
+    }
+
+    /// Joints that stand have a mean position alone: no other coordinate of theirs is ever changed.
+    fn hold(&self, x: &mut [f64]) {
+        let joints = self.moving.len();
+        for (k, x) in x.iter_mut().enumerate().skip(joints) {
+            if !self.moving[k % joints] {
+                *x = 0.0;
+            }
+        }
     }
 
     /// The largest share of a limit along a motion, and which limit it is; none where it is a gap.
@@ -73,10 +87,28 @@ impl<'a> Search<'a> {
         for x in &mut x {
             *x += uniform(&mut random);
         }
+        self.hold(&mut x);
         while self.largest(&x).1 > enough {
             x.iter_mut().zip(&posture).for_each(|(x, rest)| *x = rest + 0.9 * (*x - rest));
         }
         Ok(x)
+    }
+
+    /// Coordinates of a motion of half the length, twice, with a tenth of a random one: by themselves two that are the same would stay so,
+    /// for what one gains by a change the other loses.
+    pub(super) fn twice(&mut self, half: &FourierSeries, seed: u64) -> Option<Vec<f64>> {
+        let twice = self.basis.twice(half)?;
+        let random = self.start(seed).ok()?;
+        let mixed = |share: f64| -> Vec<f64> {
+            twice.iter().zip(&random).map(|(x, other)| (1.0 - share) * x + share * other).collect()
+        };
+        [0.1, 0.03, 0.01].map(mixed).into_iter().find(|x| self.largest(x).1 < 1.0)
+    }
+
+    /// Where the arm can rest \[rad or m\].
+    pub(super) fn rest(&mut self) -> Result<Vec<f64>, ExcitationError> {
+        let (x, _) = self.posture(1)?;
+        Ok(self.basis.series(&x).joints.iter().map(|of| of.mean).collect())
     }
 
     /// Where the arm can rest: in the middle of its ranges, or else in the first of some random postures; with the largest share of a
@@ -107,7 +139,7 @@ impl<'a> Search<'a> {
 /// Positions about the middle of the range, in halves of it, and speeds in the largest.
 fn units(bounds: &Bounds, joints: usize) -> Vec<Unit> {
     let of_joint = |joint: usize| {
-        let own = |kind| bounds.all.iter().find(|of| of.kind == kind && of.joint == joint);
+        let own = |kind| bounds.own(kind, joint);
         let (position, speed) = (own(LimitKind::Position), own(LimitKind::Speed));
         Unit {
             middle: position.map_or(0.0, |of| of.middle),
@@ -152,27 +184,37 @@ mod tests {
         let before = DMatrix::identity(columns.len(), columns.len());
         let levels = robot.limits().map(|limits| 0.01 * limits.torque_max.unwrap()).collect();
         let noise = Noise { levels, rows_per_s: 40.0 };
-        Task { model, bounds, duration_s: 3.0, columns, before, noise, aim }
+        let moving = vec![true; 6];
+        Task { model, bounds, duration_s: 3.0, moving, columns, before, noise, aim }
     }
 
     #[test]
     fn the_gradient_is_that_of_finite_differences() {
         let deviations = Aim::Deviations((0..60).map(|k| (k, 0.01)).collect());
-        for aim in [deviations, Aim::ConditionNumber] {
-            let task = task(aim);
+        let load = Aim::Deviations((60..62).map(|k| (k, 0.0)).collect());
+        for (aim, twice) in [(deviations, false), (Aim::ConditionNumber, false), (load, true)] {
+            let mut task = task(aim);
+            if twice {
+                // Of which something is known already, and of which nothing; with joints that stand.
+                task.columns.extend([task.columns[0], task.columns[20]]);
+                task.before = task.before.resize(62, 62, 0.0);
+                task.moving = vec![true, false, true, true, false, true];
+            }
             let mut search = Search::new(&task);
             let x = search.start(3).unwrap();
             let (mut gradient, mut unused) = (vec![0.0; x.len()], vec![0.0; x.len()]);
             search.evaluate(0.1, &x, &mut gradient).unwrap();
             for turn in 0..6 {
                 let of = |k: usize| ((k * (turn + 1)) as f64 * 0.77 + turn as f64).sin();
+                let mut along: Vec<f64> = (0..x.len()).map(of).collect();
+                search.hold(&mut along);
                 let h = 1e-6;
                 let mut at = |h: f64| {
-                    let near: Vec<f64> = x.iter().enumerate().map(|(k, x)| x + h * of(k)).collect();
+                    let near: Vec<f64> = x.iter().zip(&along).map(|(x, of)| x + h * of).collect();
                     search.evaluate(0.1, &near, &mut unused).unwrap()
                 };
                 let expected = (at(h) - at(-h)) / (2.0 * h);
-                let found: f64 = gradient.iter().enumerate().map(|(k, g)| g * of(k)).sum();
+                let found: f64 = gradient.iter().zip(&along).map(|(g, of)| g * of).sum();
                 assert!(
                     (found - expected).abs() < 1e-5 * (1.0 + expected.abs()),
                     "{found} {expected}"

@@ -26,6 +26,20 @@ pub struct FourierSeries {
     pub joints: Vec<JointSeries>,
 }
 
+/// A motion of some length, known with its derivatives at every time.
+pub trait Course: Reference {
+    /// Its length \[s\].
+    fn duration_s(&self) -> f64;
+
+    /// The state at a time within the motion; that of its ends, at rest, before and after it.
+    fn state(&self, time_s: f64) -> State;
+
+    /// The series, where it is one.
+    fn series(&self) -> Option<&FourierSeries> {
+        None
+    }
+}
+
 /// Position and its first three derivatives of every joint, 0 for joints that the arm does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
@@ -83,6 +97,20 @@ impl FourierSeries {
             }
         };
         Self { duration_s: self.duration_s, joints: self.joints.iter().map(scaled).collect() }
+    }
+}
+
+impl Course for FourierSeries {
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn state(&self, time_s: f64) -> State {
+        self.state(time_s)
+    }
+
+    fn series(&self) -> Option<&FourierSeries> {
+        Some(self)
     }
 }
 

@@ -7,7 +7,7 @@ use rand_chacha::rand_core::SeedableRng;
 use super::basis::column;
 use super::clearance::nearest;
 use super::random::uniform;
-use super::series::FourierSeries;
+use super::series::Course;
 use crate::dynamics::{LinkFrame, Model};
 use crate::robot::{Capsule, JointKind, Robot};
 
@@ -196,7 +196,7 @@ impl Shapes {
     pub(super) fn nearest_along(
         &self,
         model: &Model,
-        series: &FourierSeries,
+        motion: &dyn Course,
         rate_hz: f64,
     ) -> Option<Nearest> {
         #[expect(
@@ -204,9 +204,9 @@ impl Shapes {
             clippy::cast_sign_loss,
             reason = "a motion has far fewer samples than 2^52"
         )]
-        let samples = (series.duration_s * rate_hz).ceil().max(1.0) as usize;
+        let samples = (motion.duration_s() * rate_hz).ceil().max(1.0) as usize;
         let at = |i: usize| {
-            let state = series.state(series.duration_s * i as f64 / samples as f64);
+            let state = motion.state(motion.duration_s() * i as f64 / samples as f64);
             self.nearest(model, &state.position[..model.joints()])
         };
         (0..=samples).filter_map(at).min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))

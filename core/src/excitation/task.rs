@@ -36,6 +36,9 @@ pub struct Task {
     pub bounds: Bounds,
     /// Its length \[s\].
     pub duration_s: f64,
+    /// Of each joint whether it moves; the others stand where that is best. What a joint that stands measures is no row:
+    /// friction at rest holds any torque below its own.
+    pub moving: Vec<bool>,
     /// The regressor's columns of the parameters that are identified, b.
     pub columns: Vec<usize>,
     /// What is known of them already: the inverse of their covariance (b × b), 0 where nothing is.
@@ -52,7 +55,7 @@ impl Task {
         match &self.aim {
             Aim::Deviations(wanted) => {
                 let root = (self.noise.rows_per_s / rate_hz).sqrt();
-                let weights = self.noise.levels.iter().map(|level| root / level).collect();
+                let weights = self.weights(self.noise.levels.iter().map(|level| root / level));
                 let (columns, before) = (self.columns.clone(), self.before.clone());
                 let information = Information::new(model, columns, before, weights);
                 (information, Objective::Deviations(wanted.clone()))
@@ -64,10 +67,15 @@ impl Task {
                 };
                 let columns: Vec<usize> = self.columns.iter().filter(is_inertia).copied().collect();
                 let before = DMatrix::zeros(columns.len(), columns.len());
-                let weights = vec![1.0; model.joints()];
+                let weights = self.weights(core::iter::repeat(1.0));
                 let information = Information::new(model, columns, before, weights);
                 (information, Objective::ConditionNumber)
             }
         }
+    }
+
+    fn weights(&self, of_each: impl Iterator<Item = f64>) -> Vec<f64> {
+        let moving = self.moving.iter().zip(of_each);
+        moving.map(|(moves, weight)| if *moves { weight } else { 0.0 }).collect()
     }
 }

@@ -10,13 +10,15 @@ use super::task::{Aim, Task};
 use crate::trajectory::Reference;
 
 /// Samples per second of a motion that stand for its rows \[Hz\].
-const TOLD_HZ: f64 = 200.0;
+pub(super) const TOLD_HZ: f64 = 200.0;
 
 /// What a motion tells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Predicted {
     /// Standard deviation of each parameter with this motion and what is known already.
     pub deviations: Vec<f64>,
+    /// Their covariance (b × b).
+    pub covariance: DMatrix<f64>,
     /// Condition number of the base columns of inertia along the motion alone, unweighted and without friction.
     pub condition_number: f64,
 }
@@ -57,9 +59,17 @@ pub fn predicted(task: &Task, motion: &impl Reference) -> Result<Predicted, Exci
     let (mut information, _) = conditioned.information(task.model.clone(), TOLD_HZ);
     let eigenvalues = information.along(&motion).symmetric_eigenvalues();
     Ok(Predicted {
-        deviations: covariance.diagonal().iter().map(|square| square.sqrt()).collect(),
         condition_number: (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt(),
+        deviations: covariance.diagonal().iter().map(|square| square.sqrt()).collect(),
+        covariance,
     })
+}
+
+/// The regressor's rows along a motion of the task's length (r × b), each over the noise of its joint; 0 of a joint that stands.
+pub fn rows(task: &Task, motion: &impl Reference) -> DMatrix<f64> {
+    let task = Task { aim: Aim::Deviations(Vec::new()), ..task.clone() };
+    let (mut information, _) = task.information(task.model.clone(), TOLD_HZ);
+    information.rows(&sampled(motion, task.duration_s, TOLD_HZ))
 }
 
 /// A motion at the samples that stand for it; its jerk tells nothing.

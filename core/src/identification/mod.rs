@@ -56,8 +56,8 @@ pub use judgement::{
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{
-    Comparison, Declared, Distance, KnownArm, Load, LoadBody, LoadParameter, Payload, PayloadError,
-    Presence, Uncertain, payload,
+    Comparison, Declared, Distance, KnownArm, Load, LoadBody, LoadParameter, LoadSums, Payload,
+    PayloadError, Presence, Uncertain, payload,
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
 pub use torque_along::{TorqueAlong, torque_along};

@@ -166,6 +166,20 @@ impl Arm {
         Self { robot, model, base, truth, text: self.text }
     }
 
+    /// With one more law of this size at a joint, counted from 0.
+    pub(crate) fn with_law(self, joint: usize, law: FrictionLaw, size: f64) -> Self {
+        let mut friction = self.robot.own_friction().to_vec();
+        friction[joint] = friction[joint].with_law(law);
+        let robot = self.robot.clone().with_friction(friction);
+        let model = Model::new(&robot);
+        let base = BaseParameters::compute(&model).unwrap();
+        let truth = robot.parameters().names().iter().map(|name| {
+            self.robot.parameters().find(name).map_or(size, |column| self.truth[column])
+        });
+        let truth = truth.collect();
+        Self { robot, model, base, truth, text: self.text }
+    }
+
     /// Smooth positions of every joint: sums of four sines up to `band_hz`, about ±1 rad.
     pub(crate) fn positions(
         &self,

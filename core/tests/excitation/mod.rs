@@ -23,7 +23,7 @@ fn task(robot: &Robot, duration_s: f64) -> Task {
 }
 
 /// All parameters, of which nothing is known.
-fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Task {
+pub(crate) fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Task {
     let model = Model::new(robot);
     let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
     let count = columns.len();
@@ -32,6 +32,7 @@ fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Task {
         model,
         bounds,
         duration_s,
+        moving: vec![true; robot.joints()],
         columns,
         before: DMatrix::zeros(count, count),
         noise: Noise { levels, rows_per_s: 40.0 },

@@ -1,11 +1,14 @@
 //! Friction laws that the data choose: those that the arm has, and none that it has not.
 
+use didim_core::excitation::{Bounds, Course, Margins, sweep, terms};
 use didim_core::identification::{
-    ChosenFriction, Experiment, Method, Options, choose_friction, identify,
+    ChosenFriction, Experiment, Method, Motion, Options, choose_friction, identify,
 };
-use didim_core::robot::{FrictionLaw, SignModel};
+use didim_core::robot::{FrictionLaw, ParameterKind, SignModel};
+use nalgebra::DMatrix;
 
 use crate::common::arm::{Arm, Random, options, signals};
+use crate::excitation::task_within;
 
 const RATE_HZ: f64 = 400.0;
 const SAMPLES: usize = 6000;
@@ -28,17 +31,25 @@ fn bench(seed: u64, has_laws: bool) -> Bench {
         arm = arm.with_friction_laws(&mut random);
     }
     let motion = arm.motion(&mut random, SAMPLES, RATE_HZ, 2.0);
-    let torque = arm.torques(&motion).into_iter();
+    let experiment = recorded(&arm, &motion, &mut random);
+    Bench { arm, stated, experiment, options: options_of_bench() }
+}
+
+fn options_of_bench() -> Options {
+    let mut options = options(80.0, 0.8, 10);
+    // A random arm on a random motion: the laws are judged, not the motion.
+    options.limits.condition_number = 1e6;
+    options
+}
+
+fn recorded(arm: &Arm, motion: &Motion, random: &mut Random) -> Experiment {
+    let torque = arm.torques(motion).into_iter();
     let torque = torque
         .map(|torque| torque.iter().map(|tau| tau + NOISE_NM * random.normal()).collect())
         .collect();
     let position = motion.position.column_iter().map(|q| q.iter().copied().collect()).collect();
     let experiment = Experiment::joint_side(signals(RATE_HZ, position, torque)).unwrap();
-    let experiment = experiment.with_counted(100..SAMPLES - 100).unwrap();
-    let mut options = options(80.0, 0.8, 10);
-    // A random arm on a random motion: the laws are judged, not the motion.
-    options.limits.condition_number = 1e6;
-    Bench { arm, stated, experiment, options }
+    experiment.with_counted(100..motion.position.nrows() - 100).unwrap()
 }
 
 impl Bench {
@@ -88,4 +99,51 @@ fn an_arm_without_further_laws_gets_none() {
         assert_eq!(chosen.friction, bench.stated.robot.own_friction());
         assert_eq!(chosen.before, chosen.after);
     }
+}
+
+/// What falls as motion begins is told by constant speeds, and not by a motion that is always fast.
+#[test]
+fn a_sweep_tells_the_law_that_a_fast_motion_hides() {
+    const JOINT: usize = 1;
+    const SPEED: f64 = 0.15;
+    let mut random = Random(60);
+    let stated = Arm::random(&mut random, 3);
+    let arm = stated.clone().with_law(JOINT, FrictionLaw::Stribeck { speed_rad_s: SPEED }, 0.2);
+    let fast = arm.motion(&mut random, SAMPLES, RATE_HZ, 2.0);
+    let fast = recorded(&arm, &fast, &mut random);
+
+    let bounds = Bounds::new(&stated.robot, Margins::default(), Some(&[10.0; 3]), None).unwrap();
+    let task = task_within(&stated.robot, 25.0, bounds);
+    let swept = sweep(&task, &[JOINT]).unwrap();
+    assert!(swept.used.iter().all(|used| used.share <= 1.0), "{:?}", swept.used);
+    assert_eq!(swept.sweep.passes.len(), 6);
+    let told = terms(&task, &stated.robot, &swept.sweep);
+    let stribeck = told[0].terms.iter().find(|of| of.kind == ParameterKind::Fs).unwrap();
+    assert!(
+        stribeck.alone.is_some_and(|of| of < 0.3) && stribeck.alone < stribeck.beside_all,
+        "{told:?}"
+    );
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seconds")]
+    let samples = (swept.sweep.duration_s() * RATE_HZ) as usize;
+    assert!(samples as f64 <= 25.0 * RATE_HZ);
+    let states: Vec<_> = (0..samples).map(|k| swept.sweep.state(k as f64 / RATE_HZ)).collect();
+    let matrix = |of: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(samples, 3, of);
+    let motion = Motion::of(
+        matrix(&|k, joint| states[k].position[joint]),
+        matrix(&|k, joint| states[k].velocity[joint]),
+        matrix(&|k, joint| states[k].acceleration[joint]),
+    );
+    let slow = recorded(&arm, &motion, &mut random);
+
+    let options = options_of_bench();
+    let chosen = |experiment: &Experiment| {
+        let (robot, base) = (&stated.robot, &stated.base);
+        let chosen = choose_friction(robot, base, experiment, &options, || ()).unwrap();
+        chosen.friction.into_iter().map(|own| own.laws).collect::<Vec<_>>()
+    };
+    assert_eq!(chosen(&fast), [[], [], []]);
+    let laws = chosen(&Experiment::joined(&[fast, slow]).unwrap());
+    let [FrictionLaw::Stribeck { speed_rad_s }] = laws[JOINT][..] else { panic!("{laws:?}") };
+    assert!((speed_rad_s / SPEED - 1.0).abs() < 0.25, "{speed_rad_s} rad/s instead of {SPEED}");
+    assert!(laws[0].is_empty() && laws[2].is_empty(), "{laws:?}");
 }

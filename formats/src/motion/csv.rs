@@ -18,7 +18,7 @@ const MOST_BYTES: u64 = 256 << 20;
 
 /// `time_s`, then positions, velocities and accelerations of all joints.
 pub(super) fn write(file: &MotionFile<'_>) -> String {
-    let n = file.series.joints.len();
+    let n = file.motion.joints();
     let mut text = file.comments("#") + "time_s";
     for what in [POSITION, "joint_velocity_rad_s_", "joint_acceleration_rad_s2_"] {
         for joint in 1..=n {
@@ -27,7 +27,7 @@ pub(super) fn write(file: &MotionFile<'_>) -> String {
     }
     text.push('\n');
     for time_s in file.times_s(TABLE_HZ) {
-        let state = file.series.state(time_s);
+        let state = file.motion.state(time_s);
         let _ = write!(text, "{time_s:.6}");
         for value in [&state.position, &state.velocity, &state.acceleration]
             .into_iter()

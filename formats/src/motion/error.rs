@@ -25,6 +25,11 @@ pub enum MotionError {
         /// Joints of the arm.
         joints: usize,
     },
+    /// A program's spline or controller does not keep the speeds of a sweep. Choose a table or a ROS 2 trajectory.
+    #[error(
+        "no program keeps the constant speeds of a sweep; write a table (.csv) or a ROS 2 trajectory (.yaml)"
+    )]
+    Sweep,
     /// The file has no motion. Give a table as `didim design` writes it.
     #[error("{}: {problem}; give a table as `didim design` writes it", file.display())]
     Unreadable {

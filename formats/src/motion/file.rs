@@ -1,6 +1,6 @@
 //! What every format is written from.
 
-use didim_core::excitation::FourierSeries;
+use didim_core::excitation::Course;
 
 /// Points per second of tables \[Hz\].
 pub(super) const TABLE_HZ: f64 = 500.0;
@@ -10,10 +10,10 @@ pub(super) const POINTS_HZ: f64 = 100.0;
 pub(super) const PROGRAM_HZ: f64 = 10.0;
 
 /// A motion, and what has to be known of it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct MotionFile<'a> {
     /// The motion \[rad\].
-    pub series: &'a FourierSeries,
+    pub motion: &'a dyn Course,
     /// Name of each joint.
     pub joints: &'a [String],
     /// Lines of the comment that the file begins with.
@@ -28,7 +28,7 @@ impl MotionFile<'_> {
 
     /// Times of evenly spaced points, both ends among them.
     pub(super) fn times_s(&self, rate_hz: f64) -> impl Iterator<Item = f64> {
-        let duration_s = self.series.duration_s;
+        let duration_s = self.motion.duration_s();
         let steps = (duration_s * rate_hz).ceil().max(1.0);
         #[expect(
             clippy::cast_possible_truncation,

@@ -60,16 +60,25 @@ impl MotionFormat {
         if joints == 6 { Ok(()) } else { Err(MotionError::SixAxes { maker, joints }) }
     }
 
+    /// Whether it has constant speeds as they are designed.
+    ///
+    /// # Errors
+    /// [`MotionError::Sweep`].
+    pub fn takes_sweeps(self) -> Result<(), MotionError> {
+        matches!(self, Self::Csv | Self::JointTrajectory).then_some(()).ok_or(MotionError::Sweep)
+    }
+
     /// The file.
     ///
     /// # Errors
-    /// [`MotionError::SixAxes`].
+    /// [`MotionError::SixAxes`], [`MotionError::Sweep`].
     pub fn write(self, file: &MotionFile<'_>, name: &str) -> Result<String, MotionError> {
-        self.fits(file.series.joints.len())?;
+        self.fits(file.motion.joints())?;
+        let series = file.motion.series();
         Ok(match self {
             Self::Csv => csv::write(file),
             Self::JointTrajectory => joint_trajectory::write(file),
-            Self::UrScript => urscript::write(file, name),
+            Self::UrScript => urscript::write(file, series.ok_or(MotionError::Sweep)?, name),
             Self::Krl => krl::write(file, name),
             Self::Rapid => rapid::write(file, name),
         })

@@ -7,12 +7,12 @@ use super::file::{MotionFile, POINTS_HZ, list};
 /// Points with positions, velocities and accelerations: the trajectory controller of ros2_control puts a quintic
 /// between them (control.ros.org, *Trajectory Representation*). Times rise, the last velocity is 0.
 pub(super) fn write(file: &MotionFile<'_>) -> String {
-    let n = file.series.joints.len();
+    let n = file.motion.joints();
     let names: Vec<String> = file.joints.iter().map(|name| format!("'{name}'")).collect();
     let mut text = file.comments("#");
     let _ = writeln!(text, "joint_names: [{}]\npoints:", names.join(", "));
     for time_s in file.times_s(POINTS_HZ) {
-        let state = file.series.state(time_s);
+        let state = file.motion.state(time_s);
         let values = |of: &[f64]| list(of[..n].iter().copied(), 9);
         #[expect(clippy::cast_possible_truncation, reason = "some seconds in nanoseconds")]
         let nanoseconds = (time_s * 1e9).round() as i64;

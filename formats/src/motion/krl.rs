@@ -14,7 +14,7 @@ pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
         let _ = writeln!(text, "$VEL_AXIS[{axis}] = 30");
     }
     let mut points = file.times_s(PROGRAM_HZ).map(|time_s| {
-        let position = file.series.state(time_s).position;
+        let position = file.motion.state(time_s).position;
         let axes = degrees(&position[..6]).enumerate();
         let axes: Vec<String> = axes.map(|(k, q)| format!("A{} {q:.6}", k + 1)).collect();
         format!("{{{}}}", axes.join(", "))

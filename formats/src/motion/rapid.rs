@@ -12,7 +12,7 @@ pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
     let _ = writeln!(text, "  PROC {name}()");
     let points: Vec<f64> = file.times_s(PROGRAM_HZ).collect();
     for (k, &time_s) in points.iter().enumerate() {
-        let position = file.series.state(time_s).position;
+        let position = file.motion.state(time_s).position;
         let zone = if k == 0 || k + 1 == points.len() { "fine" } else { "z10" };
         let axes = list(degrees(&position[..6]), 6);
         let _ = writeln!(

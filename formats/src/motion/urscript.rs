@@ -2,6 +2,8 @@
 
 use core::fmt::Write as _;
 
+use didim_core::excitation::FourierSeries;
+
 use super::file::{MotionFile, identifier, list};
 use super::spline::coefficients;
 
@@ -50,17 +52,17 @@ const LOOP: &str = "\
 end
 ";
 
-pub(super) fn write(file: &MotionFile<'_>, name: &str) -> String {
+pub(super) fn write(file: &MotionFile<'_>, series: &FourierSeries, name: &str) -> String {
     let name = identifier(name);
-    let lists = coefficients(file.series);
+    let lists = coefficients(series);
     let mut text = file.comments("#");
     let _ = writeln!(text, "def {name}():");
     text +=
         "  # Part of the speed of the motion: first 0.1, and 1.0 when it was seen to be free.\n";
     text += "  speed = 0.1\n";
-    let _ = writeln!(text, "  duration = {:?}", file.series.duration_s);
+    let _ = writeln!(text, "  duration = {:?}", file.motion.duration_s());
     let _ = writeln!(text, "  knots = {}", lists.first().map_or(0, Vec::len));
-    let start = file.series.state(0.0).position;
+    let start = file.motion.state(0.0).position;
     let _ = writeln!(text, "  start = [{}]", list(start[..6].iter().copied(), 9));
     for (joint, own) in lists.into_iter().enumerate() {
         let _ = writeln!(text, "  c{} = [{}]", joint + 1, list(own, 8));

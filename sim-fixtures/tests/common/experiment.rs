@@ -42,14 +42,19 @@ pub(crate) const REST: usize = 1250;
 /// there for the filters, which need neighbours, and for the loop, which sags into its steady error
 /// at first. The torque command is held until the next sample.
 pub(crate) fn experiment(scenario: &Scenario) -> Experiment {
+    experiment_after(scenario, REST)
+}
+
+/// The same with so many samples of rest.
+pub(crate) fn experiment_after(scenario: &Scenario, rest: usize) -> Experiment {
     let hold_s = scenario.controller().timing.sample_period_s();
-    let record = scenario.record_with_rests(REST, REST).unwrap();
+    let record = scenario.record_with_rests(rest, rest).unwrap();
     let signals = Signals::of_motors(&record);
     Experiment::motor_side(&signals, scenario.robot().transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
         .unwrap()
-        .with_counted(REST..REST + scenario.samples())
+        .with_counted(rest..rest + scenario.samples())
         .unwrap()
 }
 

@@ -1,6 +1,6 @@
 //! A designed motion to look at before anything moves.
 
-use didim_core::excitation::FourierSeries;
+use didim_core::excitation::Course;
 use didim_core::robot::Robot;
 use maud::{PreEscaped, html};
 
@@ -17,17 +17,17 @@ const STYLE: &str = "\
 .arm .first{stroke:var(--accent);opacity:1}.arm .tip{fill:none;stroke:var(--bad);stroke-width:1;opacity:.8}.arm .ground{stroke:var(--ink);stroke-width:2}";
 
 /// A page with the arm along a motion, and position and velocity of every joint. `header` is that of the motion's files.
-pub fn preview(robot: &Robot, series: &FourierSeries, header: &[String]) -> String {
+pub fn preview(robot: &Robot, motion: &dyn Course, header: &[String]) -> String {
     let joints = robot.joints();
     #[expect(clippy::cast_precision_loss, reason = "a few hundred points")]
     let times = |count: usize| -> Vec<f64> {
-        (0..=count).map(|k| series.duration_s * k as f64 / count as f64).collect()
+        (0..=count).map(|k| motion.duration_s() * k as f64 / count as f64).collect()
     };
     let positions = |times: &[f64]| -> Vec<Vec<f64>> {
-        times.iter().map(|time| series.state(*time).position[..joints].to_vec()).collect()
+        times.iter().map(|time| motion.state(*time).position[..joints].to_vec()).collect()
     };
     let time_s = times(POINTS);
-    let states: Vec<_> = time_s.iter().map(|time| series.state(*time)).collect();
+    let states: Vec<_> = time_s.iter().map(|time| motion.state(*time)).collect();
     let of_joint = |joint: usize| -> [Vec<f64>; 2] {
         [
             states.iter().map(|state| state.position[joint]).collect(),
@@ -36,7 +36,7 @@ pub fn preview(robot: &Robot, series: &FourierSeries, header: &[String]) -> Stri
     };
     let curves: Vec<[Vec<f64>; 2]> = (0..joints).map(of_joint).collect();
     let arm = postures(robot, &positions(&times(POSTURES)), &positions(&time_s));
-    let title = format!("{} · a motion of {} s", robot.name(), series.duration_s);
+    let title = format!("{} · a motion of {} s", robot.name(), motion.duration_s());
     let content = html! {
         header { p.kind { "Motion, to be looked at before it is run" } h1 { (robot.name()) } }
         main {

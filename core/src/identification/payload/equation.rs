@@ -4,7 +4,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::PayloadError;
 use crate::dynamics::{BaseParameters, format_sum, select};
-use crate::identification::given::Context;
 use crate::regression::RegressionError;
 use crate::robot::{JointKind, ParameterKind, Robot};
 
@@ -13,7 +12,8 @@ use crate::robot::{JointKind, ParameterKind, Robot};
 const PREFERENCE: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
 
 /// The sums of the ten parameters that motions of an arm show, as [`BaseParameters`] are those of a whole arm.
-pub(super) struct LoadSums {
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadSums {
     /// k × 10: sums = S φ.
     pub(super) regrouping: DMatrix<f64>,
     /// Of each sum the parameter whose column stands for it, ascending.
@@ -25,14 +25,14 @@ pub(super) struct LoadSums {
 }
 
 impl LoadSums {
-    /// Of the last link, where all that a load changes is identified.
+    /// Of the last link, where all that a load changes is among the base parameters that are identified.
     ///
     /// # Errors
     /// [`PayloadError::NotIdentified`], [`PayloadError::Unseen`] and [`PayloadError::Ambiguous`].
-    pub(super) fn of(
+    pub fn of(
         robot: &Robot,
         base: &BaseParameters,
-        context: &Context<'_>,
+        identified: &[String],
     ) -> Result<Self, PayloadError> {
         let last = robot.joints() - 1;
         let column = |kind| robot.parameters().column(kind, last);
@@ -40,7 +40,6 @@ impl LoadSums {
         let columns: Vec<usize> = ParameterKind::LINK.into_iter().filter_map(column).collect();
         let all = base.regrouping().select_columns(&columns);
         let is_changed = |row: &usize| all.row(*row).iter().any(|entry| *entry != 0.0);
-        let identified = context.selection.names();
         let missing = (0..all.nrows()).filter(is_changed).map(|row| &base.names()[row]);
         let names: Vec<String> =
             missing.filter(|name| !identified.contains(name)).cloned().collect();
@@ -65,7 +64,7 @@ impl LoadSums {
     ///
     /// # Errors
     /// [`PayloadError::Unseen`].
-    pub(super) fn told_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
+    pub fn told_by(self, matrix: &DMatrix<f64>) -> Result<Self, PayloadError> {
         let preference = PREFERENCE.into_iter().filter_map(|parameter| self.place(parameter));
         // Where rounding decides, the regression says what is wrong.
         let preference: Vec<usize> = preference.collect();
@@ -82,7 +81,7 @@ impl LoadSums {
     }
 
     /// What each sum is, the parameter that stands for it first: `xx - yy`.
-    pub(super) fn names(&self) -> Vec<String> {
+    pub fn names(&self) -> Vec<String> {
         let symbols = ParameterKind::LINK.map(ParameterKind::symbol);
         let name = |(row, chosen): (usize, &usize)| {
             let others = (0..symbols.len()).filter(|column| column != chosen);
@@ -94,12 +93,17 @@ impl LoadSums {
     }
 
     /// The unit of each sum: those of a link are the same at any joint.
-    pub(super) fn units(&self) -> impl Iterator<Item = &'static str> {
+    pub fn units(&self) -> impl Iterator<Item = &'static str> {
         self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
     }
 
+    /// The parameter of the last link whose column of the regressor is that of each sum.
+    pub fn kinds(&self) -> impl Iterator<Item = ParameterKind> {
+        self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen])
+    }
+
     /// Those of the ten that no motion shows, and those that this record does not tell by themselves.
-    pub(super) fn untold(&self) -> [Vec<&'static str>; 2] {
+    pub fn untold(&self) -> [Vec<&'static str>; 2] {
         let symbol = |&parameter: &usize| ParameterKind::LINK[parameter].symbol();
         let is_open = |parameter: &usize| {
             !self.without_effect.contains(parameter) && self.alone(*parameter).is_none()

@@ -1,5 +1,7 @@
 //! The load from what a record leaves of the torques.
 
+use core::ops::Range;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Serialize;
 
@@ -12,7 +14,7 @@ use crate::feasibility::{Body, nearest_body};
 use crate::identification::given::{Context, Experiment, Options};
 use crate::identification::judgement::ParameterCovariance;
 use crate::identification::observation::{
-    BaseColumns, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
+    BaseColumns, Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::prediction::{KnownModel, PredictionError};
 use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
@@ -20,6 +22,10 @@ use crate::robot::Robot;
 
 /// Noise of a joint is never taken for less than this share of its torque.
 const LEAST_NOISE: f64 = 1e-6;
+/// A joint that moves less than this along a record stands \[rad or m\]: gears and filters make no more of a posture that is held.
+const STANDS: f64 = 5e-3;
+/// What the rows of a joint that stands are multiplied with: beside those of the others they are nothing.
+const FAINT: f64 = 1e-6;
 
 /// An arm without load, as a result has it.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +49,9 @@ pub struct Payload {
     pub without_effect: Vec<&'static str>,
     /// Others of the ten that arm or record tell in sums with others alone, or not at all.
     pub not_told: Vec<&'static str>,
+    /// Joints that stand along the record, counted from 1: friction at rest holds any torque below its own, and theirs counts nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub standing: Vec<usize>,
     /// A body that can be; none without a mass that is seen or declared.
     pub body: Option<LoadBody>,
     /// What is found against what is declared; none where nothing of it is.
@@ -82,8 +91,10 @@ pub fn payload(
     let covariance = covariance.ok_or(PayloadError::NoCovariance)?;
     let options = model.options(options);
     let (mut context, parameters) = model.context(robot, base, experiment, &options)?;
-    let sums = LoadSums::of(robot, base, &context)?;
+    let sums = LoadSums::of(robot, base, context.selection.names())?;
     let motion = filtered_motion(experiment, &options.position_filter)?;
+    let stands: Vec<bool> =
+        (0..robot.joints()).map(|joint| stands(experiment, &motion, joint)).collect();
     let equation = |context: &Context<'_>, matrix| {
         torque_equation(context, matrix, filtered_torque(context)?, &motion)
     };
@@ -94,14 +105,17 @@ pub fn payload(
     let (mut arm, mut beside) = with_beside(&context)?;
     let before = PredictionError::of(&arm, &arm.residuals(&parameters));
     let mut matrix = arm.matrix().dense();
-    let sums = sums.told_by(&matrix)?;
+    let mut moving = matrix.clone();
+    standing_rows(&stands, &arm).for_each(|rows| moving.rows_mut(rows.start, rows.len()).fill(0.0));
+    let sums = sums.told_by(&moving)?;
+    drop(moving);
     // Where friction grows with what the arm carries.
     if context.model.feels_loads() {
         context.settle_loads(|context| {
             let arm = equation(context, fitted_matrix(context, &motion)?)?;
             let matrix = arm.matrix().dense();
             let unexplained = arm.residuals(&parameters);
-            let found = Equation::new(&sums, &arm, &matrix, &unexplained)?.ordinary()?;
+            let found = Equation::new(&sums, &arm, &stands, matrix, unexplained)?.ordinary()?;
             Ok::<_, PayloadError>(sums.loaded(&parameters, &found))
         })?;
         (arm, beside) = with_beside(&context)?;
@@ -109,20 +123,24 @@ pub fn payload(
     }
     let unexplained = arm.residuals(&parameters);
 
-    let equation = Equation::new(&sums, &arm, &matrix, &unexplained)?;
+    let equation = Equation::new(&sums, &arm, &stands, matrix, unexplained)?;
     // A torque gain that is wrong, or a length, does it to the torques of the load too.
     let loaded = sums.loaded(&parameters, &equation.ordinary()?);
     let errors = model
         .uncertainty
         .map_or(Ok(None), |known| known.errors_along(&context, &motion, &beside, &arm, &loaded))?;
-    let mut of_arm = &matrix * uncertain_arm(&context, model, &covariance)?;
+    let mut of_arm = &equation.matrix * uncertain_arm(&context, model, &covariance)?;
     if let Some(errors) = &errors {
         let own = of_arm.ncols();
         of_arm = of_arm.resize_horizontally(own + errors.ncols(), 0.0);
         of_arm.columns_mut(own, errors.ncols()).copy_from(errors);
+        for rows in standing_rows(&stands, &arm) {
+            of_arm.view_mut((rows.start, own), (rows.len(), errors.ncols())).scale_mut(FAINT);
+        }
     }
-    let floors: Vec<f64> =
-        arm.rms_per_joint(&arm.measured()).iter().map(|torque| LEAST_NOISE * torque).collect();
+    let torques = arm.rms_per_joint(&arm.measured());
+    let floor = |(torque, stands): (&f64, &bool)| torque * if *stands { 1.0 } else { LEAST_NOISE };
+    let floors: Vec<f64> = torques.iter().zip(&stands).map(floor).collect();
     let (values, covariance) = equation.solved(&context, of_arm, &floors)?;
 
     let after = arm.residuals(&sums.loaded(&parameters, &values));
@@ -142,10 +160,25 @@ pub fn payload(
             .collect(),
         without_effect,
         not_told,
+        standing: (1..).zip(&stands).filter(|(_, stands)| **stands).map(|(of, _)| of).collect(),
         with_model_errors: errors.is_some(),
         before,
         after: PredictionError::of(&arm, &after),
     })
+}
+
+/// The rows of each joint that stands.
+fn standing_rows(stands: &[bool], arm: &Observations) -> impl Iterator<Item = Range<usize>> {
+    let standing = (0..stands.len()).filter(|joint| stands[*joint]);
+    standing.map(|joint| arm.joint_rows(joint))
+}
+
+/// Whether a joint stands along the samples that count.
+fn stands(experiment: &Experiment, motion: &Motion, joint: usize) -> bool {
+    let places = experiment.counted_samples().map(|k| motion.position[(k, joint)]);
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = places.fold(none, |[low, high], q| [low.min(q), high.max(q)]);
+    high - low < STANDS
 }
 
 /// L (b × b) of C = L Lᵀ in the order of the equation: δβ = L u with u ~ N(0, 1).
@@ -161,6 +194,8 @@ fn uncertain_arm(
 /// unexplained = Z sums + ….
 struct Equation<'a> {
     sums: &'a LoadSums,
+    /// X, with faint rows where a joint stands.
+    matrix: DMatrix<f64>,
     system: Observations,
 }
 
@@ -168,12 +203,17 @@ impl<'a> Equation<'a> {
     fn new(
         sums: &'a LoadSums,
         arm: &Observations,
-        matrix: &DMatrix<f64>,
-        unexplained: &DVector<f64>,
+        stands: &[bool],
+        mut matrix: DMatrix<f64>,
+        mut unexplained: DVector<f64>,
     ) -> Result<Self, PayloadError> {
-        let of_load = sums.along(matrix);
-        let system = Observations::new(of_load, unexplained.clone(), arm.joints());
-        Ok(Self { sums, system: system.map_err(|error| sums.named(error))? })
+        for rows in standing_rows(stands, arm) {
+            matrix.rows_mut(rows.start, rows.len()).scale_mut(FAINT);
+            unexplained.rows_mut(rows.start, rows.len()).scale_mut(FAINT);
+        }
+        let system = Observations::new(sums.along(&matrix), unexplained, arm.joints());
+        let system = system.map_err(|error| sums.named(error))?;
+        Ok(Self { sums, matrix, system })
     }
 
     /// The sums alone, every row counting the same.
@@ -193,6 +233,8 @@ impl<'a> Equation<'a> {
         let named = |error| self.sums.named(error);
         let residuals = self.system.residuals(&self.ordinary()?);
         let levels = self.system.noise_levels(&residuals);
+        let levels: Vec<f64> =
+            levels.iter().zip(floors).map(|(of, floor)| of.max(*floor)).collect();
         let solution = self.system.weighted(&levels).map_err(named)?;
         let filter = context.row_filter();
         let analysis = ResidualAnalysis::new(&self.system, &solution, &filter);

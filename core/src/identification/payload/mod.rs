@@ -6,6 +6,7 @@ mod find;
 mod load;
 mod presence;
 
+pub use equation::LoadSums;
 pub use error::PayloadError;
 pub use find::{KnownArm, Payload, payload};
 pub use load::{Load, LoadBody, LoadParameter, Uncertain};
