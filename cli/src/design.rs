@@ -19,7 +19,8 @@ use super::tell::tell;
 use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
 use didim::offline::{Assignment, OTHER_CONFIGURATION, PointLoad, StoredModel, Wanted};
 use didim::report::{
-    Checked, design_header, design_text, foretold_lines, html, load_lines, sweep_lines, sweep_text,
+    Checked, conditions, design_header, design_text, foretold_lines, html, load_lines, sweep_lines,
+    sweep_text,
 };
 use didim_formats::{MotionFile, MotionFormat};
 
@@ -142,6 +143,8 @@ pub(super) struct Subject {
     pub(super) robot: Robot,
     pub(super) joints: Vec<String>,
     pub(super) assignment: Assignment,
+    /// The cell and the result that a load is found with.
+    known: Option<(Cell, StoredModel)>,
 }
 
 impl Subject {
@@ -154,7 +157,7 @@ impl Subject {
         let assignment = Assignment::of_cell(cell, stored, wanted);
         let joints = joint_names(cell.urdf.as_ref(), cell.robot.joints());
         let assignment = assignment.map_err(CliError::configuration)?;
-        Ok(Self { robot: cell.robot.clone(), joints, assignment })
+        Ok(Self { robot: cell.robot.clone(), joints, assignment, known: None })
     }
 }
 
@@ -170,11 +173,18 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return swept(arguments, joints, &formats, &subject);
     }
     let best = searched(&assignment.task, arguments.steps).map_err(CliError::failed)?;
-    let told = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
-    let foretold = match &assignment.load {
-        Some(load) if assignment.measured_noise => load_lines(load, &told),
-        Some(_) => Vec::new(),
-        None => foretold_lines(assignment, &told.deviations),
+    let (foretold, text) = match (&assignment.load, &subject.known) {
+        (Some(load), Some((cell, result))) => {
+            let found = load.simulated(cell, result, &assignment.task, &best.series);
+            let lines = load_lines(load, &found.map_err(CliError::failed)?);
+            let text = lines.join("\n") + "\n\n" + &conditions(assignment, &best.used);
+            (if assignment.measured_noise { lines } else { Vec::new() }, text)
+        }
+        _ => {
+            let told = predicted(&assignment.task, &best.series).map_err(CliError::failed)?;
+            let text = design_text(assignment, &best, &told);
+            (foretold_lines(assignment, &told.deviations), text)
+        }
     };
     let mut texts = Vec::new();
     for (path, format) in out.iter().zip(&formats) {
@@ -186,7 +196,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             "the controller makes the time law, and the standard deviations do not hold for it";
         tell(&format!("note: {}: {what}\n", path.display()));
     }
-    print(&design_text(assignment, &best, &told))
+    print(&text)
 }
 
 /// A friction sweep.
@@ -221,7 +231,7 @@ pub(super) fn motion_text(
     checked: Checked<'_>,
     foretold: &[String],
 ) -> Result<String, CliError> {
-    let Subject { robot, joints, assignment } = subject;
+    let Subject { robot, joints, assignment, .. } = subject;
     let header = design_header(robot.name(), assignment, checked, foretold, format.keeps_time());
     let file = MotionFile { motion, joints, header: &header };
     let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("motion");
@@ -280,7 +290,9 @@ impl Arguments {
             stored = Some(model);
         }
         let accelerations = self.within.accelerations(cell.robot.joints());
-        Subject::of_cell(&cell, stored.as_ref(), &self.wanted(accelerations.as_deref()))
+        let wanted = self.wanted(accelerations.as_deref());
+        let subject = Subject::of_cell(&cell, stored.as_ref(), &wanted)?;
+        Ok(Subject { known: stored.map(|stored| (cell, stored)), ..subject })
     }
 
     fn of_robot(&self, file: &Path) -> Result<Subject, CliError> {
@@ -301,7 +313,7 @@ impl Arguments {
         let assignment = Assignment::of_robot(&source, &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::configuration)?;
-        Ok(Subject { robot: source.robot, joints, assignment })
+        Ok(Subject { robot: source.robot, joints, assignment, known: None })
     }
 
     fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> Wanted<'a> {

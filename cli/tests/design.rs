@@ -256,18 +256,19 @@ fn load_found(duration_s: &str, steps: &str, seeds: u64) -> Vec<(String, [Vec<f6
     let shipped = fs::read_to_string(file).unwrap();
     let from = shipped.find("# The essential parameters").unwrap();
     let to = from + shipped[from..].find("\n]\n").unwrap() + 3;
-    // All base parameters: a load changes many that are not essential. Noise alone is foretold: all that is stated is true here.
-    let exact = "[identification.tolerances]\ntorque_gain = 1e-9\ntorque_delay_s = 1e-12\nzero_deg = 1e-9\ntwist_deg = 1e-9\n\
-                 length_m = 1e-12\n\n[identification.simulation]";
-    let changes = [(&shipped[from..to], ""), ("[identification.simulation]", exact)];
-    let arm = Installation::of("tx40-packed-fd", &changes);
+    // All base parameters: a load changes many that are not essential.
+    let arm = Installation::of("tx40-packed-fd", &[(&shipped[from..to], "")]);
     let [first, result, out, loaded] =
         ["first.log", "result.json", "next.csv", "loaded.log"].map(|of| arm.path(of));
     let cell: [&dyn AsRef<OsStr>; 2] = [&"--cell", &arm.cell()];
     let log = |path: &Path| format!("log:{}", path.display());
-    succeed(&[&[&"sim" as &dyn AsRef<OsStr>][..], &cell, &[&"--bus", &log(&first)]].concat());
-    let identify: [&dyn AsRef<OsStr>; 4] = [&"identify", &"--input", &first, &"--json"];
-    fs::write(&result, succeed(&[&identify[..], &cell].concat())).unwrap();
+    let empty = |seed: &str| {
+        let play: [&dyn AsRef<OsStr>; 5] = [&"sim", &"--seed", &seed, &"--bus", &log(&first)];
+        succeed(&[&play[..], &cell].concat());
+        let identify: [&dyn AsRef<OsStr>; 4] = [&"identify", &"--input", &first, &"--json"];
+        fs::write(&result, succeed(&[&identify[..], &cell].concat())).unwrap();
+    };
+    empty("1");
     let wanted: [&dyn AsRef<OsStr>; 12] = [
         &"--result",
         &result,
@@ -295,6 +296,10 @@ fn load_found(duration_s: &str, steps: &str, seeds: u64) -> Vec<(String, [Vec<f6
     let scenario = arm.scenario(&[("samples = 34500", carried)]);
     let mut all: Vec<(String, [Vec<f64>; 2])> = Vec::new();
     for seed in 1..=seeds {
+        if seed > 1 {
+            // What is foretold has in it what the result leaves open, which is another each time.
+            empty(&(seeds + seed).to_string());
+        }
         let seed = seed.to_string();
         let play: [&dyn AsRef<OsStr>; 9] = [
             &"sim",
@@ -341,8 +346,7 @@ fn load_found(duration_s: &str, steps: &str, seeds: u64) -> Vec<(String, [Vec<f6
 fn a_load_is_found_as_well_as_was_foretold() {
     for (what, [off, said]) in load_found("4", "15", 1) {
         println!("{what}: {:.2} away, {:.2} said", off[0], said[0]);
-        // What `didim payload` says has in it what the model may lack, too.
-        assert!(off[0].abs() < 4.0 && said[0] > 0.8, "{what}: {off:?} {said:?}");
+        assert!(off[0].abs() < 4.0 && (said[0] - 1.0).abs() < 0.35, "{what}: {off:?} {said:?}");
     }
 }
 
@@ -356,7 +360,8 @@ fn loads_scatter_as_was_foretold() {
             (of.iter().map(|of| of * of).sum::<f64>() / count).sqrt()
         });
         println!("| {what} | {off:.2} | {said:.2} |");
-        assert!((off - 1.0).abs() < 0.45 && said > 0.8, "{what}: {off} {said}");
+        // The gains are right here, where the standard deviations take them for uncertain.
+        assert!(off < 1.35 && (said - 1.0).abs() < 0.35, "{what}: {off} {said}");
     }
 }
 

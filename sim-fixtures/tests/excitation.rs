@@ -137,13 +137,13 @@ fn a_designed_motion_tells_about_what_was_foretold() {
     assert!((ratio - 1.0).abs() < 0.3, "{ratio}");
 }
 
-/// Each parameter scatters over 40 recordings about as was foretold, at 10 s and at 20 s.
+/// Each parameter scatters about as was foretold, at 10 s and at 20 s: 200 recordings leave 0.05 of its scatter open.
 #[test]
 #[ignore = "a study of minutes, run by hand"]
 fn designed_motions_tell_what_was_foretold() {
     let mut off = Vec::new();
     for duration_s in [10.0, 20.0] {
-        let came = study(duration_s, 600, 40);
+        let came = study(duration_s, 600, 200);
         let ratio = rms(came.iter().map(|of| of.said));
         assert!((ratio - 1.0).abs() < 0.2, "{ratio}");
         let beyond = came.into_iter().filter(|of| (of.scatter - 1.0).abs() > 0.35);

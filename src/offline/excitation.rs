@@ -2,13 +2,19 @@
 
 use didim_core::dynamics::{BaseParameters, Model};
 use didim_core::excitation::{
-    Aim, Bounds, Corners, ExcitationError, Margins, Noise, Predicted, Shapes, Task, first, rows,
+    Aim, Bounds, Corners, Course, ExcitationError, Margins, Noise, Shapes, Task, first, rows,
+    simulated,
 };
-use didim_core::identification::{IdentificationError, Load, LoadSums, PayloadError, Selection};
+use didim_core::identification::{
+    Declared, Experiment, IdentificationError, LoadSums, Payload, PayloadError, Selection, Signals,
+    payload,
+};
 use didim_core::robot::{Limits, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use nalgebra::DMatrix;
 
+use super::identify::IdentifyError;
+use super::payload::LoadError;
 use super::stored::StoredModel;
 use crate::cell::{Cell, RobotSource};
 
@@ -100,22 +106,40 @@ impl PointLoad {
     }
 }
 
-/// The load that a motion is to tell, and the sums of its ten parameters that the joints that move tell.
+/// The load that a motion is to tell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WantedLoad {
     /// The load as it is expected.
     pub expected: PointLoad,
-    /// Their columns are the last of the task's.
-    pub sums: LoadSums,
+    /// Standard parameters of the arm with it.
+    standard: Vec<f64>,
 }
 
 impl WantedLoad {
-    /// What is known of the load with a motion: mass, centre and inertia, and the standard deviation of each sum.
-    pub fn foretold(&self, told: &Predicted) -> (Load, Vec<f64>) {
-        let count = self.sums.kinds().count();
-        let first = told.deviations.len() - count;
-        let covariance = told.covariance.view((first, first), (count, count)).into_owned();
-        (self.sums.load(self.expected.parameters(), &covariance), told.deviations[first..].to_vec())
+    /// What `didim payload` finds with this result in a recording of a motion, which is simulated with the noise of the task: the same
+    /// every time.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn simulated(
+        &self,
+        cell: &Cell,
+        result: &StoredModel,
+        task: &Task,
+        motion: &dyn Course,
+    ) -> Result<Payload, LoadError> {
+        let rate_hz = cell.sample_rate_hz();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a second")]
+        let rest = rate_hz as usize;
+        let [position_rad, torque_nm] = simulated(task, &self.standard, motion, rate_hz, rest);
+        let moves = rest..position_rad[0].len() - rest;
+        let signals =
+            Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
+        let experiment = Experiment::joint_side(signals).and_then(|of| of.with_counted(moves));
+        let experiment = experiment.map_err(IdentifyError::from)?;
+        let (named, declared) = (result.named(), Declared::default());
+        let (arm, options) = (result.known(&named), &cell.options);
+        Ok(payload(&cell.robot, &cell.base, &experiment, options, arm, declared)?)
     }
 }
 
@@ -310,6 +334,7 @@ impl Arm<'_> {
         if wanted.inside.is_some() && shapes.is_none() {
             return Err(AssignmentError::NoShapes);
         }
+        let standard = self.standard.clone();
         let bounds = Bounds::new(robot, wanted.margins, wanted.accelerations, self.standard)?;
         let bounds = bounds.with_shapes(shapes);
         let mut task = Task {
@@ -334,7 +359,10 @@ impl Arm<'_> {
                 // Beside what is known of the arm, and of the load nothing.
                 task.before = task.before.resize(all, all, 0.0);
                 task.aim = Aim::Deviations((count..all).map(|place| (place, 0.0)).collect());
-                Some(WantedLoad { expected, sums })
+                Some(WantedLoad {
+                    expected,
+                    standard: standard.ok_or(AssignmentError::NoCovariance)?,
+                })
             }
         };
         let unread_shapes = self.urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec());

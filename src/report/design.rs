@@ -5,6 +5,8 @@ use didim_core::excitation::{
 };
 
 use super::payload::{AXES, ENTRIES};
+use didim_core::identification::{Payload, Uncertain};
+
 use crate::offline::{Assignment, Foretold, Lacking, PointLoad, WantedLoad, foretold_line};
 use crate::text::{aligned, significant};
 
@@ -18,6 +20,8 @@ pub fn design_header(
     keeps_time: bool,
 ) -> Vec<String> {
     let Checked { duration_s, used, nearest } = checked;
+    // A sweep ends where its passes do, which is no round number.
+    let duration_s = (1e3 * duration_s).round() / 1e3;
     let mut lines = vec![format!(
         "Motion for the robot {robot}, {duration_s} s, designed by didim. FIRST RUN IT AT 10 % SPEED."
     )];
@@ -92,39 +96,37 @@ pub fn foretold_lines(assignment: &Assignment, deviations: &[f64]) -> Vec<String
     core::iter::once(intro.to_owned()).chain(of_each).collect()
 }
 
-/// How well `didim payload` would find a load with a motion, for the header of a file and for people.
-pub fn load_lines(wanted: &WantedLoad, told: &Predicted) -> Vec<String> {
-    let (load, sums) = wanted.foretold(told);
+/// How well `didim payload` would find a load, by a recording that was simulated, for the header of a file and for people.
+pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
     let mut lines = vec![format!(
-        "Standard deviations of what `didim payload` finds of {}, by noise and what the result leaves open; what the tolerances of the \
-         cell and errors of the model add is not in them:",
+        "Standard deviations of what `didim payload` finds of {}, by a simulated recording of this motion:",
         expected(wanted.expected)
     )];
-    let mut line = |what: String, deviation: f64, unit: &str| {
-        lines.push(format!("  {what}: {} {unit}", significant(deviation, 3)));
+    let mut line = |what: String, found: Uncertain, unit: &str| {
+        lines.push(format!("  {what}: {} {unit}", significant(found.standard_deviation, 3)));
     };
-    let found = [load.mass_kg.map(|of| ("mass".to_owned(), of, "kg"))];
-    let centre = AXES.iter().zip(load.centre_m);
-    let centre = centre.map(|(axis, of)| of.map(|of| (format!("centre {axis}"), of, "m")));
-    let inertia = ENTRIES.iter().zip(load.inertia_kg_m2);
-    let inertia = inertia.map(|(entry, of)| of.map(|of| (format!("inertia {entry}"), of, "kg·m²")));
-    for (what, of, unit) in found.into_iter().chain(centre).chain(inertia).flatten() {
-        line(what, of.standard_deviation, unit);
+    let load = &simulated.load;
+    if let Some(found) = load.mass_kg {
+        line("mass".to_owned(), found, "kg");
     }
-    let [without_effect, untold] = wanted.sums.untold();
-    if !untold.is_empty() {
-        for ((name, unit), deviation) in
-            wanted.sums.names().iter().zip(wanted.sums.units()).zip(sums)
-        {
-            line(format!("sum {name}"), deviation, unit);
+    for (axis, found) in AXES.iter().zip(load.centre_m) {
+        found.into_iter().for_each(|found| line(format!("centre {axis}"), found, "m"));
+    }
+    for (entry, found) in ENTRIES.iter().zip(load.inertia_kg_m2) {
+        found.into_iter().for_each(|found| line(format!("inertia {entry}"), found, "kg·m²"));
+    }
+    if !simulated.not_told.is_empty() {
+        for of in &simulated.parameters {
+            line(format!("sum {}", of.name), of.found, of.unit);
         }
         lines.push(format!(
             "The joints that move do not tell {} by themselves, only the sums; one joint before them has to move too.",
-            untold.join(" ")
+            simulated.not_told.join(" ")
         ));
     }
-    if !without_effect.is_empty() {
-        lines.push(format!("No motion of this arm shows {} of a load.", without_effect.join(" ")));
+    if !simulated.without_effect.is_empty() {
+        let none = simulated.without_effect.join(" ");
+        lines.push(format!("No motion of this arm shows {none} of a load."));
     }
     lines
 }
@@ -256,17 +258,13 @@ fn limit(used: &Used) -> String {
     )
 }
 
-/// What the motion is foretold to tell: of the load where one is wanted, or of each parameter as a table.
+/// What the motion is foretold to tell, as a table.
 pub fn design_text(assignment: &Assignment, design: &Design, told: &Predicted) -> String {
-    let text: String = match &assignment.load {
-        Some(load) => load_lines(load, told).join("\n") + "\n\n",
-        None => parameters_text(assignment, told),
-    };
-    text + &conditions(assignment, &design.used)
+    parameters_text(assignment, told) + &conditions(assignment, &design.used)
 }
 
 /// The noise that figures are of, the limits that a motion uses, and what was not checked: the end of what is printed.
-pub(super) fn conditions(assignment: &Assignment, used: &[Used]) -> String {
+pub fn conditions(assignment: &Assignment, used: &[Used]) -> String {
     let rows_per_s = significant(assignment.task.noise.rows_per_s, 3);
     let mut text = if assignment.measured_noise {
         format!("noise: the residuals of the result, {rows_per_s} rows per second\n")

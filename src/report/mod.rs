@@ -28,7 +28,9 @@ use crate::text::significant;
 
 pub use advice::advice_text;
 pub use consistent::consistent_summary;
-pub use design::{Checked, design_header, design_text, foretold_lines, foretold_text, load_lines};
+pub use design::{
+    Checked, conditions, design_header, design_text, foretold_lines, foretold_text, load_lines,
+};
 pub use gains::gains_text;
 pub use payload::payload_text;
 pub use sweep::{sweep_lines, sweep_text};

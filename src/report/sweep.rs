@@ -29,11 +29,15 @@ pub fn sweep_lines(
         let (joint, speed) = (pass.joint + 1, &speed[0]);
         lines.push(format!("  joint {joint}: {speed} {per_s} between {low} and {high} {unit}"));
     }
-    lines.push(
-        "Friction terms that it tells apart, with the standard deviation of the largest torque of each: beside fc, fv and off alone, and in \
-         brackets if the joint had all of them at once:"
-            .to_owned(),
-    );
+    // Where noise is assumed, so are standard deviations.
+    let figures = match assignment.measured_noise {
+        true => {
+            ", with the standard deviation of the largest torque of each: beside fc, fv and off alone, and in brackets if the joint had all of \
+             them at once"
+        }
+        false => "",
+    };
+    lines.push(format!("Friction terms that it tells apart{figures}:"));
     for SweptJoint { joint, stribeck, terms } in told {
         let [per_s, _, torque] = units(*joint);
         let named = |kind: ParameterKind| match kind {
@@ -45,7 +49,6 @@ pub fn sweep_lines(
         let number = |of: Option<f64>| of.map_or_else(|| "–".to_owned(), |of| significant(of, 2));
         let (told, not): (Vec<&Term>, Vec<&Term>) = terms.iter().partition(|of| of.alone.is_some());
         let told = told.into_iter().map(|of| {
-            // Where noise is assumed, so are these.
             let deviations = match assignment.measured_noise {
                 true => format!(" {} ({}) {torque}", number(of.alone), number(of.beside_all)),
                 false => String::new(),

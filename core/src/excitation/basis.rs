@@ -124,30 +124,6 @@ impl Basis {
         out.copy_from_slice(self.in_units(sum).as_slice());
     }
 
-    /// The coordinates of a series of half the length, twice; nothing where its harmonics are too fast.
-    pub(super) fn twice(&self, half: &FourierSeries) -> Option<Vec<f64>> {
-        let (joints, inner, omega) = (self.units.len(), self.sine.ncols(), TAU / half.duration_s);
-        let harmonics = half.joints.iter().map(|of| of.sine.len()).max().unwrap_or(0);
-        if 2 * harmonics > self.sine.nrows() {
-            return None;
-        }
-        let mut x = DMatrix::zeros(joints, self.width());
-        for ((mut row, joint), unit) in x.row_iter_mut().zip(&half.joints).zip(&self.units) {
-            row[0] = (joint.mean - unit.middle) / unit.half;
-            for (basis, of, from) in
-                [(&self.sine, &joint.sine, 1), (&self.cosine, &joint.cosine, 1 + inner)]
-            {
-                for (k, amplitude) in of.iter().enumerate() {
-                    let speed = (1.0 + k as f64) * omega * amplitude / unit.speed;
-                    for (column, entry) in basis.row(2 * k + 1).iter().enumerate() {
-                        row[from + column] += speed * entry;
-                    }
-                }
-            }
-        }
-        Some(x.as_slice().to_vec())
-    }
-
     /// The series with these coordinates.
     pub(super) fn series(&self, x: &[f64]) -> FourierSeries {
         let (x, inner) = (self.matrix(x), self.sine.ncols());
@@ -205,20 +181,6 @@ mod tests {
                 }
             }
         }
-        let long = Basis::new(12.0, basis.units.clone());
-        let twice = long.series(&long.twice(&series).unwrap());
-        for time_s in [0.3, 2.9, 5.1, 6.4, 11.0] {
-            let [once, twice] = [series.state(time_s % 6.0), twice.state(time_s)];
-            for joint in 0..2 {
-                assert!((once.position[joint] - twice.position[joint]).abs() < 1e-11);
-                assert!((once.acceleration[joint] - twice.acceleration[joint]).abs() < 1e-9);
-            }
-        }
-        let (half, whole) = (
-            Basis::new(25.0, vec![unit(0.0, 1.0, 2.0)]),
-            Basis::new(50.0, vec![unit(0.0, 1.0, 2.0)]),
-        );
-        assert_eq!(whole.twice(&half.series(&vec![0.0; half.coordinates()])), None);
         for near in [1e-7, 6.0 - 1e-7] {
             let state = series.state(near);
             assert!(state.velocity.iter().all(|v| v.abs() < 1e-9), "{state:?}");

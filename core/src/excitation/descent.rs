@@ -18,7 +18,7 @@ struct Pair {
 /// the domain. Says whether there was a value at the start. `after` is called after each step with where that led.
 pub(super) fn descend(
     x: &mut Vec<f64>,
-    steps: usize,
+    steps: u32,
     mut evaluate: impl FnMut(&[f64], &mut [f64]) -> Option<f64>,
     mut after: impl FnMut(&[f64]),
 ) -> bool {

@@ -11,11 +11,9 @@ use super::told::value;
 
 /// Limits are kept at so many samples per second \[Hz\]: ten times the fastest output.
 pub const CHECK_HZ: f64 = 5000.0;
+const STAGES: u32 = 4;
 /// Weights of the barrier, one after the other.
-const WEIGHTS: [f64; 4] = [0.1, 0.02, 0.004, 0.0008];
-/// Half of a motion is searched for first where it is so long \[s\]: a shorter one is found by itself, and a longer one has harmonics that are
-/// too fast for the whole.
-const HALVES_S: core::ops::RangeInclusive<f64> = 8.0..=15.0;
+const WEIGHTS: [f64; STAGES as usize] = [0.1, 0.02, 0.004, 0.0008];
 
 /// How far a design is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,48 +54,22 @@ pub fn design(
         return Err(ExcitationError::BadValue { what, value, expected });
     }
     let mut search = Search::new(task);
+    let mut x = search.start(seed)?;
     let mut step = 0;
-    let mut after = || {
-        step += 1;
-        progress(Progress { step, of: steps });
-    };
-    let x = searched(&mut search, task, seed, steps, &mut after)?;
+    for (stage, weight) in (0..STAGES).zip(WEIGHTS) {
+        let own = steps * (stage + 1) / STAGES - steps * stage / STAGES;
+        let after = |_: &[f64]| {
+            step += 1;
+            progress(Progress { step, of: steps });
+        };
+        let evaluate = |x: &[f64], gradient: &mut [f64]| search.evaluate(weight, x, gradient);
+        if !descend(&mut x, own, evaluate, after) {
+            return Err(ExcitationError::NotTold { duration_s });
+        }
+    }
     let (series, used, nearest) = within(task, search.basis.series(&x));
     let value = value(task, &series)?;
     Ok(Design { series, value, used, nearest })
-}
-
-/// Coordinates of the best motion that so many steps find. A long one begins with one of half the length, twice: that is as good as the search
-/// is there, and costs half as much.
-fn searched(
-    search: &mut Search<'_>,
-    task: &Task,
-    seed: u64,
-    steps: u32,
-    after: &mut dyn FnMut(),
-) -> Result<Vec<f64>, ExcitationError> {
-    let half = Task { duration_s: 0.5 * task.duration_s, ..task.clone() };
-    let (mut begun, mut steps) = (None, steps);
-    if HALVES_S.contains(&half.duration_s) {
-        let mut of_half = Search::new(&half);
-        let found = searched(&mut of_half, &half, seed, steps / 2, after)?;
-        begun = search.twice(&of_half.basis.series(&found), seed);
-        steps -= steps / 2;
-    }
-    let (mut x, weights) = match begun {
-        Some(x) => (x, &WEIGHTS[WEIGHTS.len() / 2..]),
-        None => (search.start(seed)?, &WEIGHTS[..]),
-    };
-    let stages = weights.len();
-    for (stage, weight) in weights.iter().enumerate() {
-        let until = |stage: usize| steps as usize * stage / stages;
-        let own = until(stage + 1) - until(stage);
-        let evaluate = |x: &[f64], gradient: &mut [f64]| search.evaluate(*weight, x, gradient);
-        if !descend(&mut x, own, evaluate, |_| after()) {
-            return Err(ExcitationError::NotTold { duration_s: task.duration_s });
-        }
-    }
-    Ok(x)
 }
 
 /// The random motion within the limits that a search of this seed begins with.

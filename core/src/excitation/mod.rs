@@ -8,7 +8,7 @@
 //! *Optimal robot excitation and identification*, IEEE Transactions on Robotics and Automation 13, 1997.
 //!
 //! ```text
-//! {advice, terms} → {design, candidates, sweep} → {search, descent, told, swing} → task → {barrier, information, objective} → bounds → shapes → basis → {series, error, random, clearance} → limit_kind
+//! {advice, terms} → {design, candidates, sweep} → {search, descent, told, simulated, swing} → task → {barrier, information, objective} → bounds → shapes → basis → {series, error, random, clearance} → limit_kind
 //! ```
 
 mod advice;
@@ -27,6 +27,7 @@ mod random;
 mod search;
 mod series;
 mod shapes;
+mod simulated;
 mod sweep;
 mod swing;
 mod task;
@@ -40,6 +41,7 @@ pub use error::ExcitationError;
 pub use limit_kind::LimitKind;
 pub use series::{Course, FourierSeries, JointSeries, State};
 pub use shapes::{Corners, LEAST_GAP_M, Nearest, Other, Shapes};
+pub use simulated::simulated;
 pub use sweep::{Pass, Sweep, Swept, sweep};
 pub use swing::{Swing, Swings};
 pub use task::{Aim, Noise, Task};

@@ -11,7 +11,6 @@ use super::information::Information;
 use super::limit_kind::LimitKind;
 use super::objective::Objective;
 use super::random::uniform;
-use super::series::FourierSeries;
 use super::task::Task;
 use crate::robot::SignModel;
 
@@ -92,17 +91,6 @@ impl<'a> Search<'a> {
             x.iter_mut().zip(&posture).for_each(|(x, rest)| *x = rest + 0.9 * (*x - rest));
         }
         Ok(x)
-    }
-
-    /// Coordinates of a motion of half the length, twice, with a tenth of a random one: by themselves two that are the same would stay so,
-    /// for what one gains by a change the other loses.
-    pub(super) fn twice(&mut self, half: &FourierSeries, seed: u64) -> Option<Vec<f64>> {
-        let twice = self.basis.twice(half)?;
-        let random = self.start(seed).ok()?;
-        let mixed = |share: f64| -> Vec<f64> {
-            twice.iter().zip(&random).map(|(x, other)| (1.0 - share) * x + share * other).collect()
-        };
-        [0.1, 0.03, 0.01].map(mixed).into_iter().find(|x| self.largest(x).1 < 1.0)
     }
 
     /// Where the arm can rest \[rad or m\].

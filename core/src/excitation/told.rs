@@ -17,8 +17,6 @@ pub(super) const TOLD_HZ: f64 = 200.0;
 pub struct Predicted {
     /// Standard deviation of each parameter with this motion and what is known already.
     pub deviations: Vec<f64>,
-    /// Their covariance (b × b).
-    pub covariance: DMatrix<f64>,
     /// Condition number of the base columns of inertia along the motion alone, unweighted and without friction.
     pub condition_number: f64,
 }
@@ -59,9 +57,8 @@ pub fn predicted(task: &Task, motion: &impl Reference) -> Result<Predicted, Exci
     let (mut information, _) = conditioned.information(task.model.clone(), TOLD_HZ);
     let eigenvalues = information.along(&motion).symmetric_eigenvalues();
     Ok(Predicted {
-        condition_number: (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt(),
         deviations: covariance.diagonal().iter().map(|square| square.sqrt()).collect(),
-        covariance,
+        condition_number: (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt(),
     })
 }
 

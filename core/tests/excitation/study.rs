@@ -2,7 +2,7 @@
 //! `cargo test --release -p didim-core --test tests -- --ignored --nocapture excitation::study`.
 
 use didim_core::dynamics::{Model, Workspace};
-use didim_core::excitation::{Aim, Bounds, Margins, Task, design, predicted};
+use didim_core::excitation::{Aim, Bounds, LimitKind, Margins, Task, design, predicted};
 use didim_core::robot::Robot;
 use didim_core::trajectory::Reference;
 use rand_chacha::ChaCha8Rng;
@@ -175,4 +175,38 @@ fn against_random_moves() {
         }
     }
     assert_eq!(missed, ["openarm, 10 s", "openarm, 20 s"]);
+}
+
+/// Whether more starts and more steps find more on the arm that gains least, and which limits hold it.
+#[test]
+#[ignore = "a study of minutes, run by hand"]
+fn why_the_openarm_gains_little() {
+    let mean = |of: &[f64]| of.iter().map(|of| of.ln()).sum::<f64>() / of.len() as f64;
+    for duration_s in [10.0, 20.0] {
+        let (robot, task) = task_of(ROBOTS[5].1, duration_s);
+        let draw = |seed| Quintics::draw(&robot, &task.model, duration_s, seed);
+        let of_moves: Vec<_> = (0..SEQUENCES)
+            .filter_map(|seed| Some(predicted(&task, &draw(seed)).ok()?.deviations))
+            .collect();
+        let means = of_moves.iter().map(|of| mean(of));
+        let [low, high] = means.fold([f64::MAX, f64::MIN], |[a, b], of| [a.min(of), b.max(of)]);
+        println!("{duration_s} s: mean ln σ of the moves {low:.2} to {high:.2}");
+        for (seed, steps) in [(1, STEPS), (2, STEPS), (3, STEPS), (1, 4 * STEPS)] {
+            let found = design(&task, seed, steps, |_| ()).unwrap();
+            let own = predicted(&task, &found.series).unwrap().deviations;
+            let ratio = |k: usize| median(of_moves.iter().map(|of| of[k] / own[k]).collect());
+            let gain = median((0..own.len()).map(ratio).collect());
+            let used = |kind| -> Vec<String> {
+                let of_kind = found.used.iter().filter(|used| used.kind == kind);
+                of_kind.map(|used| format!("{:.2}", used.share)).collect()
+            };
+            println!(
+                "start {seed}, {steps} steps: mean ln σ {:.2}, median {gain:.2} times smaller; used of speed {:?}, of acceleration {:?}",
+                found.value,
+                used(LimitKind::Speed),
+                used(LimitKind::Acceleration)
+            );
+            assert!(found.value < low);
+        }
+    }
 }

@@ -12,7 +12,6 @@ use crate::robot::{JointKind, ParameterKind, Robot};
 const PREFERENCE: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
 
 /// The sums of the ten parameters that motions of an arm show, as [`BaseParameters`] are those of a whole arm.
-#[derive(Clone, Debug, PartialEq)]
 pub struct LoadSums {
     /// k × 10: sums = S φ.
     pub(super) regrouping: DMatrix<f64>,
@@ -81,7 +80,7 @@ impl LoadSums {
     }
 
     /// What each sum is, the parameter that stands for it first: `xx - yy`.
-    pub fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let symbols = ParameterKind::LINK.map(ParameterKind::symbol);
         let name = |(row, chosen): (usize, &usize)| {
             let others = (0..symbols.len()).filter(|column| column != chosen);
@@ -93,7 +92,7 @@ impl LoadSums {
     }
 
     /// The unit of each sum: those of a link are the same at any joint.
-    pub fn units(&self) -> impl Iterator<Item = &'static str> {
+    pub(super) fn units(&self) -> impl Iterator<Item = &'static str> {
         self.chosen.iter().map(|chosen| ParameterKind::LINK[*chosen].unit(JointKind::Revolute))
     }
 
@@ -103,7 +102,7 @@ impl LoadSums {
     }
 
     /// Those of the ten that no motion shows, and those that this record does not tell by themselves.
-    pub fn untold(&self) -> [Vec<&'static str>; 2] {
+    pub(super) fn untold(&self) -> [Vec<&'static str>; 2] {
         let symbol = |&parameter: &usize| ParameterKind::LINK[parameter].symbol();
         let is_open = |parameter: &usize| {
             !self.without_effect.contains(parameter) && self.alone(*parameter).is_none()

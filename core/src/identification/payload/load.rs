@@ -65,13 +65,6 @@ pub struct LoadBody {
     pub cost_limit: f64,
 }
 
-impl LoadSums {
-    /// What is known of a load of these ten parameters, in the order of [`ParameterKind::LINK`], with this covariance of the sums (k × k).
-    pub fn load(&self, ten: [f64; 10], covariance: &DMatrix<f64>) -> Load {
-        Load::of(self, &(&self.regrouping * DVector::from_row_slice(&ten)), covariance)
-    }
-}
-
 impl Load {
     /// From the sums and their covariance, by first order where a value is no sum.
     pub(super) fn of(sums: &LoadSums, values: &DVector<f64>, covariance: &DMatrix<f64>) -> Self {

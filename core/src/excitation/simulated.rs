@@ -1,0 +1,46 @@
+//! What a motion would record.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::series::Course;
+use super::task::Task;
+use crate::MAX_JOINTS;
+use crate::dynamics::Workspace;
+
+/// Positions \[rad or m\] and torques \[N·m or N\] of each joint at so many samples per second \[Hz\], with so many samples of rest before and after the motion:
+/// torques by these standard parameters, with white noise that leaves that of the task in its rows. The same every time.
+pub fn simulated(
+    task: &Task,
+    parameters: &[f64],
+    motion: &dyn Course,
+    rate_hz: f64,
+    rest: usize,
+) -> [Vec<Vec<f64>>; 2] {
+    let n = task.model.joints();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut workspace = Workspace::new();
+    let mut torque = [0.0; MAX_JOINTS];
+    let [mut positions, mut torques] = [vec![Vec::new(); n], vec![Vec::new(); n]];
+    // Of so many independent samples a row is the mean.
+    let samples_per_row = rate_hz / task.noise.rows_per_s;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a motion has far fewer samples than 2^52"
+    )]
+    let samples = (motion.duration_s() * rate_hz) as usize;
+    for k in 0..samples + 2 * rest {
+        let state = motion.state((k as f64 - rest as f64) / rate_hz);
+        let [q, dq, ddq] = [&state.position[..n], &state.velocity[..n], &state.acceleration[..n]];
+        task.model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque[..n]);
+        for joint in 0..n {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            let level = task.noise.levels[joint] * samples_per_row.sqrt();
+            positions[joint].push(q[joint]);
+            torques[joint].push(torque[joint] + level * noise);
+        }
+    }
+    [positions, torques]
+}
