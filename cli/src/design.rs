@@ -8,6 +8,7 @@ use didim_core::excitation::{
     Corners, Course, Design, ExcitationError, Margins, Progress, Task, design, predicted, sweep,
     terms,
 };
+use didim_core::identification::KnownLoad;
 use didim_core::robot::Robot;
 use indicatif::ProgressBar;
 
@@ -17,7 +18,7 @@ use super::output::{check_outputs, print, write_text};
 use super::progress::styled;
 use super::tell::tell;
 use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
-use didim::offline::{Assignment, OTHER_CONFIGURATION, PointLoad, StoredModel, Wanted};
+use didim::offline::{Assignment, OTHER_CONFIGURATION, StoredModel, Wanted};
 use didim::report::{
     Checked, conditions, design_header, design_text, foretold_lines, html, load_lines, sweep_lines,
     sweep_text,
@@ -325,13 +326,11 @@ impl Arguments {
             ..wanted(&self.within, accelerations, self.duration)
         }
     }
-}
 
-impl Arguments {
     /// The load that is to be told; stated for that objective alone.
-    fn load(&self) -> Option<PointLoad> {
+    fn load(&self) -> Option<KnownLoad> {
         let (mass_kg, centre_m) = (self.declared_mass_kg?, self.declared_centre_m?);
-        (self.objective == Objective::Payload).then_some(PointLoad { mass_kg, centre_m })
+        (self.objective == Objective::Payload).then_some(KnownLoad { mass_kg, centre_m })
     }
 }
 

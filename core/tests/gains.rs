@@ -1,7 +1,7 @@
 //! Torque gains from records without and with a known load.
 
 use didim_core::identification::{
-    Experiment, Gains, GainsError, KnownLoad, filtered_motion, gains,
+    Experiment, Gains, GainsError, KnownLoad, Scale, Uncertain, filtered_motion, gains,
 };
 use didim_core::robot::ParameterKind;
 
@@ -159,9 +159,10 @@ fn without_a_load_all_is_by_the_gain_of_one_drive() {
     let mut study = Study::new(TX40, 7);
     let [empty, _] = study.records();
     let found = study.find_by(&empty, None).unwrap();
-    let reference = found.reference.unwrap();
+    let Scale::Reference(reference) = found.scale else { panic!("{:?}", found.scale) };
     let by = study.factors[reference - 1];
-    assert_eq!((found.gains[reference - 1].factor.unwrap().value, found.load), (1.0, None));
+    let exact = Uncertain { value: 1.0, standard_deviation: 0.0 };
+    assert_eq!(found.gains[reference - 1].factor, Some(exact));
     let mut told = 0;
     for (gain, truth) in found.gains.iter().zip(&study.factors) {
         let Some(factor) = gain.factor.filter(|_| gain.joint != reference) else { continue };

@@ -6,8 +6,8 @@ use didim_core::excitation::{
     simulated,
 };
 use didim_core::identification::{
-    Declared, Experiment, IdentificationError, LoadSums, Payload, PayloadError, Selection, Signals,
-    payload,
+    Declared, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
+    Selection, Signals, payload,
 };
 use didim_core::robot::{Limits, ParameterKind, Robot};
 use didim_formats::UrdfArm;
@@ -80,37 +80,18 @@ pub struct Wanted<'a> {
     /// Joints that move, counted from 1; all when left out.
     pub moving: Option<&'a [usize]>,
     /// A load on the last link that is to be told, and none of the arm's parameters.
-    pub load: Option<PointLoad>,
+    pub load: Option<KnownLoad>,
     /// Parameters that are to be told; all that are identified when left out.
     pub parameters: Option<&'a [String]>,
     /// Whether a small condition number is wanted, and not small standard deviations.
     pub condition_number: bool,
 }
 
-/// A load as somebody expects it: all of its mass at its centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointLoad {
-    /// Its mass \[kg\].
-    pub mass_kg: f64,
-    /// Its centre in the frame of the last link \[m\].
-    pub centre_m: [f64; 3],
-}
-
-impl PointLoad {
-    /// Its parameters in the order of [`ParameterKind::LINK`].
-    fn parameters(self) -> [f64; 10] {
-        let (m, [x, y, z]) = (self.mass_kg, self.centre_m);
-        let inertia = [y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y];
-        let [xx, xy, xz, yy, yz, zz] = inertia.map(|of| m * of);
-        [xx, xy, xz, yy, yz, zz, m * x, m * y, m * z, m]
-    }
-}
-
 /// The load that a motion is to tell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WantedLoad {
     /// The load as it is expected.
-    pub expected: PointLoad,
+    pub expected: KnownLoad,
     /// Standard parameters of the arm with it.
     standard: Vec<f64>,
 }

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use didim_core::identification::{
-    ArmParameter, Distance, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, Uncertain,
-    gains,
+    ArmParameter, Distance, DriveGain, ExperimentError, Gains, GainsError, KnownLoad, Scale,
+    Uncertain, gains,
 };
 use didim_drivers::units::{DriveSpec, Provenance, Sign, TorqueGain, TorqueScale};
 use didim_formats::{Measurement, Side};
@@ -59,10 +59,9 @@ pub struct FoundGains {
     pub gains: Vec<FoundGain>,
     /// Base parameters of the arm without load.
     pub parameters: Vec<ArmParameter>,
-    /// The load that all comes from; none where there is no recording with one.
-    pub load: Option<KnownLoad>,
-    /// Without a load the joint by whose stated gain all is, from 1.
-    pub reference: Option<usize>,
+    /// Where their scale comes from.
+    #[serde(flatten)]
+    pub scale: Scale,
     /// How far the stated centre is from the recordings; none where they do not tell it.
     pub centre: Option<Distance>,
     /// ‖residuals‖ / ‖torque‖ of every drive.
@@ -94,22 +93,22 @@ pub fn find_gains(
     let carried = loaded.as_ref().map(|(of, load)| (of, *load));
     let transmission = of_motors.then(|| cell.robot.transmission());
     let found = gains(&cell.robot, &cell.base, &empty, carried, transmission, &cell.options)?;
-    let Gains { gains, parameters, load, reference, centre, relative_error_per_joint } = found;
-    let basis = match (load, reference) {
-        (Some(load), _) => format!("by a load of {} kg", load.mass_kg),
-        (None, reference) => {
-            format!("without a load, by the stated gain of joint {}", reference.unwrap_or(1))
-        }
+    let Gains { gains, parameters, scale, centre, relative_error_per_joint } = found;
+    let basis = match scale {
+        Scale::Load(load) => format!("by a load of {} kg", load.mass_kg),
+        Scale::Reference(joint) => format!("without a load, by the stated gain of joint {joint}"),
     };
     let drives = cell.bus().map(|bus| bus.drives.as_slice()).unwrap_or_default();
-    let gains = gains.iter().map(|gain| FoundGain::of(gain, drives.get(gain.joint - 1), &basis));
-    let gains = gains.map(|gain| FoundGain {
-        // Its own line is that of the cell.
-        cell_line: gain.cell_line.clone().filter(|_| Some(gain.joint) != reference),
-        ..gain
+    let gains = gains.iter().map(|gain| {
+        let mut found = FoundGain::of(gain, drives.get(gain.joint - 1), &basis);
+        if scale == Scale::Reference(gain.joint) {
+            // It stays as the cell has it.
+            found.cell_line = None;
+        }
+        found
     });
     let gains = gains.collect();
-    Ok(FoundGains { gains, parameters, load, reference, centre, relative_error_per_joint })
+    Ok(FoundGains { gains, parameters, scale, centre, relative_error_per_joint })
 }
 
 impl FoundGain {

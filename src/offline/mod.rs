@@ -20,7 +20,7 @@ mod stored;
 pub use advice::Advised;
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
-pub use excitation::{Assignment, AssignmentError, Lacking, PointLoad, Wanted, WantedLoad};
+pub use excitation::{Assignment, AssignmentError, Lacking, Wanted, WantedLoad};
 pub use foretold::{DesignedMotion, Foretold, ForetoldError, foretold_line};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_gains};
 pub use limits::{Beyond, BeyondLimits, Cause, Limited, check_limits, open_limits};

@@ -3,11 +3,10 @@
 use didim_core::excitation::{
     CHECK_HZ, Course as _, Design, LEAST_GAP_M, LimitKind, Nearest, Other, Predicted, Swept, Used,
 };
+use didim_core::identification::{KnownLoad, Payload, Uncertain};
 
 use super::payload::{AXES, ENTRIES};
-use didim_core::identification::{Payload, Uncertain};
-
-use crate::offline::{Assignment, Foretold, Lacking, PointLoad, WantedLoad, foretold_line};
+use crate::offline::{Assignment, Foretold, Lacking, WantedLoad, foretold_line};
 use crate::text::{aligned, significant};
 
 /// The header of a file: the arm, the limits, what was checked and what was not, and what is [foretold](foretold_lines) of the motion.
@@ -131,7 +130,7 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
     lines
 }
 
-fn expected(load: PointLoad) -> String {
+fn expected(load: KnownLoad) -> String {
     let [x, y, z] = load.centre_m.map(|of| significant(of, 3));
     let mass = significant(load.mass_kg, 3);
     format!("a load of {mass} kg with its centre at {x}, {y}, {z} m in the frame of the last link")

@@ -1,5 +1,7 @@
 //! Torque gains in words.
 
+use didim_core::identification::Scale;
+
 use crate::offline::{FoundGain, FoundGains};
 use crate::text::{aligned, significant, to_uncertainty};
 
@@ -29,9 +31,9 @@ pub fn gains_text(found: &FoundGains) -> String {
     let header = ["joint", "stated", "found", "σ", "unit", "found / stated", "not explained"];
     let mut text = aligned(&header, &rows);
 
-    text += &match found.reference {
-        None => "\nparameters of the arm without the load, by these gains\n".to_owned(),
-        Some(joint) => format!(
+    text += &match found.scale {
+        Scale::Load(_) => "\nparameters of the arm without the load, by these gains\n".to_owned(),
+        Scale::Reference(joint) => format!(
             "\nparameters of the arm in units of drive {joint}: the true ones are these times true over stated gain of joint {joint}\n"
         ),
     };
@@ -75,7 +77,7 @@ fn notes(found: &FoundGains) -> Vec<String> {
         joints(found.gains.iter().filter(|gain| gain.key.is_none())),
         "the cell file has no gain of the torque; multiply by this where the torque is made N·m",
     );
-    if let Some(joint) = found.reference {
+    if let Scale::Reference(joint) = found.scale {
         notes.push(format!(
             "without a load nothing is in N·m: gains and parameters are proportional to the stated gain of joint {joint}, which nothing checks; \
              a second recording with a known load (--loaded) tells it; σ is that of the noise, without errors of the model"

@@ -53,6 +53,21 @@ pub struct State {
     pub jerk: [f64; MAX_JOINTS],
 }
 
+impl State {
+    /// Copies what a [`Reference`] of so many joints tells.
+    pub(super) fn copy_to(
+        &self,
+        joints: usize,
+        position: &mut [f64],
+        velocity: &mut [f64],
+        acceleration: &mut [f64],
+    ) {
+        position[..joints].copy_from_slice(&self.position[..joints]);
+        velocity[..joints].copy_from_slice(&self.velocity[..joints]);
+        acceleration[..joints].copy_from_slice(&self.acceleration[..joints]);
+    }
+}
+
 impl FourierSeries {
     /// The state at a time within the motion; that of its ends, at rest, before and after it.
     pub fn state(&self, time_s: f64) -> State {
@@ -126,10 +141,6 @@ impl Reference for FourierSeries {
         velocity: &mut [f64],
         acceleration: &mut [f64],
     ) {
-        let state = self.state(time_s);
-        let n = self.joints.len();
-        position[..n].copy_from_slice(&state.position[..n]);
-        velocity[..n].copy_from_slice(&state.velocity[..n]);
-        acceleration[..n].copy_from_slice(&state.acceleration[..n]);
+        self.state(time_s).copy_to(self.joints(), position, velocity, acceleration);
     }
 }

@@ -245,10 +245,7 @@ impl Reference for Sweep {
         velocity: &mut [f64],
         acceleration: &mut [f64],
     ) {
-        let (state, n) = (self.state(time_s), self.joints());
-        position[..n].copy_from_slice(&state.position[..n]);
-        velocity[..n].copy_from_slice(&state.velocity[..n]);
-        acceleration[..n].copy_from_slice(&state.acceleration[..n]);
+        self.state(time_s).copy_to(self.joints(), position, velocity, acceleration);
     }
 }
 

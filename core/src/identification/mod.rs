@@ -38,7 +38,7 @@ pub use equation_error::{
     idim_ls_unchecked,
 };
 pub use friction::choose_friction;
-pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, gains};
+pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, gains};
 pub use given::{
     BodiesFrom, ConvergenceLimits, DecimationFilter, Experiment, ExperimentError, Failure,
     IdentificationError, IterationError, KeptParameters, LimitError, Method, Optimiser, Options,

@@ -99,7 +99,8 @@ impl Table {
         self.compare(None);
     }
 
-    /// Compares the rows that there are with those of the document that begin with the same `keys` cells.
+    /// Compares the rows that there are with those of the document that begin with the same `keys` cells; where tables are
+    /// written, these are the whole.
     ///
     /// # Panics
     /// When one is not there, or they differ by more than the columns allow.
@@ -151,11 +152,11 @@ impl Table {
 }
 
 /// Writes a figure beside the document, where the tables are written too.
-pub(crate) fn write_figure(name: &str, svg: &str) {
+pub(crate) fn write_figure(name: &str, svg: impl FnOnce() -> String) {
     let path = Path::new(DOCUMENTS).join("figures").join(name);
     if writing() {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, svg).unwrap();
+        std::fs::write(path, svg()).unwrap();
     } else {
         assert!(path.is_file(), "{} is missing; {WRITE}=1 writes it", path.display());
     }

@@ -9,23 +9,22 @@ const SILENT_AFTER: Duration = Duration::from_secs(1);
 /// Tells each silence once.
 #[derive(Debug, Default)]
 pub(super) struct SilenceWatch {
-    /// When the last sample came, unless the silence after it was told.
+    /// When the last sample came.
     last: Option<Instant>,
-    /// It was told, and no sample has come since.
+    /// None has come for long, which was told.
     is_silent: bool,
 }
 
 impl SilenceWatch {
     /// Samples came.
     pub(super) fn handle_samples(&mut self, now: Instant) {
-        self.last = Some(now);
-        self.is_silent = false;
+        (self.last, self.is_silent) = (Some(now), false);
     }
 
     /// Whether a silence has begun that was not told yet.
     pub(super) fn is_new(&mut self, now: Instant) -> bool {
-        let silent = |last: &mut Instant| now.saturating_duration_since(*last) >= SILENT_AFTER;
-        let is_new = self.last.take_if(silent).is_some();
+        let silent = |last: Instant| now.saturating_duration_since(last) >= SILENT_AFTER;
+        let is_new = !self.is_silent && self.last.is_some_and(silent);
         self.is_silent |= is_new;
         is_new
     }

@@ -108,21 +108,29 @@ impl Equation {
         })
     }
 
+    /// R of the rows of a drive, \[U t\], with the known torque \[U l t\]: its last entry is what they leave of the drive's torque. None where they
+    /// are too few.
+    pub(super) fn triangle(&self, drive: usize, with_known: bool) -> Option<DMatrix<f64>> {
+        let (rows, unknowns) = (self.rows_per_drive(), self.unknown.ncols());
+        let (first, own) = (drive * rows, unknowns + usize::from(with_known));
+        let mut block = DMatrix::zeros(rows, own + 1);
+        block.columns_mut(0, unknowns).copy_from(&self.unknown.rows(first, rows));
+        if with_known {
+            block.set_column(unknowns, &self.known.rows(first, rows));
+        }
+        block.set_column(own, &self.torque.rows(first, rows));
+        (rows > own).then(|| block.qr().unpack_r())
+    }
+
     /// The drive of whose torque its own rows leave the smallest share.
     fn least_noisy(&self) -> Option<usize> {
-        let rows = self.rows_per_drive();
+        let (rows, own) = (self.rows_per_drive(), self.unknown.ncols());
         let share = |drive: usize| {
-            let [unknown, torque] = [self.unknown.rows(drive * rows, rows).into_owned(), {
-                let torque = self.torque.rows(drive * rows, rows);
-                DMatrix::from_column_slice(rows, 1, torque.into_owned().as_slice())
-            }];
-            let mut left = torque.clone();
-            unknown.qr().q_tr_mul(&mut left);
-            let own = self.unknown.ncols().min(rows);
-            left.rows(own, rows - own).norm() / torque.norm()
+            let left = self.triangle(drive, false)?[(own, own)].abs();
+            Some(left / self.torque.rows(drive * rows, rows).norm())
+                .filter(|share| share.is_finite())
         };
-        let shares = (0..self.drives).map(|drive| (drive, share(drive)));
-        let told = shares.filter(|(_, share)| share.is_finite());
+        let told = (0..self.drives).filter_map(|drive| Some((drive, share(drive)?)));
         told.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(drive, _)| drive)
     }
 

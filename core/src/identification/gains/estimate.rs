@@ -49,23 +49,14 @@ impl Equation {
     ///
     /// None where the columns do not tell unknowns from each other, or nothing tells the scale.
     pub(super) fn total_least_squares(&self) -> Option<TotalLeastSquares> {
-        let unknowns = self.unknown.ncols();
-        let (rows, own) = (self.rows_per_drive(), unknowns + usize::from(self.reference.is_none()));
+        let (rows, unknowns) = (self.rows_per_drive(), self.unknown.ncols());
+        let by_load = self.reference.is_none();
+        let own = unknowns + usize::from(by_load);
         let mut stacked = DMatrix::zeros(self.drives * (own + 1), own + self.drives);
         for drive in 0..self.drives {
-            let first = drive * rows;
-            let mut block = DMatrix::zeros(rows, own + 1);
-            block.columns_mut(0, unknowns).copy_from(&self.unknown.rows(first, rows));
-            if self.reference.is_none() {
-                block.set_column(unknowns, &self.known.rows(first, rows));
-            }
-            block.set_column(own, &self.torque.rows(first, rows));
-            let mut triangle = block.qr().unpack_r();
-            if triangle.nrows() <= own {
-                return None;
-            }
+            let mut triangle = self.triangle(drive, by_load)?;
             let noise = triangle[(own, own)].abs() / ((rows - own) as f64).sqrt();
-            let scale = self.torque.rows(first, rows).norm() / (rows as f64).sqrt();
+            let scale = self.torque.rows(drive * rows, rows).norm() / (rows as f64).sqrt();
             triangle /= noise.max(f64::EPSILON.sqrt() * scale).max(f64::MIN_POSITIVE);
             let at = drive * (own + 1);
             stacked.view_mut((at, 0), (own + 1, own)).copy_from(&triangle.columns(0, own));

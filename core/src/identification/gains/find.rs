@@ -35,6 +35,16 @@ pub struct ArmParameter {
     pub found: Uncertain,
 }
 
+/// What gains and parameters are all proportional to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scale {
+    /// The mass of a load.
+    Load(KnownLoad),
+    /// Without a load the stated gain of the drive of this joint, from 1, which is taken for right.
+    Reference(usize),
+}
+
 /// Gains and parameters of an arm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gains {
@@ -42,11 +52,9 @@ pub struct Gains {
     pub gains: Vec<DriveGain>,
     /// Of the arm without load.
     pub parameters: Vec<ArmParameter>,
-    /// The load that they come from; without one, all is by the stated gain of the reference.
-    pub load: Option<KnownLoad>,
-    /// Without a load the joint whose drive's stated gain is taken for right, from 1: other gains and all parameters are
-    /// proportional to it.
-    pub reference: Option<usize>,
+    /// Where their scale comes from.
+    #[serde(flatten)]
+    pub scale: Scale,
     /// How far the centre that is stated is from what the records have by themselves; none where they do not tell it.
     pub centre: Option<Distance>,
     /// Of each drive the part of the torque that is not explained, ‖residuals‖ / ‖torque‖.
@@ -98,6 +106,8 @@ pub fn gains(
     let filter = context.row_filter();
     let joints = equation.drives;
     let all = || GainsError::NotTold { joints: (1..=joints).collect() };
+    let of_drive = equation.reference.map(|drive| Scale::Reference(drive + 1));
+    let scale = load.map(Scale::Load).or(of_drive).ok_or_else(all)?;
     let start = equation.total_least_squares().ok_or_else(all)?;
     let estimate = equation.most_probable(&start, &filter)?;
     let (values, covariance) = (&estimate.values, &estimate.covariance);
@@ -136,8 +146,7 @@ pub fn gains(
     Ok(Gains {
         gains,
         parameters,
-        load,
-        reference: equation.reference.map(|drive| drive + 1),
+        scale,
         centre: load.and_then(|_| equation.centre(&estimate, &filter)),
         relative_error_per_joint: (0..joints)
             .map(|k| norm(&estimate.residuals, k) / norm(&equation.torque, k))

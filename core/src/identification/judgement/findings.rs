@@ -97,8 +97,10 @@ impl Findings<'_> {
         let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
         let pieces = Pieces::of(context, self.motion);
-        let counted = if self.downweighted.is_some() { observations } else { torque };
-        let left = if self.downweighted.is_some() { &solution.residuals } else { residuals };
+        let (counted, left) = match self.downweighted {
+            Some(_) => (*observations, &solution.residuals),
+            None => (torque, residuals),
+        };
         let (held_out, disagreement) =
             HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
         let beside =
