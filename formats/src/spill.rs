@@ -40,6 +40,7 @@ impl Spill {
         FOLDER.get_or_init(|| {
             let most = usize::try_from(free_memory() / 4 * 3).unwrap_or(usize::MAX);
             MOST.store(HELD.load(Relaxed).saturating_add(most), Relaxed);
+            leave_no_holes();
             std::env::var_os("TMPDIR").map_or("/var/tmp".into(), PathBuf::from)
         });
     }
@@ -129,6 +130,21 @@ unsafe impl GlobalAlloc for Spill {
         }
     }
 }
+
+/// Lets the system's allocator place what is larger than 4 MiB apart from the rest, so that all of it is free once it is given back, and
+/// keep up to 64 MiB at the end of the rest. By itself it follows what is given back, and leaves holes.
+#[cfg(target_env = "gnu")]
+fn leave_no_holes() {
+    // SAFETY: two settings, which it takes at any time.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, 4 << 20);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, 64 << 20);
+    }
+}
+
+/// Other allocators have no such settings.
+#[cfg(not(target_env = "gnu"))]
+fn leave_no_holes() {}
 
 /// Zeros in a file of its own. All of it is reserved: a disk that is full later would end the process.
 fn in_file(layout: Layout) -> io::Result<*mut u8> {

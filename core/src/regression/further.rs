@@ -1,5 +1,7 @@
 //! Columns beside an observation matrix, of one joint at a time.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::observation_matrix::{ObservationMatrix, ROWS_AT_ONCE};
@@ -10,11 +12,21 @@ pub trait FurtherColumns {
     /// Their number m.
     fn count(&self) -> usize;
 
-    /// Those that act on a joint, and their values in its rows (N × as many).
-    fn of_joint(&self, joint: usize) -> (Vec<usize>, DMatrix<f64>);
+    /// Those that act on a joint, in its rows.
+    fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>>;
 
     /// C η (r).
     fn times(&self, freedoms: &DVector<f64>) -> DVector<f64>;
+}
+
+/// One of them in the rows of a joint.
+pub struct FurtherColumn<'a> {
+    /// Its number among all.
+    pub number: usize,
+    /// What the values are multiplied by.
+    pub factor: f64,
+    /// N values, which several columns may share.
+    pub values: Cow<'a, [f64]>,
 }
 
 impl FurtherColumns for ObservationMatrix {
@@ -22,8 +34,12 @@ impl FurtherColumns for ObservationMatrix {
         self.ncols()
     }
 
-    fn of_joint(&self, joint: usize) -> (Vec<usize>, DMatrix<f64>) {
-        (self.columns_of(joint), self.rows_of(joint, 0..self.rows_per_joint()))
+    fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>> {
+        let column = |(number, values)| {
+            let values = Cow::Borrowed(values);
+            FurtherColumn { number, factor: 1.0, values }
+        };
+        Self::of_joint(self, joint).map(column).collect()
     }
 
     fn times(&self, freedoms: &DVector<f64>) -> DVector<f64> {
@@ -37,19 +53,19 @@ pub(crate) fn gram(
     further: &dyn FurtherColumns,
     joint: usize,
 ) -> DMatrix<f64> {
-    let (columns, values) = further.of_joint(joint);
+    let columns = further.of_joint(joint);
     let own = matrix.ncols();
-    let places: Vec<usize> =
-        matrix.columns_of(joint).into_iter().chain(columns.iter().map(|c| own + c)).collect();
-    let compact = gram_of_joint(matrix, joint, &values);
+    let numbers = columns.iter().map(|column| own + column.number);
+    let places: Vec<usize> = matrix.columns_of(joint).into_iter().chain(numbers).collect();
+    let compact = gram_of_joint(matrix, joint, &columns);
     spread(&compact, &places, own + further.count())
 }
 
-/// That of the columns alone that act on the joint, of which these are the values of C.
+/// That of the columns alone that act on the joint, of which these are C.
 pub(super) fn gram_of_joint(
     matrix: &ObservationMatrix,
     joint: usize,
-    values: &DMatrix<f64>,
+    columns: &[FurtherColumn<'_>],
 ) -> DMatrix<f64> {
     let rows = matrix.rows_per_joint();
     let mut gram = DMatrix::zeros(0, 0);
@@ -57,8 +73,11 @@ pub(super) fn gram_of_joint(
         let count = ROWS_AT_ONCE.min(rows - first);
         let mut block = matrix.rows_of(joint, first..first + count);
         let own = block.ncols();
-        block = block.resize_horizontally(own + values.ncols(), 0.0);
-        block.columns_mut(own, values.ncols()).copy_from(&values.rows(first, count));
+        block = block.resize_horizontally(own + columns.len(), 0.0);
+        for (column, mut to) in columns.iter().zip(block.column_iter_mut().skip(own)) {
+            let values = &column.values[first..first + count];
+            to.iter_mut().zip(values).for_each(|(to, value)| *to = column.factor * value);
+        }
         let product = symmetric_product(&block, &block);
         gram = if gram.is_empty() { product } else { gram + product };
     }

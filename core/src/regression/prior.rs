@@ -136,28 +136,32 @@ impl ResidualAnalysis<'_> {
             moved: DMatrix::zeros(own, count),
         };
         for joint in 0..self.system.joints() {
-            let (columns, values) = further.of_joint(joint);
+            let columns = further.of_joint(joint);
             let residuals = self.system.joint_of(&self.solution.residuals, joint);
-            let rows = values.nrows();
             let signals = (matrix.of_joint(joint).map(|(_, values)| values))
-                .chain(values.as_slice().chunks_exact(rows))
+                .chain(columns.iter().map(|column| &*column.values))
                 .chain([residuals.as_slice()]);
-            let passed = Spectra::of_signals(self.filter, signals.collect()).passed_gram();
+            let mut passed = Spectra::of_signals(self.filter, signals.collect()).passed_gram();
             let acting = matrix.columns_of(joint);
-            let places = acting.iter().copied().chain(columns.iter().map(|column| own + column));
+            for (at, column) in (acting.len()..).zip(&columns) {
+                passed.row_mut(at).scale_mut(column.factor);
+                passed.column_mut(at).scale_mut(column.factor);
+            }
+            let numbers: Vec<usize> = columns.iter().map(|column| column.number).collect();
+            let places = acting.iter().copied().chain(numbers.iter().map(|number| own + number));
             let places: Vec<usize> = places.chain([own + count]).collect();
             products.passed.push(spread(&passed, &places, own + count + 1));
 
-            let gram = gram_of_joint(matrix, joint, &values);
+            let gram = gram_of_joint(matrix, joint, &columns);
             let with_own = gram.view((0, acting.len()), (acting.len(), columns.len()));
             let shifts = self.estimate_shifts(joint, &with_own.into_owned());
-            for (shift, column) in shifts.column_iter().zip(&columns) {
+            for (shift, column) in shifts.column_iter().zip(&numbers) {
                 let mut to = products.moved.column_mut(*column);
                 to += shift;
             }
             let first = acting.len();
             let among = gram.view((first, first), (columns.len(), columns.len())).into_owned();
-            products.squares.push(spread(&among, &columns, count));
+            products.squares.push(spread(&among, &numbers, count));
         }
         products
     }
@@ -191,6 +195,7 @@ impl ResidualAnalysis<'_> {
         remaining -= further.times(&freedoms);
         remaining /= share.sqrt();
         let left = ResidualSpectrum::fit(self.system, &self.leverage, &remaining, self.filter);
+        drop(remaining);
         let mut raised = left.clone();
         raised.raise_to(floors);
         let covariances = self.covariances_by(&[&left, &raised.whitened(), &raised]);
@@ -207,10 +212,10 @@ impl ResidualAnalysis<'_> {
         let r_inverse = &self.solution.r_inverse;
         let size = r_inverse.ncols();
         let mut of_basis = vec![DMatrix::zeros(size, size); spectra.len()];
-        self.basis_spectra.for_each_class(|frequencies, of_joints| {
+        self.basis_spectra.for_each_block(|block| {
             for (sum, spectrum) in of_basis.iter_mut().zip(spectra) {
                 let levels = &self.solution.noise_levels;
-                *sum += spectrum.covariance_in(frequencies, of_joints, levels);
+                *sum += spectrum.covariance_in(block, levels);
             }
         });
         let covariance = |of_basis: DMatrix<f64>| {

@@ -32,16 +32,17 @@ impl RowFilter {
         Self { passband, fourier, power, inside, band }
     }
 
-    /// The transforms of the rows of each joint, so many: real and imaginary parts, of some frequencies the conjugate
-    /// (those of [`Fourier::of_class`]).
+    /// The transforms of the rows of each joint, so many, at the frequencies that tell something: real and imaginary parts,
+    /// of some frequencies the conjugate (those of [`Fourier::of_class`]).
     pub(super) fn transforms(&self, columns: &[f64], rows: usize) -> Vec<[Vec<f64>; 2]> {
         let signals: Vec<&[f64]> = columns.chunks_exact(rows.max(1)).collect();
-        let none = || vec![0.0; self.fourier.frequencies()];
+        let none = || vec![0.0; self.inside];
         let mut all: Vec<_> = signals.iter().map(|_| [none(), none()]).collect();
         for class in 0..self.fourier.classes() {
             for (signals, to) in signals.chunks(SIGNALS).zip(all.chunks_mut(SIGNALS)) {
                 let transforms = self.fourier.of_class(class, signals);
-                for (frequency, value) in self.fourier.frequencies_of(class).zip(&transforms) {
+                let of_class = self.fourier.frequencies_of(class).zip(&transforms);
+                for (frequency, value) in of_class.filter(|(k, _)| *k < self.inside) {
                     for (signal, [re, im]) in to.iter_mut().enumerate() {
                         (re[frequency], im[frequency]) = (value.re.0[signal], value.im.0[signal]);
                     }
@@ -51,9 +52,9 @@ impl RowFilter {
         all
     }
 
-    /// No leverage yet.
+    /// No leverage yet, at the frequencies that tell something.
     pub(super) fn no_leverage(&self, joints: usize) -> Vec<Vec<f64>> {
-        vec![vec![0.0; self.fourier.frequencies()]; joints]
+        vec![vec![0.0; self.inside]; joints]
     }
 
     /// Frequency `k` as a ratio of the Nyquist frequency.

@@ -7,6 +7,9 @@ use super::observation_matrix::ObservationMatrix;
 use super::products::{product, symmetric_product};
 use super::row_filter::RowFilter;
 
+/// Frequencies at a time.
+const AT_ONCE: usize = 512;
+
 /// The transforms of columns whose rows are those of several joints. They are formed where they are asked for: all of them
 /// would take several times the memory of the columns.
 #[derive(Clone, Debug)]
@@ -14,7 +17,15 @@ pub(super) struct Spectra<'a> {
     filter: &'a RowFilter,
     joints: Vec<OfJoint<'a>>,
     /// Of the only class, where there is no other.
-    kept: Option<Vec<DMatrix<f64>>>,
+    kept: Option<Vec<Block>>,
+}
+
+/// The transforms at some frequencies.
+#[derive(Clone, Debug)]
+pub(super) struct Block {
+    pub(super) frequencies: Vec<usize>,
+    /// Of each joint: real parts, and below them the imaginary ones.
+    pub(super) of_joints: Vec<DMatrix<f64>>,
 }
 
 /// The columns in the rows of one joint.
@@ -64,43 +75,61 @@ impl<'a> Spectra<'a> {
     fn new(filter: &'a RowFilter, joints: Vec<OfJoint<'a>>) -> Self {
         let mut spectra = Self { filter, joints, kept: None };
         if filter.fourier.classes() == 1 {
-            spectra.kept = Some(spectra.of_class(0));
+            let mut kept = Vec::new();
+            spectra.for_each_block_of(0, |block| kept.push(block));
+            spectra.kept = Some(kept);
         }
         spectra
     }
 
-    /// Calls with the frequencies of each class, and with the transforms of each joint there: real parts, and below them the
-    /// imaginary ones.
-    pub(super) fn for_each_class(&self, mut visit: impl FnMut(&[usize], &[DMatrix<f64>])) {
-        for class in 0..self.filter.fourier.classes() {
-            let frequencies: Vec<usize> = self.filter.fourier.frequencies_of(class).collect();
-            match &self.kept {
-                Some(kept) => visit(&frequencies, kept),
-                None => visit(&frequencies, &self.of_class(class)),
+    /// Calls with one block of frequencies after the other.
+    pub(super) fn for_each_block(&self, mut visit: impl FnMut(&Block)) {
+        match &self.kept {
+            Some(kept) => kept.iter().for_each(visit),
+            None => {
+                for class in 0..self.filter.fourier.classes() {
+                    self.for_each_block_of(class, |block| visit(&block));
+                }
             }
         }
     }
 
-    fn of_class(&self, class: usize) -> Vec<DMatrix<f64>> {
+    fn for_each_block_of(&self, class: usize, mut visit: impl FnMut(Block)) {
+        let frequencies: Vec<usize> = self.filter.fourier.frequencies_of(class).collect();
+        let transforms: Vec<_> = self.joints.iter().map(|of| self.transforms(class, of)).collect();
+        for first in (0..frequencies.len()).step_by(AT_ONCE) {
+            let some = first..frequencies.len().min(first + AT_ONCE);
+            let of_joint = |(joint, transforms): (&OfJoint<'_>, &Vec<f64>)| {
+                let parts = transforms.chunks_exact(frequencies.len());
+                let values = parts.flat_map(|part| &part[some.clone()]).copied();
+                let values = DMatrix::from_iterator(2 * some.len(), joint.signals.len(), values);
+                match &joint.combined {
+                    Some(combined) => product(&values, combined),
+                    None => values,
+                }
+            };
+            visit(Block {
+                of_joints: self.joints.iter().zip(&transforms).map(of_joint).collect(),
+                frequencies: frequencies[some.clone()].to_vec(),
+            });
+        }
+    }
+
+    /// Of the signals of a joint one after the other: the real parts at all frequencies of a class, then the imaginary ones.
+    fn transforms(&self, class: usize, of: &OfJoint<'_>) -> Vec<f64> {
         let frequencies = self.filter.fourier.frequencies_of(class).count();
-        let of_joint = |joint: &OfJoint<'_>| {
-            let mut values = DMatrix::zeros(2 * frequencies, joint.signals.len());
-            let transformed = values.as_mut_slice().chunks_mut(2 * frequencies * SIGNALS);
-            for (signals, to) in joint.signals.chunks(SIGNALS).zip(transformed) {
-                let transforms = self.filter.fourier.of_class(class, signals);
-                for (signal, to) in to.chunks_exact_mut(2 * frequencies).enumerate() {
-                    let (re, im) = to.split_at_mut(frequencies);
-                    for ((re, im), value) in re.iter_mut().zip(im).zip(&transforms) {
-                        (*re, *im) = (value.re.0[signal], value.im.0[signal]);
-                    }
+        let mut values = vec![0.0; 2 * frequencies * of.signals.len()];
+        let transformed = values.chunks_mut(2 * frequencies * SIGNALS);
+        for (signals, to) in of.signals.chunks(SIGNALS).zip(transformed) {
+            let transforms = self.filter.fourier.of_class(class, signals);
+            for (signal, to) in to.chunks_exact_mut(2 * frequencies).enumerate() {
+                let (re, im) = to.split_at_mut(frequencies);
+                for ((re, im), value) in re.iter_mut().zip(im).zip(&transforms) {
+                    (*re, *im) = (value.re.0[signal], value.im.0[signal]);
                 }
             }
-            match &joint.combined {
-                Some(combined) => product(&values, combined),
-                None => values,
-            }
-        };
-        self.joints.iter().map(of_joint).collect()
+        }
+        values
     }
 
     /// `AᵀA` of the columns A of one joint at the frequencies that tell something: that of the rows that the filter lets pass (Parseval).
@@ -108,7 +137,7 @@ impl<'a> Spectra<'a> {
         let (filter, length) = (self.filter, self.filter.fourier.length() as f64);
         let count = self.joints.iter().map(|joint| joint.signals.len()).sum();
         let mut gram = DMatrix::zeros(count, count);
-        self.for_each_class(|frequencies, joints| {
+        self.for_each_block(|Block { frequencies, of_joints }| {
             let inside = |k: &usize| *k < filter.inside;
             let weights: Vec<f64> = (frequencies.iter())
                 .filter(|k| inside(k))
@@ -116,7 +145,8 @@ impl<'a> Spectra<'a> {
                 .collect();
             let mut passed = DMatrix::zeros(2 * weights.len(), count);
             let to = passed.as_mut_slice().chunks_exact_mut(weights.len().max(1));
-            let parts = joints.iter().flat_map(|of| of.as_slice().chunks_exact(frequencies.len()));
+            let parts =
+                of_joints.iter().flat_map(|of| of.as_slice().chunks_exact(frequencies.len()));
             for (to, part) in to.zip(parts) {
                 let part = frequencies.iter().zip(part).filter(|(k, _)| inside(k));
                 for (to, ((_, value), weight)) in to.iter_mut().zip(part.zip(&weights)) {
@@ -129,14 +159,16 @@ impl<'a> Spectra<'a> {
     }
 
     /// Adds, joint by joint, the share that a projection on these orthonormal columns takes out of
-    /// white noise at each frequency.
+    /// white noise at each frequency that tells something.
     pub(super) fn add_leverage(&self, rows: usize, leverage: &mut [Vec<f64>]) {
-        self.for_each_class(|frequencies, joints| {
-            for (leverage, values) in leverage.iter_mut().zip(joints) {
+        self.for_each_block(|Block { frequencies, of_joints }| {
+            for (leverage, values) in leverage.iter_mut().zip(of_joints) {
                 for column in values.as_slice().chunks_exact(2 * frequencies.len()) {
                     let (re, im) = column.split_at(frequencies.len());
                     for ((frequency, re), im) in frequencies.iter().zip(re).zip(im) {
-                        leverage[*frequency] += (re * re + im * im) / rows as f64;
+                        if let Some(leverage) = leverage.get_mut(*frequency) {
+                            *leverage += (re * re + im * im) / rows as f64;
+                        }
                     }
                 }
             }

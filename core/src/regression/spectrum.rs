@@ -5,7 +5,6 @@
 //! the model does not describe. Here the errors of each joint are a stationary process. Its power
 //! spectrum is that of white noise behind the filter, times a smooth shape that the residuals tell.
 
-use core::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -14,11 +13,8 @@ use super::ljung_box::LjungBox;
 use super::observations::Observations;
 use super::products::symmetric_product;
 use super::row_filter::RowFilter;
-use super::spectra::Spectra;
+use super::spectra::{Block, Spectra};
 use super::spectrum_shape::SmoothSpectrum;
-
-/// Frequencies that are weighted at a time: all columns stand there once more.
-const AT_ONCE: usize = 4096;
 
 /// Of a frequency, the share that the parameters may take out of the residuals and still leave
 /// something to judge by.
@@ -81,7 +77,6 @@ impl<'a> ResidualSpectrum<'a> {
             let periodogram: Vec<f64> = squares
                 .zip(leverage)
                 .zip(&filter.power)
-                .take(filter.inside)
                 .map(|((square, leverage), filtered)| {
                     let left = 1.0 - leverage.min(MOST_EXPLAINED);
                     square / (rows as f64 * left * filtered)
@@ -100,7 +95,6 @@ impl<'a> ResidualSpectrum<'a> {
             let power: Arc<[f64]> =
                 filter.power.iter().zip(shape_values).map(|(filtered, g)| filtered * g).collect();
             for part in &mut parts {
-                part.truncate(filter.inside);
                 part.iter_mut().zip(&*power).for_each(|(value, power)| *value /= power.sqrt());
             }
             whitened.push(parts);
@@ -117,37 +111,16 @@ impl<'a> ResidualSpectrum<'a> {
     /// and these noise levels.
     pub(super) fn covariance_of(&self, columns: &Spectra<'_>, levels: &[f64]) -> DMatrix<f64> {
         let mut sum = DMatrix::zeros(0, 0);
-        columns.for_each_class(|frequencies, of_joints| {
-            let of_class = self.covariance_in(frequencies, of_joints, levels);
-            sum = if sum.is_empty() { of_class } else { &sum + of_class };
+        columns.for_each_block(|block| {
+            let of_block = self.covariance_in(block, levels);
+            sum = if sum.is_empty() { of_block } else { &sum + of_block };
         });
         sum
     }
 
-    /// What some frequencies add to the covariance of columns, by their transforms there.
-    pub(super) fn covariance_in(
-        &self,
-        frequencies: &[usize],
-        of_joints: &[DMatrix<f64>],
-        levels: &[f64],
-    ) -> DMatrix<f64> {
-        let columns = of_joints.first().map_or(0, DMatrix::ncols);
-        let mut sum = DMatrix::zeros(columns, columns);
-        for first in (0..frequencies.len()).step_by(AT_ONCE) {
-            let some = first..frequencies.len().min(first + AT_ONCE);
-            sum += self.covariance_among(some, frequencies, of_joints, levels);
-        }
-        sum
-    }
-
-    /// The same of some of them, by their places.
-    fn covariance_among(
-        &self,
-        some: Range<usize>,
-        frequencies: &[usize],
-        of_joints: &[DMatrix<f64>],
-        levels: &[f64],
-    ) -> DMatrix<f64> {
+    /// What some frequencies add to the covariance of columns.
+    pub(super) fn covariance_in(&self, block: &Block, levels: &[f64]) -> DMatrix<f64> {
+        let Block { frequencies, of_joints } = block;
         // Parseval: zᵀVz = 1/2π ∫ S(ω) |Z(ω)|² dω, here over real and imaginary parts.
         let length = self.filter.fourier.length() as f64;
         let columns = of_joints.first().map_or(0, DMatrix::ncols);
@@ -156,16 +129,16 @@ impl<'a> ResidualSpectrum<'a> {
                 let power = joint.power(*k, self.filter.inside);
                 (self.filter.multiplicity(*k) * power / length).sqrt() / level
             };
-            let roots: Vec<f64> = frequencies[some.clone()].iter().map(root).collect();
+            let roots: Vec<f64> = frequencies.iter().map(root).collect();
             let parts = values.as_slice().chunks_exact(frequencies.len());
-            let parts = parts.map(|part| part[some.clone()].iter().zip(&roots));
-            let values = parts.flat_map(|part| part.map(|(value, root)| value * root));
-            DMatrix::from_iterator(2 * some.len(), columns, values)
+            let values = parts.flat_map(|part| part.iter().zip(&roots));
+            let values = values.map(|(value, root)| value * root);
+            DMatrix::from_iterator(2 * frequencies.len(), columns, values)
         };
         let weighted: Vec<_> =
             self.joints.iter().zip(levels).zip(of_joints).map(weighted).collect();
         let mut sum = DMatrix::zeros(columns, columns);
-        let mut common = DMatrix::zeros(2 * some.len(), columns);
+        let mut common = DMatrix::zeros(2 * frequencies.len(), columns);
         for (i, of_joint) in weighted.iter().enumerate() {
             // What all joints have in common with this one.
             common.fill(0.0);

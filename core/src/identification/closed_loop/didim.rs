@@ -9,7 +9,9 @@ use super::simulator::Simulator;
 use super::start::start;
 use crate::identification::equation_error::{EquationErrorFit, Weighting};
 use crate::identification::given::{Context, IdentificationError, Method};
-use crate::identification::judgement::{Findings, Identification, Iteration, PositionError};
+use crate::identification::judgement::{
+    Findings, Identification, Iteration, PositionError, SingularValues,
+};
 use crate::identification::observation::BaseColumns;
 
 /// Identifies base parameters from the torques alone, with the motion of the simulated closed loop
@@ -50,7 +52,7 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
     let solution = &weighting.solution;
     let judged = context.judging(&solution.parameters);
     let outliers = fit.outlier_samples(context, Some(&weighting));
-    let unweighted = observations.ordinary().map_err(named)?;
+    let unweighted = SingularValues::of(&observations.ordinary().map_err(named)?);
     let simulator = &loops.simulator;
     let noisy = noisy_torques(context, simulator, &solution.parameters, &outliers)?;
     let motion = simulator.motion();
@@ -68,7 +70,7 @@ pub(crate) fn didim(context: &Context<'_>) -> Result<Identification, Identificat
         observations: weighting.solved(&observations),
         torque: weighting.torque_rows(&observations),
         solution,
-        unweighted: &unweighted,
+        unweighted,
         downweighted: weighting.downweighted(),
         iteration: Iteration {
             torque_error_per_joint: Some(torque_error_per_joint),

@@ -9,7 +9,7 @@ use super::start::start;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::judgement::{
-    Findings, Identification, Iteration, PositionError, Reason, TorqueRows,
+    Findings, Identification, Iteration, PositionError, Reason, SingularValues, TorqueRows,
 };
 use crate::identification::observation::{fitted_matrix, torque_equation};
 
@@ -63,7 +63,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
     let instruments =
         Instruments::new(&fit.observations, &matrix.dense(), &levels, &context.selection)?;
     let solution = instruments.solve(&fit.observations, &levels).map_err(named)?;
-    let unweighted = instruments.projected.ordinary().map_err(named)?;
+    let unweighted = SingularValues::of(&instruments.projected.ordinary().map_err(named)?);
     let correlation = instruments.smallest_correlation;
     let findings = Findings {
         method: Method::IdimIv,
@@ -77,7 +77,7 @@ pub(crate) fn idim_iv(context: &Context<'_>) -> Result<Identification, Identific
             own: None,
         }),
         solution: &solution,
-        unweighted: &unweighted,
+        unweighted,
         downweighted: None,
         outliers: Vec::new(),
         iteration: Iteration {

@@ -7,18 +7,20 @@ use nalgebra::DVector;
 
 use super::weighting::Weighting;
 use crate::identification::given::{Context, IdentificationError};
+use crate::identification::judgement::SingularValues;
 use crate::identification::observation::{
     BaseColumns, BesideObservation, Motion, filtered_motion, filtered_torque, fitted_matrix,
     torque_equation,
 };
-use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis, Solution};
+use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 
 /// The equation of the measured motion, and its solution.
 pub(crate) struct EquationErrorFit {
     /// The filtered measured motion.
     pub(crate) motion: Motion,
     pub(crate) observations: Observations,
-    pub(crate) ordinary: Solution,
+    /// Of the observation matrix without weights.
+    pub(crate) unweighted: SingularValues,
     /// σ_j from the ordinary residuals.
     pub(crate) noise_levels: Vec<f64>,
     pub(crate) weighted: Weighting,
@@ -56,8 +58,10 @@ impl EquationErrorFit {
             None => observations.noise_levels(&ordinary.residuals),
             Some(loss) => observations.robust_noise_levels(loss).map_err(named)?,
         };
+        let unweighted = SingularValues::of(&ordinary);
+        drop(ordinary);
         let weighted = Weighting::new(&observations, &noise_levels, robust).map_err(named)?;
-        Ok(Self { motion, observations, ordinary, noise_levels, weighted })
+        Ok(Self { motion, observations, unweighted, noise_levels, weighted })
     }
 
     /// Samples that outliers reach, by the equation error or by another equation's weights.

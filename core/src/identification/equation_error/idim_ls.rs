@@ -30,7 +30,7 @@ pub(crate) fn idim_ls(context: &Context<'_>) -> Result<Identification, Identific
         observations: fit.weighted.solved(&fit.observations),
         torque: fit.weighted.torque_rows(&fit.observations),
         solution: &fit.weighted.solution,
-        unweighted: &fit.ordinary,
+        unweighted: fit.unweighted,
         downweighted: fit.weighted.downweighted(),
         outliers: fit.outlier_samples(context, None),
         iteration: Iteration { linear_steps: 1, ..Iteration::default() },

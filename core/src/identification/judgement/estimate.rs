@@ -124,6 +124,11 @@ impl SingularValues {
         let (max, min) = solution.extreme_singular_values();
         Self { max, min }
     }
+
+    /// The largest over the smallest.
+    pub(crate) fn condition_number(&self) -> f64 {
+        self.max / self.min
+    }
 }
 
 /// Where the reference of the simulated closed loops came from.

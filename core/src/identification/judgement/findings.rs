@@ -54,8 +54,8 @@ pub(crate) struct Findings<'a> {
     pub(crate) torque: Option<TorqueRows<'a>>,
     /// The weighted solution, whose parameters are the result.
     pub(crate) solution: &'a Solution,
-    /// The solution of the same equation without weights.
-    pub(crate) unweighted: &'a Solution,
+    /// Of the same equation without weights.
+    pub(crate) unweighted: SingularValues,
     /// Rows that an M-estimate weights down, where it is one.
     pub(crate) downweighted: Option<&'a DownweightedRows>,
     /// Samples that outliers reach.
@@ -154,7 +154,7 @@ impl Findings<'_> {
             condition_number: solution.condition_number(),
             singular_values: SingularValues::of(solution),
             unweighted_condition_number: self.unweighted.condition_number(),
-            unweighted_singular_values: SingularValues::of(self.unweighted),
+            unweighted_singular_values: self.unweighted,
             relative_error: statistics.relative_error,
             relative_error_per_joint: statistics.relative_error_per_joint,
             relative_error_per_recording: per_recording(context, torque, residuals),

@@ -16,7 +16,7 @@ use super::start::start;
 use crate::identification::equation_error::EquationErrorFit;
 use crate::identification::given::{Context, IdentificationError, Method};
 use crate::identification::judgement::{
-    Findings, Identification, Iteration, Output, PositionError, TorqueRows,
+    Findings, Identification, Iteration, Output, PositionError, SingularValues, TorqueRows,
 };
 use crate::identification::observation::{BaseColumns, torque_equation};
 use descent::{Descent, Linearised};
@@ -89,7 +89,7 @@ fn identify(
     let named = |error| context.selection.named(error);
     let Linearised { point, observations, solution, .. } = &optimum.at;
     let context = &context.judging(&solution.parameters);
-    let unweighted = observations.ordinary().map_err(named)?;
+    let unweighted = SingularValues::of(&observations.ordinary().map_err(named)?);
     let BaseColumns { selected, beside } = BaseColumns::new(context, &point.motion)?;
     let joints = context.robot.joints();
     let above_noise = sufficiency::above_noise(&fit, &(&torque - &point.torque));
@@ -116,7 +116,7 @@ fn identify(
             own: own.as_ref(),
         }),
         solution,
-        unweighted: &unweighted,
+        unweighted,
         downweighted: None,
         outliers: Vec::new(),
         iteration: Iteration {

@@ -40,7 +40,9 @@ impl FittedModel<'_> {
             }
         });
         let rows = rows.map_err(IdentificationError::RegressorFilter)?;
-        Ok(self.predicted() - DVector::from_column_slice(rows.as_slice()))
+        let mut difference = self.predicted();
+        difference.iter_mut().zip(rows.as_slice()).for_each(|(to, other)| *to -= other);
+        Ok(difference)
     }
 
     /// Of what outliers reach, the samples where a joint differs by more than it does anywhere else.

@@ -1,5 +1,7 @@
 //! The columns of the freedoms along the motion that was recorded, filtered and decimated as the observation matrix.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::columns::{Columns, bend_of, curvature};
@@ -7,7 +9,7 @@ use super::list::{Acts, Column, Motive};
 use crate::identification::given::IdentificationError;
 use crate::identification::observation::{BesideObservation, Motion, MotionGroup, torque_rates};
 use crate::numeric::{Lanes, Scalar};
-use crate::regression::{FurtherColumns, Observations};
+use crate::regression::{FurtherColumn, FurtherColumns, Observations};
 use crate::signal::Group;
 
 /// Friction laws of each direction beside the model's: the bends and the curvature.
@@ -60,9 +62,9 @@ impl<'a> Along<'a> {
         let (rows, joints) = self.states.position.shape();
         let mut dense = DMatrix::zeros(rows * joints, self.count());
         for joint in 0..joints {
-            let (columns, values) = self.of_joint(joint);
-            for (column, values) in columns.into_iter().zip(values.column_iter()) {
-                dense.view_mut((joint * rows, column), (rows, 1)).copy_from(&values);
+            for FurtherColumn { number, factor, values } in self.of_joint(joint) {
+                let mut to = dense.view_mut((joint * rows, number), (rows, 1));
+                to.iter_mut().zip(&*values).for_each(|(to, value)| *to = factor * value);
             }
         }
         dense
@@ -114,37 +116,34 @@ impl FurtherColumns for Along<'_> {
         self.columns.columns.len()
     }
 
-    fn of_joint(&self, joint: usize) -> (Vec<usize>, DMatrix<f64>) {
+    fn of_joint(&self, joint: usize) -> Vec<FurtherColumn<'_>> {
         let rows = self.states.position.nrows();
-        let numbers: Vec<usize> = self.acting(joint).map(|(number, _)| number).collect();
-        let mut values = DMatrix::zeros(rows, numbers.len());
-        let mut of_states = Vec::new();
-        for ((at, (_, column)), mut to) in
-            self.acting(joint).enumerate().zip(values.column_iter_mut())
-        {
-            let Some((share, from)) = self.of_record(column, joint) else {
-                of_states.push((at, column));
-                continue;
-            };
-            for (to, value) in to.iter_mut().zip(from) {
-                *to = column.deviation * (share * value);
-            }
-        }
+        let of = |(number, column): (usize, &Column)| match self.of_record(column, joint) {
+            Some((share, values)) => FurtherColumn {
+                number,
+                factor: column.deviation * share,
+                values: Cow::Borrowed(values),
+            },
+            None => FurtherColumn {
+                number,
+                factor: column.deviation,
+                values: Cow::Owned(vec![0.0; rows]),
+            },
+        };
+        let mut columns: Vec<_> = self.acting(joint).map(of).collect();
         self.columns.for_each_state(&self.states, |first, of_state| {
-            for (at, column) in &of_states {
-                let Some(torque) = of_state.torque(column) else { continue };
-                let to = &mut values.as_mut_slice()[at * rows..(at + 1) * rows];
-                to[first..].iter_mut().zip(torque[joint].0).for_each(|(to, value)| {
-                    *to = column.deviation * value;
-                });
+            for FurtherColumn { number, values, .. } in &mut columns {
+                let Cow::Owned(to) = values else { continue };
+                let Some(torque) = of_state.torque(&self.columns.columns[*number]) else {
+                    continue;
+                };
+                to[first..].iter_mut().zip(torque[joint].0).for_each(|(to, value)| *to = value);
             }
         });
-        for row in &self.silent {
-            if row / rows == joint {
-                values.row_mut(row % rows).fill(0.0);
-            }
+        for row in self.silent.iter().filter(|row| *row / rows == joint) {
+            columns.iter_mut().for_each(|column| column.values.to_mut()[row % rows] = 0.0);
         }
-        (numbers, values)
+        columns
     }
 
     fn times(&self, freedoms: &DVector<f64>) -> DVector<f64> {
