@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim::cell::RobotSource;
+use didim::cell::{Cell, Library, RobotSource};
+use didim::check::{Severity, check_cell};
 use didim::offline::open_limits;
 use didim::report::robot::{description, picture};
 use didim_core::dynamics::{BaseParameters, Model};
@@ -81,13 +82,20 @@ fn limits_that_no_source_gives_are_open() {
     };
     let (said, shown) = open("tx2-60");
     let said = said.unwrap();
-    assert!(said.contains("open: torque of joint 1, 2, 3, 4, 5, 6;"), "{said}");
+    assert!(said.ends_with(": torque of joint 1, 2, 3, 4, 5, 6"), "{said}");
     assert_eq!(shown, 6);
     let (said, shown) = open("kr300-r2500");
     let said = said.unwrap();
-    assert!(said.contains("open: speed of joint 1, 2, 3, 4, 5, 6, torque of joint 1,"), "{said}");
+    assert!(said.contains(": speed of joint 1, 2, 3, 4, 5, 6, torque of joint 1,"), "{said}");
     assert_eq!(shown, 12);
     assert_eq!(open("tx40"), (None, 0));
+
+    let file = Path::new("config/cells/tx40-packed-fd.toml");
+    let mut cell = Cell::from_library(Library::Shipped, file).unwrap();
+    cell.robot = read(&files()["tx2-60"]).1.robot;
+    let findings = check_cell(&cell);
+    let found = findings.iter().find(|finding| finding.what == open("tx2-60").0.unwrap()).unwrap();
+    assert_eq!((found.severity, found.key.as_str()), (Severity::Note, "robot"));
 }
 
 /// Arms of others are written from publications, and say which.

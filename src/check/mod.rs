@@ -21,6 +21,7 @@ pub use finding::{Finding, Severity};
 pub use machine::Machine;
 
 use crate::cell::Cell;
+use crate::offline::{STATE_LIMITS, open_limits};
 
 /// What is wrong with a cell wherever it runs, the worst first.
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
@@ -28,6 +29,9 @@ pub fn check_cell(cell: &Cell) -> Vec<Finding> {
     for note in &cell.robot_notes {
         let remedy = "look at the arm with `didim robot`, and correct the URDF where it is wrong";
         findings.push(Finding::note("robot", note.clone(), remedy));
+    }
+    if let Some(open) = open_limits(&cell.robot) {
+        findings.push(Finding::note("robot", open, STATE_LIMITS));
     }
     if let Ok(bus) = cell.bus() {
         bus_load::check(cell, bus, &mut findings);

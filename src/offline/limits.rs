@@ -89,7 +89,7 @@ impl fmt::Display for Beyond {
         // How far a position is out has no ratio: one of its limits may be 0.
         let beyond = match limited {
             Limited::Position => "beyond".to_owned(),
-            _ => format!("{} times", significant(*times, 2)),
+            _ => format!("{} times", significant(*times, 3)),
         };
         write!(
             f,
@@ -110,6 +110,10 @@ impl fmt::Display for Beyond {
     }
 }
 
+/// What to do about [`open_limits`].
+pub const STATE_LIMITS: &str =
+    "state velocity_max_* and torque_max_nm or force_max_n where they are known";
+
 /// What a robot's file leaves open, in words; nothing where it leaves nothing open.
 pub fn open_limits(robot: &Robot) -> Option<String> {
     let of = |what: &str, is_open: &dyn Fn(&Limits) -> bool| {
@@ -124,8 +128,7 @@ pub fn open_limits(robot: &Robot) -> Option<String> {
     let open: Vec<String> = open.into_iter().flatten().collect();
     (!open.is_empty()).then(|| {
         format!(
-            "the robot file leaves limits open: {}; what is checked against them is not, state velocity_max_* and torque_max_nm \
-             or force_max_n where they are known",
+            "the robot file leaves limits open, against which nothing is checked: {}",
             open.join(", ")
         )
     })
