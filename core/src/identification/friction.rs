@@ -7,7 +7,9 @@
 
 use super::given::{Experiment, IdentificationError, Method, Options};
 use super::identify::identify;
-use super::judgement::{ChosenFriction, Estimate, FrictionChange, FrictionGain, FrictionScore};
+use super::judgement::{
+    ChosenFriction, Estimate, FrictionChange, FrictionGain, FrictionScore, ParameterEstimate,
+};
 use super::observation::filtered_motion;
 use crate::dynamics::{BaseParameters, Model};
 use crate::robot::{FrictionLaw, JointFriction, Parameter, ParameterKind, Robot, SignModel};
@@ -30,6 +32,9 @@ const LEAST_GAIN: f64 = 0.05;
 
 /// So much more uncertainty of the torque elsewhere, relative to all of it, is a tie.
 const TIE: f64 = 0.001;
+
+/// The share of the load that friction may take: a gear of which it takes more than half locks itself, and cannot be driven back.
+const MOST_OF_LOAD: f64 = 0.5;
 
 /// Rounds in which every joint may get one change.
 const MAX_ROUNDS: usize = 4;
@@ -83,8 +88,8 @@ struct Trial {
     /// Whether the result is good for what is asked of it.
     applicable: bool,
     held_out_per_joint: Vec<f64>,
-    /// Joints whose friction grows where Stribeck friction falls, or falls where it grows with the load: another
-    /// law in disguise.
+    /// Joints whose friction grows where Stribeck friction falls, or whose share of the load is none that a gear's friction
+    /// takes: another law in disguise.
     disguised: Vec<bool>,
 }
 
@@ -272,13 +277,16 @@ fn scored(friction: Vec<JointFriction>, estimate: &Estimate) -> Option<Trial> {
     let held_out = estimate.held_out.relative_error?;
     let score = FrictionScore { held_out, elsewhere: estimate.elsewhere.relative_error };
     let held_out_per_joint = estimate.held_out.relative_error_per_joint.clone();
-    let is_negative =
-        |name: String| estimate.parameters.iter().any(|own| own.name == name && own.value < 0.0);
-    let disguised = (0..friction.len()).map(|joint| {
-        let kinds = [ParameterKind::Fs, ParameterKind::FcLoad];
-        kinds.into_iter().any(|kind| is_negative(Parameter { kind, joint }.to_string()))
-    });
-    let disguised = disguised.collect();
+    let possible = [(ParameterKind::Fs, f64::INFINITY), (ParameterKind::FcLoad, MOST_OF_LOAD)];
+    let is_disguised = |joint: usize| {
+        possible.iter().any(|&(kind, most)| {
+            let name = Parameter { kind, joint }.to_string();
+            let of =
+                |own: &ParameterEstimate| own.name == name && !(0.0..=most).contains(&own.value);
+            estimate.parameters.iter().any(of)
+        })
+    };
+    let disguised = (0..friction.len()).map(is_disguised).collect();
     let applicable = estimate.verdict.applicable;
     Some(Trial { friction, score, applicable, held_out_per_joint, disguised })
 }

@@ -147,3 +147,24 @@ fn a_sweep_tells_the_law_that_a_fast_motion_hides() {
     assert!((speed_rad_s / SPEED - 1.0).abs() < 0.25, "{speed_rad_s} rad/s instead of {SPEED}");
     assert!(laws[0].is_empty() && laws[2].is_empty(), "{laws:?}");
 }
+
+/// A gear that locks itself would be none of an arm: what takes more than half of the load is something else.
+#[test]
+fn friction_takes_no_more_of_the_load_than_a_gear_can() {
+    const JOINT: usize = 1;
+    for (share, is_taken) in [(0.2, true), (0.9, false)] {
+        let mut random = Random(61);
+        let stated = Arm::random(&mut random, 3);
+        let arm = stated.clone().with_law(JOINT, FrictionLaw::Load, share);
+        let motion = arm.motion(&mut random, SAMPLES, RATE_HZ, 2.0);
+        let bench = Bench {
+            experiment: recorded(&arm, &motion, &mut random),
+            arm,
+            stated,
+            options: options_of_bench(),
+        };
+        let (chosen, _) = bench.choose();
+        let laws = &chosen.friction[JOINT].laws;
+        assert_eq!(laws.contains(&FrictionLaw::Load), is_taken, "{share}: {chosen:?}");
+    }
+}
