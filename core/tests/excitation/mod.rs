@@ -2,6 +2,7 @@
 
 mod collisions;
 mod study;
+mod sweeps;
 
 use didim_core::dynamics::{BaseParameters, Model, Workspace};
 use didim_core::excitation::{
