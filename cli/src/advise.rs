@@ -12,7 +12,8 @@ use super::progress::Working;
 use super::tell::tell;
 use didim::cell::Cell;
 use didim::offline::{Advised, OTHER_CONFIGURATION, StoredModel};
-use didim::report::{advice_text, foretold_lines};
+use didim::report::{advice_text, foretold_lines, lacking_text};
+use didim_core::identification::Estimate;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -34,21 +35,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs(out, &[result.as_path(), cell.as_path()])?;
     let cell = Cell::read(cell).map_err(CliError::configuration)?;
     let (model, cell) = StoredModel::read(result, cell).map_err(CliError::failed)?;
-    let joints = cell.robot.joints();
     let format = match out {
-        Some(path) => Some((path, format_of(path, joints)?)),
+        Some(path) => Some((path, format_of(path, cell.robot.joints())?)),
         None => None,
     };
     if model.is_of(&cell) == Some(false) {
         tell(&format!("note: {OTHER_CONFIGURATION}\n"));
     }
-    let accelerations = arguments.within.accelerations(joints);
-    // Neither the length nor what is wanted of a designed motion counts here.
-    let wanted = wanted(&arguments.within, accelerations.as_deref(), 1.0);
-    let subject = Subject::of_cell(&cell, Some(&model), &wanted)?;
     let working = Working::on("trying motions");
-    let advised = working.during(|| Advised::new(&cell, &model, &subject.assignment));
-    let advised = advised.map_err(CliError::failed)?;
+    let (subject, advised) = working.during(|| advised(&cell, &model, &arguments.within))?;
     if let Some((path, format)) = format {
         for (number, piece) in (1..).zip(&advised.advice.pieces) {
             let path = numbered(path, number);
@@ -67,6 +62,28 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     print(&advice_text(&cell.robot, &subject.assignment, &advised))
+}
+
+/// What a result of a cell lacks, in words.
+pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<String, CliError> {
+    let json = serde_json::to_vec(estimate).map_err(CliError::failed)?;
+    let read = StoredModel::parse(&json, Path::new("the result"), cell.clone());
+    let (model, cell) = read.map_err(CliError::failed)?;
+    let (subject, advised) = advised(&cell, &model, &Within::default())?;
+    Ok(lacking_text(&cell.robot, &subject.assignment, &advised))
+}
+
+fn advised(
+    cell: &Cell,
+    model: &StoredModel,
+    within: &Within,
+) -> Result<(Subject, Advised), CliError> {
+    let accelerations = within.accelerations(cell.robot.joints());
+    // Neither the length nor what is wanted of a designed motion counts here.
+    let wanted = wanted(within, accelerations.as_deref(), 1.0);
+    let subject = Subject::of_cell(cell, Some(model), &wanted)?;
+    let advised = Advised::new(cell, model, &subject.assignment).map_err(CliError::failed)?;
+    Ok((subject, advised))
 }
 
 /// `next.csv` with a number before its ending.

@@ -116,7 +116,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let origin = Origin { input: None, samples, further: Vec::new(), note: None };
     write_report(
         path,
-        &Report { cell: &cell, identification: &identification, origin: &origin, foretold: &[] },
+        &Report {
+            cell: &cell,
+            identification: &identification,
+            origin: &origin,
+            foretold: &[],
+            advice: "",
+        },
     )?;
     print(&format!("report: {}\n", path.display()))
 }

@@ -80,7 +80,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Args)]
 pub(super) struct Within {
     /// Part of the limits of speed, acceleration and jerk that may be used [%]
-    #[arg(long, value_name = "PERCENT", value_parser = positive, default_value_t = 50.0)]
+    #[arg(long, value_name = "PERCENT", value_parser = positive, default_value_t = Self::default().speed)]
     speed: f64,
     /// Largest acceleration [rad/s²] of all joints, or of each with commas between them, in place of the robot file's
     #[arg(long, value_name = "A", value_delimiter = ',', value_parser = positive)]
@@ -97,6 +97,12 @@ fn corners(text: &str) -> Result<Corners, String> {
     match sides.map(|[from, to]| to - from).iter().all(|of| of.is_finite() && of.abs() > 0.0) {
         true => Ok([sides.map(|[from, to]| from.min(to)), sides.map(|[from, to]| from.max(to))]),
         false => Err("the corners have to be finite, and apart along every axis".to_owned()),
+    }
+}
+
+impl Default for Within {
+    fn default() -> Self {
+        Self { speed: 50.0, acceleration: None, inside: None }
     }
 }
 

@@ -40,14 +40,14 @@ impl CliError {
 
     /// Writes the error with its causes to stderr, a line each, and gives the exit code.
     pub fn report(&self) -> ExitCode {
-        let (code, error): (u8, &dyn fmt::Display) = match self {
-            Self::Usage(text) => (2, text),
-            Self::Configuration(error) => (78, error),
-            Self::Failed(error) => (1, error),
-            Self::Interrupted(text) => (INTERRUPTED, text),
+        let code = match self {
+            Self::Usage(_) => 2,
+            Self::Configuration(_) => 78,
+            Self::Failed(_) => 1,
+            Self::Interrupted(_) => INTERRUPTED,
         };
-        tell(&format!("didim: {error}\n"));
-        let mut last = error.to_string();
+        tell(&format!("didim: {self}\n"));
+        let mut last = self.to_string();
         let mut cause = match self {
             Self::Usage(_) | Self::Interrupted(_) => None,
             Self::Configuration(error) | Self::Failed(error) => error.source(),
@@ -62,5 +62,14 @@ impl CliError {
             cause = error.source();
         }
         ExitCode::from(code)
+    }
+}
+
+impl fmt::Display for CliError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(text) | Self::Interrupted(text) => text.fmt(f),
+            Self::Configuration(error) | Self::Failed(error) => error.fmt(f),
+        }
     }
 }

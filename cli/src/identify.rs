@@ -12,6 +12,7 @@ use didim_core::identification::{
 use serde::Serialize;
 
 use super::CliError;
+use super::advise::advice_for;
 use super::choices::Choices;
 use super::input::{Counted, Samples, pairs};
 use super::names::{DEFAULT_CELL, methods};
@@ -289,9 +290,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         let (input, samples) = origins.remove(0);
         let origin = Origin { input: Some(input), samples, further: origins, note: None };
+        let advice = &Working::on("trying motions")
+            .during(|| advice_for(&cell, &identification.estimate))
+            .unwrap_or_else(|error| format!("no motion was tried: {error}"));
         let (cell, identification, origin, foretold) =
             (&cell, &identification, &origin, &foretold[..]);
-        let report = Report { cell, identification, origin, foretold };
+        let report = Report { cell, identification, origin, foretold, advice };
         write_report(path, &report)?;
     }
     Ok(())

@@ -102,8 +102,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             further: Vec::new(),
             note: None,
         };
-        let report =
-            Report { cell: &cell, identification: &identification, origin: &origin, foretold: &[] };
+        let report = Report {
+            cell: &cell,
+            identification: &identification,
+            origin: &origin,
+            foretold: &[],
+            advice: "",
+        };
         write_report(path, &report)?;
     }
     Ok(())

@@ -173,6 +173,16 @@ fn what_a_result_lacks_is_said_in_motions_that_a_person_can_program() {
     let out = folder.path().join("next.csv");
     let fixed: [&dyn AsRef<OsStr>; 4] = [&"advise", &result, &"--cell", &cell];
     let text = succeed(&[&fixed[..], &[&"--out", &out]].concat());
+    let told = text.split_once("noise leaves these").unwrap().1;
+    let (report, input) = (folder.path().join("report.html"), repository("tests/data/kr300/a.csv"));
+    let counted: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.196"];
+    let identify: [&dyn AsRef<OsStr>; 7] =
+        [&"identify", &"--cell", &cell, &"--input", &input, &"--report", &report];
+    succeed(&[&identify[..], &counted].concat());
+    let report = fs::read_to_string(&report).unwrap();
+    let lacking = report.split_once("<section id=\"what-is-lacking-and-motions-that-bring-it\">");
+    let lacking = lacking.unwrap().1.split_once("</pre>").unwrap().0;
+    assert!(lacking.contains(told), "{lacking}\n\n{told}");
     for part in [
         "prediction: ",
         "uncertain by more than 10 %",

@@ -190,11 +190,19 @@ impl StoredModel {
     ///
     /// # Errors
     /// [`ResultError`].
-    pub fn read(file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
+    pub fn read(file: &Path, cell: Cell) -> Result<(Self, Cell), ResultError> {
         let text = fs::read(file)
             .map_err(|source| ResultError::Read { file: file.to_path_buf(), source })?;
+        Self::parse(&text, file, cell)
+    }
+
+    /// The same of its text; `file` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
         let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
-        let stored: Stored = serde_json::from_slice(&text).map_err(wrong)?;
+        let stored: Stored = serde_json::from_slice(text).map_err(wrong)?;
         let estimate = match stored.estimate {
             Some(estimate) => estimate,
             None => serde_json::from_value(stored.alone).map_err(wrong)?,

@@ -16,7 +16,6 @@ const WORTH: f64 = 1.2;
 
 /// The advice for a result of an arm.
 pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
-    let Advised { advice, enough, .. } = advised;
     let mut text = String::new();
     for judged in advised.uses.iter().filter(|of| of.applicable.is_some() || !of.reasons.is_empty())
     {
@@ -31,14 +30,21 @@ pub fn advice_text(robot: &Robot, assignment: &Assignment, advised: &Advised) ->
             let _ = writeln!(text, "  {reason}");
         }
     }
+    text + "\n" + &lacking_text(robot, assignment, advised)
+}
+
+/// The same without the verdict.
+pub fn lacking_text(robot: &Robot, assignment: &Assignment, advised: &Advised) -> String {
+    let Advised { advice, enough, .. } = advised;
+    let mut text = String::new();
     let percent = format!("{} %", significant(100.0 * enough, 2));
     let count = advice.lacking.len();
     let _ = match count {
         0 => writeln!(
             text,
-            "\nnoise leaves no parameter that motions can tell uncertain by more than {percent}"
+            "noise leaves no parameter that motions can tell uncertain by more than {percent}"
         ),
-        _ => writeln!(text, "\nnoise leaves these parameters uncertain by more than {percent}:"),
+        _ => writeln!(text, "noise leaves these parameters uncertain by more than {percent}:"),
     };
     if count > 0 {
         text += &table(assignment, advice);

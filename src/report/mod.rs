@@ -26,7 +26,7 @@ use didim_core::robot::Robot;
 
 use crate::text::significant;
 
-pub use advice::advice_text;
+pub use advice::{advice_text, lacking_text};
 pub use consistent::consistent_summary;
 pub use design::{
     Checked, conditions, design_header, design_text, foretold_lines, foretold_text, load_lines,

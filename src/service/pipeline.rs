@@ -185,8 +185,14 @@ pub fn configuration(
             let samples = SampleRange::Window(provenance.clone());
             let origin =
                 Origin { input: None, samples, further: Vec::new(), note: window.note.clone() };
-            Report { cell, identification: &identification, origin: &origin, foretold: &[] }
-                .to_html()
+            Report {
+                cell,
+                identification: &identification,
+                origin: &origin,
+                foretold: &[],
+                advice: "",
+            }
+            .to_html()
         });
         let estimate = identification.estimate.clone();
         last.set(LastWindow { window: provenance, identification });

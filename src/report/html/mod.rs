@@ -47,6 +47,8 @@ pub struct Report<'a> {
     pub origin: &'a Origin,
     /// What its motion was foretold to tell; empty where no design was named.
     pub foretold: &'a [Foretold],
+    /// What the result lacks and which motions bring it, in words ([`lacking_text`](super::lacking_text)); empty where that was not asked.
+    pub advice: &'a str,
 }
 
 impl Report<'_> {
@@ -62,6 +64,7 @@ impl Report<'_> {
                 (joints::delays(estimate))
                 (information::section(self))
                 (foretold::section(self.foretold))
+                (advice(self.advice))
                 (friction::section(self))
                 (freedoms::section(self))
                 (summary::convergence(&estimate.convergence))
@@ -119,6 +122,15 @@ fn section(heading: &str, explanation: &str, content: &Markup) -> Markup {
             (content)
         }
     }
+}
+
+/// What a result lacks.
+fn advice(text: &str) -> Markup {
+    if text.is_empty() {
+        return html! {};
+    }
+    let explanation = "As didim advise says it, for motions within half of the largest speeds and accelerations.";
+    section("What is lacking, and motions that bring it", explanation, &html! { pre.words { (text) } })
 }
 
 /// The name of a section in its page: `torque-measured-and-predicted`.
