@@ -28,11 +28,15 @@ fn simulated(name: &str) -> Arm {
     let log = folder.path().join("arm.log");
     let bus = format!("log:{}", log.display());
     succeed(&[&"sim", &"--cell", &cell, &"--scenario", &scenario, &"--bus", &bus]);
-    let robot = fs::read_to_string(repository(&format!("config/robots/{name}.toml"))).unwrap();
-    let robot = Robot::from_toml(&robot).unwrap();
-    let scenario = Scenario::from_toml(&fs::read_to_string(scenario).unwrap(), robot).unwrap();
-    let truth = scenario.truth().iter().cloned().collect();
-    Arm { folder, cell, log, truth }
+    Arm { folder, cell, log, truth: truth(name) }
+}
+
+/// What is true of a simulated arm.
+pub(crate) fn truth(name: &str) -> BTreeMap<String, f64> {
+    let read = |path: String| fs::read_to_string(repository(&path)).unwrap();
+    let robot = Robot::from_toml(&read(format!("config/robots/{name}.toml"))).unwrap();
+    let scenario = read(format!("sim-fixtures/scenarios/{name}.toml"));
+    Scenario::from_toml(&scenario, robot).unwrap().truth().iter().cloned().collect()
 }
 
 /// How often each joint's temperature was told, which warms up from 30 °C at the first and 1 °C more at each after it.
