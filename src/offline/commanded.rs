@@ -140,14 +140,17 @@ fn law(
         let of = |all| reading(all, joint, samples);
         let constant = |all, what| {
             let JointReading { minimum, maximum, unit, .. } = of(all)?;
-            if minimum == maximum {
+            if minimum >= maximum {
                 return Ok(*minimum);
             }
             let (least, most, unit) = (*minimum, *maximum, unit.clone());
             Err(LawError::Changes { joint, what, least, most, unit })
         };
         let row = transmission.row(axis);
-        let own = |(k, ratio): (usize, &f64)| ratio.abs() == if k == axis { 1.0 } else { 0.0 };
+        let own = |(k, ratio): (usize, &f64)| {
+            let of_joint = if k == axis { 1.0 } else { 0.0 };
+            (ratio.abs() - of_joint).abs() < f64::EPSILON
+        };
         if !row.iter().enumerate().all(own) {
             return Err(LawError::Geared { motor: joint });
         }
