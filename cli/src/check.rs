@@ -246,7 +246,11 @@ fn count(findings: &[Finding], severity: Severity) -> usize {
 /// What simulates the loop, and what it follows.
 fn controller(cell: &Cell) -> String {
     let Some(controller) = &cell.options.controller else {
-        return "controller: not described; only idim-ls can identify\n".to_owned();
+        return match cell.has_commanded_law() {
+            true => "controller: the law of the commands, where it stays along the record\n",
+            false => "controller: not described; only idim-ls can identify\n",
+        }
+        .to_owned();
     };
     let gains = match controller {
         SimulatedController::Cabinet { rescale_to_inertia_kg_m2: None, .. } => {

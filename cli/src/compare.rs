@@ -21,6 +21,7 @@ use didim::files::read_text;
 use didim::offline::compare::{
     Comparison, ComparisonInput, Limits, Outcome, Progress, Published, Task, compare, tasks, trials,
 };
+use didim::offline::identify::law_of_commands;
 use didim::report::comparison::{View, autocorrelation_figure, markdown, terminal};
 use didim::report::html::{ComparisonReport, InputFile, Origin, SampleRange, SimulatedInput};
 use didim_formats::Piece;
@@ -94,6 +95,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
 
     let of = arguments.input.as_deref().unwrap_or(&arguments.cell);
     let choices = Choices::make(&mut cell, &[(measurement, counted.clone())], of)?;
+
+    if given.is_some() {
+        let told = experiment.range();
+        match law_of_commands(&cell, Method::Didim, [(measurement, counted, told.readings())]) {
+            Ok(Some(law)) => cell.options.controller = Some(law),
+            Ok(None) => {}
+            Err(error) => tracing::warn!("{}: {error}", of.display()),
+        }
+    }
 
     let bars = Bars::new(&tasks(&trials, arguments.folds));
     let input = ComparisonInput {

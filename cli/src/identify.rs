@@ -23,7 +23,8 @@ use super::tell::tell;
 use super::terminal::show;
 use didim::cell::Cell;
 use didim::offline::identify::{
-    IdentifyError, identify_measurement, identify_measurements, reduce_measurements, rms_deviation,
+    IdentifyError, identify_measurement, identify_measurements, law_of_commands,
+    reduce_measurements, rms_deviation,
 };
 use didim::offline::{DesignedMotion, Foretold};
 use didim::report;
@@ -223,6 +224,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         reduction = Some(found);
     }
     let method = arguments.method.unwrap_or(cell.method);
+    let records = pieces.iter().zip(&told);
+    let records =
+        records.map(|(of, told)| (&of.piece.measurement, &of.counted, told.range.readings()));
+    let law = law_of_commands(&cell, method, records);
+    if let Some(law) = law.map_err(|error| CliError::in_file(first, error))? {
+        cell.options.controller = Some(law);
+    }
     let working = Working::on(&format!("identifying by {method}"));
     let identified = working.during(|| identify_measurements(&cell, method, given(&mut pieces)));
     let mut identification = identified.map_err(|error| match error {

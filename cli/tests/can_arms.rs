@@ -28,11 +28,15 @@ fn simulated(name: &str) -> Arm {
     let log = folder.path().join("arm.log");
     let bus = format!("log:{}", log.display());
     succeed(&[&"sim", &"--cell", &cell, &"--scenario", &scenario, &"--bus", &bus]);
-    let robot = fs::read_to_string(repository(&format!("config/robots/{name}.toml"))).unwrap();
-    let robot = Robot::from_toml(&robot).unwrap();
-    let scenario = Scenario::from_toml(&fs::read_to_string(scenario).unwrap(), robot).unwrap();
-    let truth = scenario.truth().iter().cloned().collect();
-    Arm { folder, cell, log, truth }
+    Arm { folder, cell, log, truth: truth(name) }
+}
+
+/// What is true of a simulated arm.
+pub(crate) fn truth(name: &str) -> BTreeMap<String, f64> {
+    let read = |path: String| fs::read_to_string(repository(&path)).unwrap();
+    let robot = Robot::from_toml(&read(format!("config/robots/{name}.toml"))).unwrap();
+    let scenario = read(format!("sim-fixtures/scenarios/{name}.toml"));
+    Scenario::from_toml(&scenario, robot).unwrap().truth().iter().cloned().collect()
 }
 
 /// How often each joint's temperature was told, which warms up from 30 °C at the first and 1 °C more at each after it.
@@ -79,6 +83,81 @@ fn check(arm: &Arm, result: &str, (error, known): (f64, usize)) {
     assert!(well >= known, "{well}");
 }
 
+/// DIDIM by the gains that commands state, beside the same by gains that the cell states; and commands that state none
+/// that it could use.
+fn the_law_of_commands_is_the_controller(arm: &Arm) {
+    let shipped = fs::read_to_string(&arm.cell).unwrap();
+    let shipped = shipped.replace("\"../", &format!("\"{}/", repository("config").display()));
+    let scenario = fs::read_to_string(repository("sim-fixtures/scenarios/openarm.toml")).unwrap();
+    let from = scenario.find("[controller]").unwrap();
+    let controller = &scenario[from..scenario.find("[simulation]").unwrap()];
+    let controller = controller.replace("[controller]", "[controller]\nkind = \"cabinet\"");
+    let law = shipped.lines().find(|line| line.starts_with("law = ")).unwrap();
+    let texts = [&shipped, &(shipped.replace(law, "") + "\n" + &controller)];
+    let cells = ["told.toml", "stated.toml"].map(|name| arm.folder.path().join(name));
+    cells.iter().zip(texts).for_each(|(cell, text)| fs::write(cell, text).unwrap());
+    let found = cells.each_ref().map(|cell| {
+        let didim = [&"--method" as &dyn AsRef<OsStr>, &"didim"];
+        let input: [&dyn AsRef<OsStr>; 6] =
+            [&"identify", &"--json", &"--cell", cell, &"--input", &arm.log];
+        json(&succeed(&[&input[..], &didim].concat()))
+    });
+    let [told, stated] = found.each_ref().map(|of| of["parameters"].as_array().unwrap());
+    assert_eq!(told.len(), stated.len());
+    for (one, other) in told.iter().zip(stated) {
+        let number = |of: &Value, key: &str| of[key].as_f64().unwrap();
+        let off = number(one, "value") - number(other, "value");
+        // Motors that compute at every instant and every 0.2 ms differ by less than what both are known to.
+        assert!(off.abs() < 0.5 * number(other, "combined_standard_deviation"), "{one} {other}");
+    }
+    // Each result says which gains it was made with.
+    let stiffness = &found[0]["stiffness"][3];
+    assert_eq!((&stiffness["joint"], &stiffness["unit"]), (&4.into(), &"N·m/rad".into()));
+    assert!((stiffness["mean"].as_f64().unwrap() - 150.0).abs() < 0.07, "{stiffness}");
+
+    let log = fs::read_to_string(&arm.log).unwrap();
+    let changed = |change: fn(&str, usize) -> String| {
+        let lines = log.lines().enumerate().map(|(number, line)| match line.split_once("##1") {
+            Some((head, data)) if head.ends_with(" 003") => {
+                format!("{head}##1{}", change(data, number))
+            }
+            _ => line.to_owned(),
+        });
+        // A command of nothing is none.
+        let lines = lines.filter(|line| !line.ends_with("##1"));
+        let file = arm.folder.path().join("changed.log");
+        fs::write(&file, lines.collect::<Vec<_>>().join("\n") + "\n").unwrap();
+        let arguments: [&dyn AsRef<OsStr>; 8] = [
+            &"identify",
+            &"--json",
+            &"--cell",
+            &cells[0],
+            &"--method",
+            &"didim",
+            &"--input",
+            &file,
+        ];
+        let finished = didim(&arguments);
+        assert_eq!(finished.code, Some(1), "{finished:?}");
+        finished.stderr
+    };
+    // p16 v12 kp12 kd12 torque12: a third stiffness from the middle on, a speed that is none, a torque.
+    let gains = changed(|data, number| {
+        let stiffness = if number > 45_000 { "400" } else { &data[7..10] };
+        format!("{}{stiffness}{}", &data[..7], &data[10..])
+    });
+    assert!(
+        gains.contains("the stiffness that the commands of joint 3 state goes from 120.0"),
+        "{gains}"
+    );
+    let speed = changed(|data, _| format!("{}{}{}", &data[..4], "900", &data[7..]));
+    assert!(speed.contains("joint 3 ask for") && speed.contains("neither zero"), "{speed}");
+    let none = changed(|_, _| String::new());
+    assert!(none.contains("lack the law or the target of the command of joint 3"), "{none}");
+    let torque = changed(|data, _| format!("{}900", &data[..13]));
+    assert!(torque.contains("joint 3 add torques of"), "{torque}");
+}
+
 #[test]
 fn an_openarm_is_identified_from_its_bus() {
     let arm = simulated("openarm");
@@ -94,6 +173,8 @@ fn an_openarm_is_identified_from_its_bus() {
     let expected = "001 011 002 012 003 013 004 014 005 015 006 016 007 017";
     assert_eq!(ids.join(" "), expected);
     assert!(log.lines().all(|line| line.contains("##1")));
+
+    the_law_of_commands_is_the_controller(&arm);
 
     // A register is read, and one answer does not come: both cost no more than a cycle.
     let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();

@@ -503,22 +503,34 @@ fn without_the_feature_a_parquet_file_is_refused_with_what_to_do() {
 fn a_dbc_file_tells_signals_and_what_marks_a_sample() {
     let open = toml::Value::String("?".to_owned());
     let cases = [
-        ("packed_fd_six_axes", "tx40-packed-fd", &["position", "torque", "counter"][..]),
+        ("packed_fd_six_axes", "tx40-packed-fd", "tx40", &["position", "torque", "counter"][..]),
         (
             "cia402_six_axes",
             "tx40-cia402",
+            "tx40",
             &["position", "torque", "reference", "sync", "status_word"],
         ),
+        ("piper", "piper", "piper", &["position", "sync", "temperature", "supply_voltage"]),
+        (
+            "openarm_damiao",
+            "openarm",
+            "openarm",
+            &["position", "torque", "reference", "sync", "temperature"],
+        ),
     ];
-    for (dbc, shipped, found) in cases {
+    for (dbc, shipped, arm, found) in cases {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let config = |path: String| repository("config").join(path);
         let (cell, log, shipped) =
             (at("cell.toml"), at("drive.log"), config(format!("cells/{shipped}.toml")));
         let bus = format!("log:{}", log.display());
-        succeed(&[&"sim", &"--cell", &shipped, &"--bus", &bus]);
-        let (robot, dbc) = (config("robots/tx40.toml".into()), config(format!("dbc/{dbc}.dbc")));
+        let scenario = match arm {
+            "tx40" => "tx40-paper".into(),
+            arm => repository(&format!("sim-fixtures/scenarios/{arm}.toml")),
+        };
+        succeed(&[&"sim", &"--cell", &shipped, &"--scenario", &scenario, &"--bus", &bus]);
+        let (robot, dbc) = (config(format!("robots/{arm}.toml")), config(format!("dbc/{dbc}.dbc")));
         succeed(&[&"new", &cell, &"--robot", &robot, &"--dbc", &dbc, &"--log", &log]);
         let read = |file: &Path| -> toml::Table {
             toml::from_str(&fs::read_to_string(file).unwrap()).unwrap()
@@ -535,16 +547,41 @@ fn a_dbc_file_tells_signals_and_what_marks_a_sample() {
                 .unwrap_or(&toml::Table::from_iter([(String::new(), value.clone())]))
             {
                 let stated = if part.is_empty() { &stated[key] } else { &stated[key][part] };
-                assert!(*value == open || value == stated, "{key} {part}: {value} is {stated}");
+                // What a torque is may be asked, and nothing else.
+                let asked = key == "torque" && *value == open;
+                assert!(asked || value == stated, "{key} {part}: {value} is {stated}");
             }
         }
-        // Gains are of the drives: all are asked, of each.
+        // Signs are of the drives: they are asked, of each.
         let check = didim(&[&"check", &"--cell", &cell, &"--elsewhere"]);
         for axis in 1..=6 {
-            let key = format!(": bus.drives.{axis}.torque.scale: ");
+            let key = format!(": bus.drives.{axis}.torque.sign: ");
             assert!(check.stderr.contains(&key), "{}", check.stderr);
         }
     }
+}
+
+/// The joints of a RealMan, whose cell nobody ships: another arm of seven axes stands for it.
+#[test]
+fn a_dbc_file_without_a_sync_tells_that_signals_are_of_their_arrival() {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = folder.path().join("cell.toml");
+    let [robot, dbc] =
+        ["robots/iiwa7.toml", "dbc/realman_joint.dbc"].map(|path| repository("config").join(path));
+    let said = succeed(&[&"new", &cell, &"--robot", &robot, &"--dbc", &dbc]);
+    let made: toml::Table = toml::from_str(&fs::read_to_string(&cell).unwrap()).unwrap();
+    let layout = &made["bus"]["layout"];
+    let of = |key: &str, part: &str| layout[key][part].as_str().unwrap();
+    assert_eq!(layout["sync"].as_str(), Some("ServoCommand_1"));
+    for (key, signal) in [
+        ("position", "ServoFeedback_{axis}.Position"),
+        ("torque", "ServoFeedback_{axis}.Current"),
+        ("reference", "ServoCommand_{axis}.TargetPosition"),
+    ] {
+        assert_eq!((of(key, "signal"), of(key, "valid")), (signal, "arrival"));
+    }
+    assert!(layout.get("temperature").is_none(), "nothing of it is in this file");
+    assert!(said.contains("no SYNC is in the file"), "{said}");
 }
 
 /// What a device file tells of the shipped drives, held against their cell; with its questions answered, the layout is that cell's.

@@ -51,11 +51,27 @@ pub enum Reading {
     SupplyVoltage,
     /// The drive's mode, a number of its own.
     Mode,
+    /// The stiffness that a command asks for \[N·m/rad\], in steps of 1/64.
+    Stiffness,
+    /// The damping that a command asks for \[N·m·s/rad\], in steps of 1/6400.
+    Damping,
+    /// The speed that a command asks for \[rad/s\], in steps of 1/500.
+    SpeedTarget,
+    /// The torque that a command adds \[N·m\], in steps of 1/250.
+    TorqueTarget,
 }
 
 impl Reading {
     /// Every reading.
-    pub const ALL: [Self; 3] = [Self::Temperature, Self::SupplyVoltage, Self::Mode];
+    pub const ALL: [Self; 7] = [
+        Self::Temperature,
+        Self::SupplyVoltage,
+        Self::Mode,
+        Self::Stiffness,
+        Self::Damping,
+        Self::SpeedTarget,
+        Self::TorqueTarget,
+    ];
 
     /// Its unit; none of a mode.
     pub const fn unit(self) -> &'static str {
@@ -63,6 +79,10 @@ impl Reading {
             Self::Temperature => "degC",
             Self::SupplyVoltage => "V",
             Self::Mode => "",
+            Self::Stiffness => "N·m/rad",
+            Self::Damping => "N·m·s/rad",
+            Self::SpeedTarget => "rad/s",
+            Self::TorqueTarget => "N·m",
         }
     }
 
@@ -71,6 +91,10 @@ impl Reading {
         match self {
             Self::Temperature | Self::SupplyVoltage => 10.0,
             Self::Mode => 1.0,
+            Self::Stiffness => 64.0,
+            Self::Damping => 6400.0,
+            Self::SpeedTarget => 500.0,
+            Self::TorqueTarget => 250.0,
         }
     }
 }
@@ -87,8 +111,8 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Takes a value in its unit, rounded to a step. What no drive says is not taken: it is no number, or beyond ±3276.7 °C
-    /// or V.
+    /// Takes a value in its unit, rounded to a step. What no drive says is not taken: it is no number, or beyond 32767 steps,
+    /// as ±3276.7 °C or V.
     pub fn set(&mut self, reading: Reading, joint: usize, value: f64) {
         let steps = (value * reading.steps_per_unit()).round();
         let place = self.steps[reading as usize].get_mut(joint);

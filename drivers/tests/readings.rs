@@ -84,7 +84,8 @@ fn values(axis: AxisValues) -> CycleValues {
 fn cycle(layout: &CompiledLayout, k: u64, slow: Option<[f64; 3]>) -> Vec<Frame> {
     let mut frames = Vec::new();
     let stamp_ns = EPOCH_NS + k * PERIOD_NS;
-    let readings = slow.unwrap_or_default();
+    let [temperature, voltage, mode] = slow.unwrap_or_default();
+    let readings = [temperature, voltage, mode, 0.0, 0.0, 0.0, 0.0];
     #[expect(clippy::cast_precision_loss, reason = "small counts")]
     let values = values(AxisValues { position: k as f64, readings, ..AxisValues::default() });
     layout.encode(Role::Sync, &values, stamp_ns, &mut frames).unwrap();
@@ -96,7 +97,8 @@ fn cycle(layout: &CompiledLayout, k: u64, slow: Option<[f64; 3]>) -> Vec<Frame> 
 }
 
 fn of(sample: &JointSample) -> [Option<i16>; 3] {
-    Reading::ALL.map(|reading| sample.readings.get(reading, 0))
+    let told = [Reading::Temperature, Reading::SupplyVoltage, Reading::Mode];
+    told.map(|reading| sample.readings.get(reading, 0))
 }
 
 #[test]
@@ -234,6 +236,11 @@ fn what_cannot_be_a_reading_is_refused_in_words() {
     let following = "reference = { signal = \"Fast.Following\", valid = \"next-sync\", \
                      following_error = \"target-minus-actual\" }";
     refused(sync, following, &["`reference.valid`", "following error"]);
+    let law = "law = { stiffness = \"Fast.Position\", damping = \"Slow.Voltage\", \
+               speed = \"Slow.Voltage\", torque = \"Fast.Torque\" }";
+    refused(sync, law, &["`law`", "needs `reference`"]);
+    let held = "reference = { signal = \"Fast.Following\", valid = \"instant\" }";
+    refused(sync, &format!("{held}\n{law}"), &["a stiffness in \"count\"", "\"Nm/rad\""]);
 }
 
 /// An edit of the shipped device file: an object of readings, in a PDO of its own that goes by events.
@@ -277,6 +284,11 @@ temperature = { object = "2063:00", unit = "0.1 degC" }
     assert!(error.contains("type 255 does not go by the SYNC"), "{error}");
     let error = compile(&text.replace("0.1 degC", "kelvin")).unwrap_err().to_string();
     assert!(error.contains("a temperature in \"kelvin\""), "{error}");
+    let law = format!(
+        "{text}law = {{ stiffness = \"a.b\", damping = \"a.b\", speed = \"a.b\", torque = \"a.b\" }}"
+    );
+    let error = compile(&law).unwrap_err().to_string();
+    assert!(error.contains("`law`") && error.contains("DBC file"), "{error}");
     let moded =
         text.replace("temperature = { object = \"2063:00\"", "mode = { object = \"6061:00\"");
     let error = compile(&moded).unwrap_err().to_string();

@@ -121,7 +121,7 @@ impl VirtualDevice {
             closed_loop,
             reference,
             arrivals: if at_arrival { encoder.arrivals()? } else { Vec::new() },
-            streamed: Streamed::default(),
+            streamed: Streamed::new(scenario.controller()),
             encoder,
             faults: scenario.faults().to_vec(),
             steps_per_cycle,

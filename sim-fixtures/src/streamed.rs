@@ -1,16 +1,32 @@
 //! Drives without a SYNC: each says what it measures when its own frame comes.
 
-use didim_core::MAX_JOINTS;
+use didim_core::control::{ControlLaw, ControllerConfig};
 use didim_core::simulation::{ClosedLoop, SimulationError, StepOutput};
+use didim_core::{MAX_JOINTS, Reading};
 
 use crate::warmth::readings;
 use crate::{BusCycle, Playback};
 
-/// The loop around the instant of the latest frame: its samples before it and from it on.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Streamed(Option<(StepOutput, StepOutput)>);
+#[derive(Clone, Debug)]
+pub(crate) struct Streamed {
+    /// The loop around the instant of the latest frame: its samples before it and from it on.
+    around: Option<(StepOutput, StepOutput)>,
+    /// Stiffness \[N·m/rad\] and damping \[N·m·s/rad\] of each axis, as its commands state them.
+    gains: [[f64; 2]; MAX_JOINTS],
+}
 
 impl Streamed {
+    /// Drives of this controller. A law with more than stiffness and damping is told as none.
+    pub(crate) fn new(controller: &ControllerConfig) -> Self {
+        let mut gains = [[0.0; 2]; MAX_JOINTS];
+        for (gains, joint) in gains.iter_mut().zip(&controller.joints) {
+            if let ControlLaw::Pd { kp_per_rad, kd_s_per_rad, k_tau_nm } = joint.law {
+                *gains = [kp_per_rad * k_tau_nm, kd_s_per_rad * k_tau_nm];
+            }
+        }
+        Self { around: None, gains }
+    }
+
     /// What is measured so long after the loop's first sample: positions between two samples are linear,
     /// and a torque is held from one to the next. Times may not go back.
     ///
@@ -25,7 +41,7 @@ impl Streamed {
         let time_s = time_ns as f64 * 1e-9;
         // A time that is a sample's, rounded otherwise, is that sample's.
         let time_s = time_s - 1e-6 * closed_loop.period_s();
-        let (mut before, mut after) = match self.0 {
+        let (mut before, mut after) = match self.around {
             Some(around) => around,
             None => {
                 let first = *closed_loop.step()?;
@@ -36,20 +52,28 @@ impl Streamed {
             before = after;
             after = *closed_loop.step()?;
         }
-        self.0 = Some((before, after));
+        self.around = Some((before, after));
         let span_s = after.time_s - before.time_s;
         let share = if span_s > 0.0 { ((after.time_s - time_s) / span_s).max(0.0) } else { 0.0 };
         let share = if share < 1e-5 { 0.0 } else { share };
         let between = |from: &[f64; MAX_JOINTS], to: &[f64; MAX_JOINTS]| {
             core::array::from_fn(|j| to[j] + (from[j] - to[j]) * share)
         };
+        let mut told = readings(time_s);
+        for (j, (told, [stiffness, damping])) in told.iter_mut().zip(self.gains).enumerate() {
+            let [from, to] = [&before, &after].map(|of| of.motor_reference_rad[j]);
+            let speed = if span_s > 0.0 { (to - from) / span_s } else { 0.0 };
+            told[Reading::Stiffness as usize] = stiffness;
+            told[Reading::Damping as usize] = damping;
+            told[Reading::SpeedTarget as usize] = speed;
+        }
         let held = if share > 0.0 { &before } else { &after };
         Ok(BusCycle {
             counter: 0,
             motor_position_rad: between(&before.motor_position_rad, &after.motor_position_rad),
             motor_torque_nm: held.motor_torque_nm,
             motor_reference_rad: between(&before.motor_reference_rad, &after.motor_reference_rad),
-            readings: readings(time_s),
+            readings: told,
             tells: [false; MAX_JOINTS],
         })
     }

@@ -22,6 +22,6 @@ pub(crate) fn readings(time_s: f64) -> CycleReadings {
     let mut warmer_c = START_C + rise_c - STEP_C;
     core::array::from_fn(|_| {
         warmer_c += STEP_C;
-        [warmer_c, SUPPLY_V, MODE]
+        [warmer_c, SUPPLY_V, MODE, 0.0, 0.0, 0.0, 0.0]
     })
 }

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use didim_core::Reading;
 use didim_drivers::assemble::Assembler;
-use didim_drivers::layout::CompiledLayout;
+use didim_drivers::layout::{CompiledLayout, Quantity};
 use didim_drivers::units::{DriveSpec, Scales};
 
 use super::file::BusSection;
@@ -57,6 +58,11 @@ impl CellBus {
             scales,
         };
         Ok((bus, texts))
+    }
+
+    /// Whether commands state their law.
+    pub(super) fn states_law(&self) -> bool {
+        self.layout.signal(Quantity::Reading(Reading::Stiffness), 0).is_some()
     }
 
     /// What makes samples of its frames.

@@ -116,6 +116,11 @@ impl Cell {
         }
     }
 
+    /// Whether the commands on its bus state their law.
+    pub fn has_commanded_law(&self) -> bool {
+        self.bus.as_ref().is_some_and(|bus| bus.states_law())
+    }
+
     /// The same cell with other parameters to identify; they do not keep their nominal values.
     #[must_use]
     pub fn with_parameters(mut self, names: &[String]) -> Self {

@@ -253,7 +253,9 @@ fn check_options(
             found.keep_value("identification.keep_nominal", selected);
         }
     }
+    let commanded = signals.and_then(|of| of.bus.as_ref()).is_some_and(|(bus, _)| bus.states_law());
     if options.controller.is_none()
+        && !commanded
         && (method.simulates() || file.identification.simulation.is_some())
     {
         let key = match method.simulates() {
@@ -261,8 +263,8 @@ fn check_options(
             false => "identification.simulation",
         };
         let problem = format!(
-            "needs [controller], which describes the controller of the arm, to simulate \
-             the closed loop (the method is {method})"
+            "needs [controller], which describes the controller of the arm, or `law` of the layout, to \
+             simulate the closed loop (the method is {method})"
         );
         found.wrong(key, problem);
     } else if let (Some(arm), Some(signals)) = (arm, signals) {

@@ -4,16 +4,18 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use didim_core::control::SimulatedController;
 use didim_core::identification::{
     ChosenCutoff, ChosenFriction, CrossValidation, Estimate, Experiment, ExperimentError, Failure,
     Identification, IdentificationError, Method, Note, Reduction, choose_cutoff, choose_friction,
     cross_validate, essential_parameters, identify,
 };
 
+use super::commanded::{LawError, commanded_controller};
 use super::rate::{RateError, measurement};
 use crate::archive::store::WindowProvenance;
 use crate::cell::{Cell, CellError};
-use crate::window::Window;
+use crate::window::{DriveReadings, Window};
 use didim_formats::{Measurement, Side};
 
 /// Why nothing was identified; the inner errors carry the remedy.
@@ -31,6 +33,9 @@ pub enum IdentifyError {
     /// The cell asks for robust weights of a method that has none.
     #[error("`identification.robust`: {0}")]
     NotRobust(IdentificationError),
+    /// The commands of the record tell no law that the method could simulate.
+    #[error("{0}")]
+    Law(#[from] LawError),
     /// The method refused or failed.
     #[error("{0}")]
     Identification(#[from] IdentificationError),
@@ -52,7 +57,31 @@ impl IdentifyError {
 /// See [`IdentifyError`].
 pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, IdentifyError> {
     let measurement = measurement_of(cell, window)?;
+    let told = window.readings();
+    let law = law_of_commands(cell, cell.method, [(&measurement, &window.counted, &told)])?;
+    let own = law.map(|law| {
+        let mut own = cell.clone();
+        own.options.controller = Some(law);
+        own
+    });
+    let cell = own.as_ref().unwrap_or(cell);
     identify_measurement(cell, cell.method, &measurement, window.counted.clone())
+}
+
+/// The controller that the commands of the records state, where the method simulates it, the layout names its law and the cell
+/// states none.
+///
+/// # Errors
+/// [`LawError`].
+pub fn law_of_commands<'a>(
+    cell: &Cell,
+    method: Method,
+    records: impl IntoIterator<Item = (&'a Measurement, &'a Range<usize>, &'a DriveReadings)>,
+) -> Result<Option<SimulatedController>, LawError> {
+    if !(method.simulates() && cell.options.controller.is_none() && cell.has_commanded_law()) {
+        return Ok(None);
+    }
+    commanded_controller(records, cell.robot.transmission()).map(Some)
 }
 
 /// What was measured along a window, its rate checked.

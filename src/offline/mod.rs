@@ -2,6 +2,7 @@
 //! another measurement, tells the load in one, leaves as a model, or says which motion it lacks.
 
 mod advice;
+mod commanded;
 pub mod compare;
 mod consistent;
 mod difference;
@@ -18,6 +19,7 @@ mod still;
 mod stored;
 
 pub use advice::Advised;
+pub use commanded::{LawError, commanded_controller};
 pub use consistent::{Consistent, ConsistentError, Exported, Format, WriteError};
 pub use difference::{JointDifference, TorqueDifferenceError, torque_difference};
 pub use excitation::{Assignment, AssignmentError, Lacking, Wanted, WantedLoad};

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use didim_core::MAX_JOINTS;
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{Database, NamedSignal};
 use didim_formats::AXIS;
@@ -11,7 +12,7 @@ use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, relative};
 use super::names::{Group, Meaning, groups, meaning, words};
 use super::table::{chosen, is_measured, torques};
-use super::value::{Guess, quoted};
+use super::value::{Guess, list, quoted};
 
 /// The SYNC of CANopen by its identifier.
 const SYNC: FrameId = FrameId::Standard(0x80);
@@ -26,8 +27,14 @@ pub(super) fn propose(
     let database = Database::parse(text).map_err(wrong)?;
     let axes = evidence.robot.robot.joints();
     let signals: Vec<NamedSignal<'_>> = database.signals().collect();
-    let names: Vec<String> =
-        signals.iter().map(|signal| format!("{}.{}", signal.message, signal.name)).collect();
+    // A gripper may be one more of the same drives: messages whose last number is beyond the axes are of no axis.
+    let of_axes = |signal: &&NamedSignal<'_>| {
+        let number = signal.message.rsplit(|c: char| !c.is_ascii_digit()).next();
+        let number = number.and_then(|digits| digits.parse::<usize>().ok());
+        !number.is_some_and(|number| (axes + 1..=MAX_JOINTS).contains(&number))
+    };
+    let named = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
+    let names: Vec<String> = signals.iter().filter(of_axes).map(named).collect();
     let groups = groups(&names, axes, &[]);
     let bus = Bus { axes, signals, groups, messages: database.messages().collect() };
     surroundings(draft);
@@ -35,8 +42,9 @@ pub(super) fn propose(
     let path = quoted(&relative(file, out).display().to_string());
     draft.put(layout, "dbc", Guess::found(path, "as named"));
     draft.put(layout, "axes", Guess::found(axes.to_string(), "joints of the robot"));
-    let instant = bus.instant(draft, evidence.log.as_deref())?;
-    bus.layout(draft, instant);
+    let (by_sync, by_arrival) = bus.instant(draft, evidence.log.as_deref())?;
+    bus.layout(draft, by_sync, by_arrival);
+    bus.readings(draft);
     drives(draft, axes, |draft, what, axis| bus.unit(draft, what, axis));
     Ok(())
 }
@@ -50,8 +58,13 @@ struct Bus<'a> {
 }
 
 impl Bus<'_> {
-    /// What marks a sample, and the rate where a log tells it. Whether it is a SYNC.
-    fn instant(&self, draft: &mut Draft<'_>, log: Option<&Path>) -> Result<bool, ProposalError> {
+    /// What marks a sample, and the rate where a log tells it. Whether it is a SYNC; whether every signal is valid when
+    /// its own frame comes, as on a bus that has none.
+    fn instant(
+        &self,
+        draft: &mut Draft<'_>,
+        log: Option<&Path>,
+    ) -> Result<(bool, bool), ProposalError> {
         let is_sync =
             |(name, id): &&(&str, FrameId)| *id == SYNC || name.eq_ignore_ascii_case("sync");
         let of_signals: Vec<FrameId> = self
@@ -60,6 +73,10 @@ impl Bus<'_> {
             .filter_map(|name| self.find(name).map(|signal| signal.id))
             .collect();
         let packed = of_signals.first().filter(|first| of_signals.iter().all(|id| id == *first));
+        let reference = self.reference().map(|group| vec![group.name().replace(AXIS, "1")]);
+        // The command begins the cycle of drives that answer to it.
+        let once = reference.or(self.position().ok());
+        let once = once.and_then(|names| self.find(names.first()?));
         let sync = self.messages.iter().find(is_sync);
         let marks = match (sync, packed) {
             (Some((name, id)), _) => {
@@ -71,6 +88,11 @@ impl Bus<'_> {
                 Some(*id)
             }
             (None, Some(id)) => Some(*id),
+            (None, None) if once.is_some() => once.map(|signal| {
+                let why = "no SYNC is in the file: a message that comes once a cycle, here the first with a target or a position";
+                draft.put("bus.layout", "sync", Guess::assumed(quoted(signal.message), why));
+                signal.id
+            }),
             (None, None) => {
                 let what = "the message that marks the instant of a sample: the signals are in several messages";
                 draft.put("bus.layout", "sync", Guess::open(what));
@@ -82,10 +104,87 @@ impl Bus<'_> {
             _ => None,
         };
         draft.put("bus.layout", "rate_hz", rate(rate_hz));
-        Ok(sync.is_some())
+        Ok((sync.is_some(), sync.is_none() && packed.is_none()))
     }
 
-    fn layout(&self, draft: &mut Draft<'_>, by_sync: bool) {
+    /// The position of each axis.
+    fn position(&self) -> Result<Vec<String>, String> {
+        let each = |pattern: &str| -> Vec<String> {
+            (1..=self.axes).map(|axis| pattern.replace(AXIS, &axis.to_string())).collect()
+        };
+        let group = chosen(&self.groups, Meaning::Position);
+        let unit = |name: &String| self.find(name).is_some_and(|signal| !signal.unit.is_empty());
+        let without = match &group {
+            Ok(Group::Numbered(pattern)) if pattern.contains(AXIS) => {
+                let names = each(pattern);
+                if names.iter().all(unit) {
+                    return Ok(names);
+                }
+                format!("`{pattern}` has no unit")
+            }
+            Ok(group) => format!("`{}` counts otherwise", group.name()),
+            Err(which) => which.clone(),
+        };
+        // Of several axes in a message, with the number of the axis in the signal's name alone.
+        let own = |axis: usize| {
+            let axis = axis.to_string();
+            let mut of_axis = self.signals.iter().filter(|signal| {
+                let (name, number) = signal
+                    .name
+                    .split_at(signal.name.trim_end_matches(|c: char| c.is_ascii_digit()).len());
+                number == axis
+                    && meaning(&format!("{}.{name}", signal.message)) == Some(Meaning::Position)
+            });
+            let name = |signal: &NamedSignal<'_>| format!("{}.{}", signal.message, signal.name);
+            of_axis.next().map(name).filter(|_| of_axis.next().is_none())
+        };
+        let names: Option<Vec<String>> = (1..=self.axes).map(own).collect();
+        names.filter(|names| names.iter().all(unit)).ok_or(without)
+    }
+
+    /// The reference of each axis, unless its unit is another one than that of the position, with which it shares its gain.
+    fn reference(&self) -> Option<Group> {
+        let group = chosen(&self.groups, Meaning::Reference).ok()?;
+        let unit = |name: &str| self.find(name).map(|signal| signal.unit);
+        let position = self.position().ok().and_then(|names| unit(names.first()?));
+        let own = unit(&group.name().replace(AXIS, "1"));
+        (position.is_none() || own == position).then_some(group)
+    }
+
+    /// What drives tell besides, where one group of signals is named so.
+    fn readings(&self, draft: &mut Draft<'_>) {
+        // The key, the word of it, words that tell which of several is meant, and units.
+        let all: [(&str, &str, &[&str], &[&str]); 3] = [
+            ("temperature", "temperature", &["motor", "rotor"], &["degC", "°C", "C"]),
+            ("supply_voltage", "voltage", &["supply", "bus", "dc", "link"], &["V", "mV"]),
+            ("mode", "mode", &["display"], &[""]),
+        ];
+        for (key, word, which, units) in all {
+            let is = |name: &str, any: &[&str]| {
+                let own = words(name.rsplit_once('.').map_or(name, |(_, own)| own));
+                own.iter().any(|own| any.contains(&own.as_str()))
+            };
+            let fits = |name: &str| {
+                let first = self.find(&name.replace(AXIS, "1"));
+                name.contains(AXIS)
+                    && is(name, &[word])
+                    && first.is_some_and(|of| units.contains(&of.unit))
+            };
+            let names: Vec<&str> =
+                self.groups.iter().map(Group::name).filter(|name| fits(name)).collect();
+            let meant: Vec<&str> = names.iter().copied().filter(|name| is(name, which)).collect();
+            // A mode that is not said to be the drive's own may be the one that is asked for.
+            let one = match (names.as_slice(), meant.as_slice()) {
+                (_, [one]) => one,
+                ([one], []) if key != "mode" => one,
+                _ => continue,
+            };
+            let guess = Guess::assumed(quoted(one), "by its name");
+            draft.put("bus.layout", &format!("{key}.signal"), guess);
+        }
+    }
+
+    fn layout(&self, draft: &mut Draft<'_>, by_sync: bool, by_arrival: bool) {
         let layout = "bus.layout";
         let groups = &self.groups;
         let found = |wanted| chosen(groups, wanted);
@@ -104,29 +203,43 @@ impl Bus<'_> {
             };
             draft.put(layout, &format!("{what}.signal"), guess);
         };
-        let position = found(Meaning::Position).and_then(|group| {
-            let first = group.name().replace(AXIS, "1");
-            let has_unit = self.find(&first).is_some_and(|signal| !signal.unit.is_empty());
-            if has_unit { Ok(group) } else { Err(format!("`{}` has no unit", group.name())) }
-        });
-        signal(draft, "position", position);
-        let valid = "the instant of the sample";
-        draft.put(layout, "position.valid", Guess::assumed(quoted("instant"), valid));
+        let arrival = || {
+            Guess::assumed(quoted("arrival"), "no SYNC is in the file: when its own frame comes")
+        };
+        match (self.position(), found(Meaning::Position)) {
+            (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS, "1") => {
+                signal(draft, "position", Ok(group));
+            }
+            (Ok(names), _) => {
+                let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
+                let guess = Guess::assumed(list(&names), "by their names");
+                draft.put(layout, "position.signal", guess);
+            }
+            (Err(which), _) => signal(draft, "position", Err(which)),
+        }
+        let valid = match by_arrival {
+            true => arrival(),
+            false => Guess::assumed(quoted("instant"), "the instant of the sample"),
+        };
+        draft.put(layout, "position.valid", valid);
         let (torque, is_command) = torques(groups);
         let is_measured = torque.as_ref().is_ok_and(|group| is_measured(group.name()));
         signal(draft, "torque", torque);
         let valid = match is_measured && !is_command {
+            _ if by_arrival => arrival(),
             true => Guess::assumed(quoted("instant"), "measured, at the instant of the sample"),
             false => Guess::open(WHICH_VALIDITY),
         };
         draft.put(layout, "torque.valid", valid);
-        if let Ok(reference) = found(Meaning::Reference) {
+        if let Some(reference) = self.reference() {
             signal(draft, "reference", Ok(reference));
-            let (valid, why) = match by_sync {
-                true => ("next-sync", "a target takes effect at the next SYNC (CiA 301)"),
-                false => ("instant", "in the sample whose frame carries it"),
+            let assumed = |valid, why| Guess::assumed(quoted(valid), why);
+            let valid = match by_sync {
+                _ if by_arrival => arrival(),
+                true => assumed("next-sync", "a target takes effect at the next SYNC (CiA 301)"),
+                false => assumed("instant", "in the sample whose frame carries it"),
             };
-            draft.put(layout, "reference.valid", Guess::assumed(quoted(valid), why));
+            draft.put(layout, "reference.valid", valid);
         }
         let plain = |word: &str| {
             let mut found =
@@ -147,8 +260,10 @@ impl Bus<'_> {
 
     /// The unit of the signal that was found for a quantity of an axis.
     fn unit(&self, draft: &Draft<'_>, what: &str, axis: usize) -> Option<String> {
-        let pattern = draft.text(&format!("bus.layout.{what}.signal"))?;
-        let name = pattern.replace(AXIS, &axis.to_string());
+        let name = match draft.value(&format!("bus.layout.{what}.signal"))? {
+            toml::Value::Array(names) => names.get(axis - 1)?.as_str()?.to_owned(),
+            value => value.as_str()?.replace(AXIS, &axis.to_string()),
+        };
         self.find(&name).map(|signal| signal.unit.to_lowercase())
     }
 

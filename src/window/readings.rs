@@ -19,6 +19,18 @@ pub struct DriveReadings {
     /// Mode of each drive that told one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drive_mode: Vec<JointMode>,
+    /// Stiffness of each joint's commands that told one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stiffness: Vec<JointReading>,
+    /// Damping, likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub damping: Vec<JointReading>,
+    /// Speed target, likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub speed_target: Vec<JointReading>,
+    /// Torque that commands add, likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub torque_target: Vec<JointReading>,
 }
 
 /// A quantity that a drive told.
@@ -26,7 +38,7 @@ pub struct DriveReadings {
 pub struct JointReading {
     /// The joint, from 1.
     pub joint: usize,
-    /// The unit of the values: `degC`, `V`.
+    /// The unit of the values, as `degC`.
     pub unit: String,
     /// Mean of what was told.
     pub mean: f64,
@@ -119,6 +131,10 @@ impl DriveReadings {
             drive_mode: of(Reading::Mode)
                 .map(|(joint, sum)| JointMode { joint, mode: sum.ends[1] })
                 .collect(),
+            stiffness: values(Reading::Stiffness),
+            damping: values(Reading::Damping),
+            speed_target: values(Reading::SpeedTarget),
+            torque_target: values(Reading::TorqueTarget),
         }
     }
 

@@ -37,7 +37,7 @@ const ORDER: [(&str, &str); 10] = [
     ("src/archive", "fleet drift store"),
     (
         "src/offline",
-        "compare consistent difference advice excitation foretold gains payload predict stored log identify limits still rate",
+        "compare consistent difference advice excitation foretold gains payload predict stored log identify commanded limits still rate",
     ),
     (
         "cli/src",

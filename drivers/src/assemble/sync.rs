@@ -138,6 +138,7 @@ impl State {
             (None, Some(cycle)) => &mut cycle.references,
             _ => return self.losses.frames.count(refusal.unwrap_or(FrameCause::Late), 1),
         };
+        message.read_readings(frame, &mut self.readings);
         if references.read(index, message, frame.data(), frame.stamp_ns) {
             self.losses.frames.count(FrameCause::Duplicate, 1);
         } else {

@@ -6,7 +6,7 @@ use super::dbc::{Database, SignalFormat};
 use super::error::LayoutError;
 use super::field::Encoding;
 use super::plan::{CompiledLayout, Extraction, MessagePlan, Quantity, Role, SampledBy, Validity};
-use super::readings::{in_own_unit, readings};
+use super::readings::{in_own_unit, law, readings};
 use super::spec::{
     CyclesBy, FollowingError, LayoutSpec, PositionValidity, ReferenceSpec, ReferenceValidity,
     SignalNames, TorqueValidity,
@@ -233,6 +233,13 @@ fn patterns(spec: &LayoutSpec) -> Result<Patterns, LayoutError> {
             return refuse(key, "missing: name the signal, as \"Message.Signal\"".into());
         };
         patterns.push((key, Quantity::Reading(reading), signal.clone()));
+    }
+    if spec.law.is_some() && spec.reference.is_none() {
+        let reason = "needs `reference`, the position that it holds the axis to";
+        return refuse("law", reason.into());
+    }
+    for (reading, key, names) in law(spec) {
+        patterns.push((key, Quantity::Reading(reading), names.clone()));
     }
     Ok(patterns)
 }

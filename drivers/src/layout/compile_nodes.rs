@@ -71,6 +71,7 @@ pub(super) fn check_keys(spec: &LayoutSpec) -> Result<(), LayoutError> {
         ("reference.signal", spec.reference.as_ref().is_some_and(|r| r.signal.is_some())),
         ("enabled", spec.enabled.is_some()),
         ("except", !spec.except.is_empty()),
+        ("law", spec.law.is_some()),
     ];
     let of_readings = readings(spec).map(|(_, [signal, ..], of)| (signal, of.signal.is_some()));
     match signals.into_iter().chain(of_readings).find(|(_, given)| *given) {

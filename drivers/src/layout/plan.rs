@@ -52,6 +52,10 @@ impl fmt::Display for Quantity {
             Self::Reading(Reading::Temperature) => "temperature",
             Self::Reading(Reading::SupplyVoltage) => "supply voltage",
             Self::Reading(Reading::Mode) => "mode",
+            Self::Reading(Reading::Stiffness) => "stiffness",
+            Self::Reading(Reading::Damping) => "damping",
+            Self::Reading(Reading::SpeedTarget) => "speed target",
+            Self::Reading(Reading::TorqueTarget) => "torque target",
         })
     }
 }

@@ -6,7 +6,7 @@ use super::dbc::SignalFormat;
 use super::error::LayoutError;
 use super::field::Encoding;
 use super::plan::{MessagePlan, Quantity};
-use super::spec::{LayoutSpec, ReadingSpec};
+use super::spec::{LayoutSpec, ReadingSpec, SignalNames};
 use crate::frame::Frame;
 
 /// The readings of a layout: its key, what it is, what the layout says of it.
@@ -21,6 +21,21 @@ pub(super) fn readings(
     all.into_iter().filter_map(|(reading, spec)| Some((reading, keys(reading), spec.as_ref()?)))
 }
 
+/// The signals of the law that commands state: of which reading, their key, their names.
+pub(super) fn law(
+    spec: &LayoutSpec,
+) -> impl Iterator<Item = (Reading, &'static str, &SignalNames)> {
+    let signals = spec.law.iter().flat_map(|law| {
+        [
+            (Reading::Stiffness, &law.stiffness),
+            (Reading::Damping, &law.damping),
+            (Reading::SpeedTarget, &law.speed),
+            (Reading::TorqueTarget, &law.torque),
+        ]
+    });
+    signals.map(|(reading, names)| (reading, keys(reading)[0], names))
+}
+
 /// The keys of its signal, its object and its unit.
 fn keys(reading: Reading) -> [&'static str; 3] {
     match reading {
@@ -29,6 +44,11 @@ fn keys(reading: Reading) -> [&'static str; 3] {
             ["supply_voltage.signal", "supply_voltage.object", "supply_voltage.unit"]
         }
         Reading::Mode => ["mode.signal", "mode.object", "mode.unit"],
+        // Signals of a DBC file alone.
+        Reading::Stiffness => ["law.stiffness"; 3],
+        Reading::Damping => ["law.damping"; 3],
+        Reading::SpeedTarget => ["law.speed"; 3],
+        Reading::TorqueTarget => ["law.torque"; 3],
     }
 }
 
@@ -41,6 +61,12 @@ fn units(reading: Reading) -> &'static [(&'static str, f64)] {
         Reading::SupplyVoltage => &[("V", 1.0), ("mV", 1e-3), ("0.1 V", 0.1), ("0.01 V", 0.01)],
         // A number without a unit, whatever a file says.
         Reading::Mode => &[],
+        Reading::Stiffness => &[("Nm/rad", 1.0), ("N.m/rad", 1.0), ("N·m/rad", 1.0)],
+        Reading::Damping => {
+            &[("Nms/rad", 1.0), ("Nm.s/rad", 1.0), ("N.m.s/rad", 1.0), ("N·m·s/rad", 1.0)]
+        }
+        Reading::SpeedTarget => &[("rad/s", 1.0)],
+        Reading::TorqueTarget => &[("Nm", 1.0), ("N.m", 1.0), ("N·m", 1.0)],
     }
 }
 

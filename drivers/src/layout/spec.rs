@@ -71,6 +71,9 @@ pub struct LayoutSpec {
     /// Mode of each drive, an integer: a window ends where one changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mode: Option<ReadingSpec>,
+    /// The law that each command states beside the position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<LawSpec>,
     /// Which frames of the layout's messages carry something else.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub except: Vec<ExceptSpec>,
@@ -167,6 +170,21 @@ pub struct ReadingSpec {
     /// With `nodes` or `slaves`: the unit of the object, which their files do not tell; none of a mode.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+}
+
+/// The signals of a law that comes with each command, τ = `stiffness` (p_d − p) + `damping` (`speed` − v) + `torque`, where
+/// p_d is the reference: `Message.Signal` of the DBC file, with `{axis}` or of each axis.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawSpec {
+    /// What the deviation of the position is multiplied by.
+    pub stiffness: SignalNames,
+    /// What the deviation of the speed is multiplied by.
+    pub damping: SignalNames,
+    /// The speed asked for.
+    pub speed: SignalNames,
+    /// The torque that is added.
+    pub torque: SignalNames,
 }
 
 /// Frames that have the identifier of a message and are something else, as answers about registers.

@@ -12,7 +12,7 @@ pub const BATCH_SAMPLES: usize = 64;
 /// One joint sample as it lies in shared memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("didim.StreamSample.v3")]
+#[type_name("didim.StreamSample.v4")]
 pub struct StreamSample {
     /// [`JointSample::sequence`].
     pub sequence: u64,
@@ -41,7 +41,8 @@ pub struct StreamSample {
 impl StreamSample {
     /// The sample with the drops known when it was assembled, written at `written_ns`.
     pub fn new(sample: &JointSample, queue_drops: u64, written_ns: u64) -> Self {
-        let [temperature, voltage, mode] = sample.readings.joints;
+        let mut reading_joints = [0; 8];
+        reading_joints.iter_mut().zip(sample.readings.joints).for_each(|(to, of)| *to = of);
         Self {
             sequence: sample.sequence,
             stamp_ns: sample.stamp_ns,
@@ -52,14 +53,13 @@ impl StreamSample {
             motor_reference_rad: sample.motor_reference_rad,
             has_reference: u64::from(sample.has_reference),
             reading_steps: sample.readings.steps,
-            reading_joints: [temperature, voltage, mode, 0, 0, 0, 0, 0],
+            reading_joints,
         }
     }
 
     /// The sample without what concerns the transport.
     pub fn joint_sample(&self) -> JointSample {
-        let [temperature, voltage, mode, ..] = self.reading_joints;
-        let joints = [temperature, voltage, mode];
+        let joints = core::array::from_fn(|reading| self.reading_joints[reading]);
         JointSample {
             sequence: self.sequence,
             stamp_ns: self.stamp_ns,

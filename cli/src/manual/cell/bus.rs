@@ -200,6 +200,14 @@ pub(super) const SECTIONS: &[Section] = &[
                 "Mode of each drive (6061h of CiA 402): a window ends where one changes, and a log is cut there.",
             ),
             key(
+                "law",
+                Table,
+                "",
+                Optional("not on the bus"),
+                "With a DBC file: the law that each command states beside the position, as in MIT mode. Where it stays along a record, the methods that simulate \
+                 the loop take it in place of `[controller]`.",
+            ),
+            key(
                 "except",
                 Tables,
                 "",
@@ -286,6 +294,45 @@ pub(super) const SECTIONS: &[Section] = &[
         about: "The mode of each drive; it comes as a temperature does. A window ends where one changes, and a log is cut there.",
         keys: READING,
         example: "[bus.layout]\nmode = { object = \"6061:00\" }",
+    },
+    Section {
+        heading: "bus.layout.law",
+        path: "bus.layout.law",
+        about: "The law that commands state, τ = `stiffness` (p_d − p) + `damping` (`speed` − v) + `torque`, where p_d is the reference. Stiffness and damping have to stay \
+                along a record, the speeds to be zero or those of the reference, the torques zero; another record is refused by the methods that simulate. \
+                A `[controller]` that the cell states is used in its place.",
+        keys: &[
+            key(
+                "stiffness",
+                Other(NAMES),
+                "N·m/rad",
+                Required,
+                "Its signal, as of `position`, in \"Nm/rad\"; 0 to 511.",
+            ),
+            key(
+                "damping",
+                Other(NAMES),
+                "N·m·s/rad",
+                Required,
+                "Its signal, in \"Nms/rad\"; 0 to 5.1.",
+            ),
+            key(
+                "speed",
+                Other(NAMES),
+                "rad/s",
+                Required,
+                "The signal of the speed that is asked for, in \"rad/s\"; to ±65.",
+            ),
+            key(
+                "torque",
+                Other(NAMES),
+                "N·m",
+                Required,
+                "The signal of the torque that is added, in \"Nm\"; to ±131.",
+            ),
+        ],
+        example: "[bus.layout]\nlaw = { stiffness = \"MitCommand_{axis}.Kp\", damping = \"MitCommand_{axis}.Kd\", speed = \"MitCommand_{axis}.SpeedRef\", \
+                  torque = \"MitCommand_{axis}.TorqueRef\" }",
     },
     Section {
         heading: "bus.layout.except",
