@@ -11,33 +11,35 @@ use crate::identification::observation::{
 const LEAVES: f64 = 0.25;
 
 /// The motor that fits best in the place of the one whose joint leaves most of its torque, where that is much. `errors` are
-/// the relative errors of all joints.
-pub(super) fn exchanged(
-    context: &Context<'_>,
-    errors: &[f64],
-) -> Result<Option<Reason>, IdentificationError> {
+/// the relative errors of all joints; of rows that no filter has passed, noise is most of what is left.
+pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason> {
     let joints = 0..errors.len();
     let worst = joints.clone().max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-    let Some(worst) = worst.filter(|&worst| errors[worst] > UNEXPLAINED) else { return Ok(None) };
+    let is_asked = |worst: &usize| errors[*worst] > UNEXPLAINED && !context.decimation.is_none();
+    let worst = worst.filter(is_asked)?;
     let mut best = (LEAVES * errors.iter().map(|error| error * error).sum::<f64>(), None);
     for other in joints.filter(|&other| other != worst) {
         let motors = [worst.min(other), worst.max(other)];
-        let transmission = context.robot.transmission();
-        let experiment = context.experiment.with_exchanged_motors(transmission, motors);
-        let context = context.with_experiment(&experiment);
-        let motion = filtered_motion(&experiment, &context.options.position_filter)?;
-        let matrix = fitted_matrix(&context, &motion)?;
-        let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
-        // A motion that tells less than as stated says nothing.
-        let Ok(ordinary) = equation.ordinary() else { continue };
-        let Ok(solution) = equation.weighted(&equation.noise_levels(&ordinary.residuals)) else {
-            continue;
-        };
-        let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
-        let left = errors.iter().map(|error| error * error).sum();
+        // Where they have no solution, they do not fit better.
+        let Ok(left) = left_with(context, motors) else { continue };
         if left < best.0 {
             best = (left, Some(Reason::Exchanged { motors: motors.map(|motor| motor + 1) }));
         }
     }
-    Ok(best.1)
+    best.1
+}
+
+/// The squares of the relative errors of all joints with two motors exchanged.
+fn left_with(context: &Context<'_>, motors: [usize; 2]) -> Result<f64, IdentificationError> {
+    let transmission = context.robot.transmission();
+    let experiment = context.experiment.with_exchanged_motors(transmission, motors);
+    let context = context.with_experiment(&experiment);
+    let motion = filtered_motion(&experiment, &context.options.position_filter)?;
+    let matrix = fitted_matrix(&context, &motion)?;
+    let equation = torque_equation(&context, matrix, filtered_torque(&context)?, &motion)?;
+    let ordinary = equation.ordinary().map_err(IdentificationError::Regression)?;
+    let levels = equation.noise_levels(&ordinary.residuals);
+    let solution = equation.weighted(&levels).map_err(IdentificationError::Regression)?;
+    let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
+    Ok(errors.iter().map(|error| error * error).sum())
 }

@@ -197,7 +197,7 @@ impl Findings<'_> {
             &solution.parameters,
             &covariance,
         )?;
-        let exchanged = exchanged(context, &estimate.relative_error_per_joint)?;
+        let exchanged = exchanged(context, &estimate.relative_error_per_joint);
         let known = Known {
             context,
             torque: uncertainty.torque,

@@ -9,7 +9,7 @@
 use nalgebra::DVector;
 
 use super::checks::FittedModel;
-use super::reasons::Note;
+use super::reasons::{Note, Slow};
 use crate::MAX_JOINTS;
 
 /// The largest time constant that is tried \[s\].
@@ -20,15 +20,6 @@ const STEP: f64 = core::f64::consts::SQRT_2;
 
 /// The share of what the motor's joints leave, in weighted squares, that a low-pass has to explain.
 const EXPLAINS: f64 = 0.3;
-
-/// Which signal of a motor is low-passed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Slow {
-    /// Its torque.
-    Torque,
-    /// Its position.
-    Position,
-}
 
 /// A low-pass that explains much of what the model leaves.
 pub(super) struct LowPassed {
@@ -56,7 +47,8 @@ impl FittedModel<'_> {
         let residuals = observations.residuals(self.parameters);
         let levels = observations.rms_per_joint(&residuals);
         let unexplained = self.unexplained();
-        if !unexplained.contains(&true) {
+        // Of rows that no filter has passed, noise is most of what is left.
+        if !unexplained.contains(&true) || self.context.decimation.is_none() {
             return Vec::new();
         }
         // Of what each joint leaves, so many times its own.

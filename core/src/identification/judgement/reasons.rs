@@ -7,7 +7,6 @@ use serde::{Serialize, Serializer};
 
 use super::bias::PositionBias;
 use super::freedoms::{Freedom, FreedomEstimate};
-use super::low_passed::Slow;
 use crate::feasibility::{FarBody, NoBodies};
 use crate::identification::given::Failure;
 
@@ -124,6 +123,15 @@ pub enum ControllerUnchecked {
     BetweenSamples,
     /// There are too few rows to tell it from noise.
     TooFewRows,
+}
+
+/// Which signal of a motor is low-passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slow {
+    /// Its torque.
+    Torque,
+    /// Its position.
+    Position,
 }
 
 /// The output of the closed loop whose error a method minimises.
