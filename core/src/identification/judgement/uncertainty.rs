@@ -97,9 +97,7 @@ impl Uncertainty {
             })
         };
         let mut combined = combined_by(&solution);
-        let remaining = observations.residuals(&(parameters + &solution.change))
-            - along.times(&solution.freedoms);
-        let left = observations.rms_per_joint(&remaining);
+        let left = observations.rms_per_joint(&observations.residuals(parameters));
         let of_motion = floors_of_motion(context, columns.torque(), &left);
         // What is stated is judged without such a doubt, which could be the cause of what contradicts it.
         if of_motion != floors {
@@ -107,12 +105,16 @@ impl Uncertainty {
         }
         let rows = observations.rows_per_joint();
         let freedoms = columns.estimates(&products.squares, rows, &solution);
+        let remaining = observations.residuals(&(parameters + &solution.change))
+            - along.times(&solution.freedoms);
         if let Some(other) = other {
             solution.change += other;
         }
         // A record is predicted behind the filter, and what is left of rows without it is much more.
-        let model = (!context.decimation.is_none())
-            .then(|| ModelUncertainty::new(&columns, left, &solution, moved));
+        let model = (!context.decimation.is_none()).then(|| {
+            let noise = observations.rms_per_joint(&remaining);
+            ModelUncertainty::new(&columns, noise, &solution, moved)
+        });
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
         let notes = low_passed.iter().map(LowPassed::note).collect();
@@ -120,7 +122,7 @@ impl Uncertainty {
     }
 }
 
-/// The least noise of each joint's rows \[N·m or N\], with these torques of all and what parameters and freedoms leave of them, where the positions of motors are in doubt. One that
+/// The least noise of each joint's rows \[N·m or N\], with these torques and residuals of all, where the positions of motors are in doubt. One that
 /// is geared to two joints takes part in the motion of both: what is left at the one may be an error of the motion, and then
 /// it is at the other as well, whose parameters may hide it.
 fn floors_of_motion(context: &Context<'_>, torque: &[f64], left: &[f64]) -> Vec<f64> {
