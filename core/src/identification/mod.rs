@@ -51,7 +51,7 @@ pub use judgement::{
     Elsewhere, Estimate, Fit, FitMotion, Foretold, Freedom, FreedomEstimate, FrictionChange,
     FrictionGain, FrictionScore, HeldOut, Identification, Information, KeptParameter,
     ModelUncertainty, Note, Output, ParameterCovariance, ParameterEstimate, PositionBias, Quantity,
-    Reached, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, TorqueDelay,
+    Reached, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, SingularValues, Slow, TorqueDelay,
     UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};

@@ -117,6 +117,36 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// The same with what was logged of two motors, counted from 0, exchanged.
+    #[must_use]
+    pub(crate) fn with_exchanged_motors(
+        &self,
+        transmission: &Transmission,
+        motors: [usize; 2],
+    ) -> Self {
+        let mut exchanged = self.clone();
+        let [one, other] = motors;
+        let position = |joint: &[f64], to: &mut [f64]| {
+            let mut motor = [0.0; MAX_JOINTS];
+            let motor = &mut motor[..joint.len()];
+            transmission.motor_position(joint, motor);
+            motor.swap(one, other);
+            transmission.joint_position(motor, to);
+        };
+        map_samples(&mut exchanged.position_rad, position);
+        if let Some(reference) = &mut exchanged.reference_rad {
+            map_samples(reference, position);
+        }
+        map_samples(&mut exchanged.torque_nm, |joint, to| {
+            let mut motor = [0.0; MAX_JOINTS];
+            let motor = &mut motor[..joint.len()];
+            transmission.motor_torque(joint, motor);
+            motor.swap(one, other);
+            transmission.joint_torque(motor, to);
+        });
+        exchanged
+    }
+
     /// States when a logged torque acts.
     ///
     /// # Errors

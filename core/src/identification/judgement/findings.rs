@@ -10,6 +10,7 @@ use super::estimate::{
     ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues,
 };
+use super::exchanged::exchanged;
 use super::held_out::HeldOut;
 use super::information::Information;
 use super::outliers::DownweightedRows;
@@ -196,6 +197,7 @@ impl Findings<'_> {
             &solution.parameters,
             &covariance,
         )?;
+        let exchanged = exchanged(context, &estimate.relative_error_per_joint);
         let known = Known {
             context,
             torque: uncertainty.torque,
@@ -203,12 +205,13 @@ impl Findings<'_> {
             carried: carried(torque, &solution.parameters),
             indefinite,
             bodies,
-            further: other.into_iter().collect(),
+            further: exchanged.into_iter().chain(other).collect(),
         };
         let uses = limits.uses(&known, &estimate);
         let time_s = context.time_s();
         let mut notes = limits.notes(context, &estimate, known.bodies.as_ref());
         notes.extend(checks.notes);
+        notes.extend(uncertainty.notes);
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes);
         let measured = torque.measured();

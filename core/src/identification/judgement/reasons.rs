@@ -43,6 +43,8 @@ pub enum Reason {
     OppositeCommand { joint: usize },
     /// So many parameters that cannot be negative are.
     WrongSigns { negative: usize, of: usize },
+    /// With the signals of these two motors exchanged the model leaves far less.
+    Exchanged { motors: [usize; 2] },
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: usize, torque: f64, limit: f64 },
     /// What is stated is not what the data show.
@@ -91,6 +93,8 @@ pub enum Note {
     ControllerUnchecked { why: ControllerUnchecked },
     /// Position filter and position noise move a parameter.
     PositionBias { bias: PositionBias },
+    /// A signal of a motor, numbered from 1, looks low-passed with this time constant \[s\].
+    LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
     /// Rows were weighted down throughout the motion: joints, from 1, with how many of the rows
@@ -119,6 +123,15 @@ pub enum ControllerUnchecked {
     BetweenSamples,
     /// There are too few rows to tell it from noise.
     TooFewRows,
+}
+
+/// Which signal of a motor is low-passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slow {
+    /// Its torque.
+    Torque,
+    /// Its position.
+    Position,
 }
 
 /// The output of the closed loop whose error a method minimises.
@@ -284,6 +297,11 @@ impl Display for Reason {
                  {name} differs by {deviations:.1} standard deviations; check the described \
                  controller and the model, or identify from the torques (clie, didim)"
             ),
+            Self::Exchanged { motors: [one, other] } => write!(
+                f,
+                "the model leaves far less of the torques with the drives of motors {one} and {other} exchanged: check which \
+                 is which"
+            ),
             Self::WeakInstruments { correlation } => write!(
                 f,
                 "a combination of parameters has instruments with a correlation of {correlation:.2} \
@@ -403,6 +421,16 @@ impl Display for Note {
                 f,
                 "the simulated loop has a bandwidth of {bandwidth_hz:.1} Hz at some joint, less than is \
                  stated: a faster one did not hold the arm at this sample rate"
+            ),
+            Self::LowPassed { motor, slow, time_constant_s } => write!(
+                f,
+                "the {} of motor {motor} looks low-passed, with a time constant of some {:.0} ms: check the filters of its \
+                 drive; what friction and inertia of its joints would be without is in their combined uncertainty",
+                match slow {
+                    Slow::Torque => "torque",
+                    Slow::Position => "position",
+                },
+                1e3 * time_constant_s
             ),
             Self::PositionNoiseIgnored => {
                 f.write_str("this method does not check the effect of the noise of the positions")

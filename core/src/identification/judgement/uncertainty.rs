@@ -8,7 +8,8 @@
 //! u² = noise + K (μ μᵀ + P) Kᵀ
 //! ```
 //!
-//! The noise is that of the residuals' spectrum, or what pieces of the motion disagree by, where that is more.
+//! The noise is that of the residuals' spectrum, or what pieces of the motion disagree by, where that is more. How far a low-pass
+//! would move the value that explains much of what the model leaves is added to it.
 //!
 //! Where the data contradict what was stated of a freedom, its μ and P are of the data alone.
 //!
@@ -20,7 +21,9 @@ use nalgebra::{DMatrix, DVector};
 use super::checks::FittedModel;
 use super::elsewhere::Elsewhere;
 use super::freedoms::{Along, Columns, FreedomEstimate, Observed};
+use super::low_passed::LowPassed;
 use super::model_uncertainty::ModelUncertainty;
+use super::reasons::Note;
 use crate::identification::given::{Context, IdentificationError, Tolerances};
 use crate::regression::{FurtherColumns as _, JointSolution};
 
@@ -37,6 +40,8 @@ pub(super) struct Uncertainty {
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(super) torque: Vec<f64>,
     pub(super) model: Option<ModelUncertainty>,
+    /// What a person has to know with it.
+    pub(super) notes: Vec<Note>,
 }
 
 /// What is known of a result beside the equation that is checked.
@@ -74,6 +79,8 @@ impl Uncertainty {
         let mut solution = solved(&floors)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
         let moved = &products.moved;
+        let low_passed = fitted.low_passed();
+        let by_low_passes = |k: usize| low_passed.iter().map(|of| of.moved[k].powi(2)).sum::<f64>();
         let combined_by = |solution: &JointSolution| {
             // A statement that the data contradict says nothing of how far the value is off.
             let unstated =
@@ -86,7 +93,7 @@ impl Uncertainty {
                 let bias = bias.map_or(0.0, |bias| bias[k]);
                 let apart = disagreement.map_or(0.0, |of| of[k].powi(2));
                 let noise = solution.noise[(k, k)].max(apart);
-                (noise + told[k].powi(2) + open + bias * bias).max(0.0).sqrt()
+                (noise + told[k].powi(2) + open + bias * bias + by_low_passes(k)).max(0.0).sqrt()
             })
         };
         let mut combined = combined_by(&solution);
@@ -110,7 +117,8 @@ impl Uncertainty {
         });
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
-        Ok(Self { combined, freedoms, elsewhere, torque, model })
+        let notes = low_passed.iter().map(LowPassed::note).collect();
+        Ok(Self { combined, freedoms, elsewhere, torque, model, notes })
     }
 }
 

@@ -30,6 +30,9 @@ const SMALL: f64 = 0.05;
 /// the largest torque recorded.
 const REACHED: f64 = 3.0;
 
+/// A joint that leaves more of its torque lacks something that has no name yet.
+pub(super) const UNEXPLAINED: f64 = 0.05;
+
 /// Torques beyond this many times the limit of a joint are in another unit.
 const OTHER_UNIT: f64 = 20.0;
 

@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::bias::PositionBias;
 use super::estimate::TorqueDelay;
 use super::reasons::{ControllerUnchecked, Note};
+use super::verdict::UNEXPLAINED;
 use crate::identification::given::{Context, IdentificationError, Method, PositionFilter};
 use crate::identification::observation::{
     BesideObservation, FilteredPositions, Motion, torque_rates,
@@ -21,8 +22,12 @@ use crate::regression::{Observations, ResidualAnalysis};
 /// allows, and one in between.
 const WIDER: f64 = 4.0;
 
-/// With less room above its cut-off, smoothing and noise cannot be distinguished.
+/// With less room above its cut-off, smoothing and noise cannot be distinguished there.
 const NARROWEST_COMPARISON: f64 = 1.5;
+
+/// Those that are tried then where the model leaves much, as shares of its cut-off. They smooth more than the power law has it, which would make much of
+/// next to nothing.
+const NARROWER: [f64; 2] = [0.5, 0.25];
 
 /// A cut-off beyond this share of the Nyquist frequency filters nothing.
 const WIDEST_CUTOFF: f64 = 0.8;
@@ -134,6 +139,14 @@ impl FittedModel<'_> {
         (index, relative[index])
     }
 
+    /// Which joints leave so much of their torque that something else than a small error is the matter.
+    pub(super) fn unexplained(&self) -> Vec<bool> {
+        let of = self.observations;
+        let left = of.rms_per_joint(&of.residuals(self.parameters));
+        let torque = of.rms_per_joint(&of.measured());
+        left.iter().zip(&torque).map(|(left, torque)| *left > UNEXPLAINED * torque).collect()
+    }
+
     /// What of the noise of the positions was not looked at.
     fn position_unchecked(&self) -> Note {
         match self.position_error {
@@ -185,18 +198,21 @@ impl FittedModel<'_> {
     /// θ(f) = θ₀ + s + n        with another cut-off        θ(r f) = θ₀ + r⁻² s + r³ n
     /// ```
     ///
-    /// Two wider filters give s and n, and −(s + n) is how far the parameter is from θ₀.
+    /// Two other filters give s and n, and −(s + n) is how far the parameter is from θ₀.
     fn position_filter_check(
         &self,
     ) -> Result<Option<(PositionBias, DVector<f64>)>, IdentificationError> {
         let (experiment, filter) = (self.context.experiment, self.context.options.position_filter);
         let nyquist_hz = 0.5 * experiment.sample_rate_hz();
         let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
-        if widest < NARROWEST_COMPARISON {
-            return Ok(None);
-        }
+        let ratios = match widest < NARROWEST_COMPARISON {
+            true if !self.unexplained().contains(&true) => return Ok(None),
+            true => NARROWER,
+            false => [widest.sqrt(), widest],
+        };
         // How far the filter rings around a glitch [samples].
-        let reach = RINGING_PERIODS * experiment.sample_rate_hz() / filter.cutoff_hz;
+        let reach =
+            RINGING_PERIODS * experiment.sample_rate_hz() / (filter.cutoff_hz * ratios[1].min(1.0));
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -211,7 +227,6 @@ impl FittedModel<'_> {
             positions.filter(experiment, &other)?;
             Ok(self.analysis.estimate_shift(&self.torque_difference(&positions, reach)?))
         };
-        let ratios = [widest.sqrt(), widest];
         let [shift_1, shift_2] = [shift_with(ratios[0])?, shift_with(ratios[1])?];
         let [[s1, n1], [s2, n2]] = ratios.map(effects);
         let determinant = s1 * n2 - s2 * n1;
