@@ -129,8 +129,13 @@ fn advice(text: &str) -> Markup {
     if text.is_empty() {
         return html! {};
     }
-    let explanation = "As didim advise says it, for motions within half of the largest speeds and accelerations.";
-    section("What is lacking, and motions that bring it", explanation, &html! { pre.words { (text) } })
+    let explanation =
+        "As didim advise says it, for motions within half of the largest speeds and accelerations.";
+    section(
+        "What is lacking, and motions that bring it",
+        explanation,
+        &html! { pre.words { (text) } },
+    )
 }
 
 /// The name of a section in its page: `torque-measured-and-predicted`.

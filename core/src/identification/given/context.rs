@@ -95,15 +95,6 @@ impl<'a> Context<'a> {
         Ok(Self { robot, base, experiment, options, model, selection, decimation, samples, fitted })
     }
 
-    /// The same with other signals of as many samples.
-    #[must_use]
-    pub(crate) fn with_experiment<'b>(&self, experiment: &'b Experiment) -> Context<'b>
-    where
-        'a: 'b,
-    {
-        Context { experiment, ..self.clone() }
-    }
-
     /// The same with the loads of a final estimate, which is judged with its own.
     #[must_use]
     pub(crate) fn judging(&self, parameters: &DVector<f64>) -> Self {

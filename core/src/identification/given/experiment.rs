@@ -117,6 +117,29 @@ impl Experiment {
         Ok(experiment)
     }
 
+    /// Its first recordings, of so many samples together; of one that is longer, the beginning.
+    #[must_use]
+    pub(crate) fn beginning(&self, samples: usize) -> Self {
+        let mut recordings = Vec::new();
+        for Recording { samples: own, counted } in &self.recordings {
+            if own.end > samples && !recordings.is_empty() {
+                break;
+            }
+            let before = |range: &Range<usize>| range.start.min(samples)..range.end.min(samples);
+            recordings.push(Recording { samples: before(own), counted: before(counted) });
+        }
+        let end = recordings.last().map_or(0, |last| last.samples.end);
+        let rows = |of: &DMatrix<f64>| of.rows(0, end).into_owned();
+        Self {
+            position_rad: rows(&self.position_rad),
+            torque_nm: rows(&self.torque_nm),
+            reference_rad: self.reference_rad.as_ref().map(rows),
+            held_out: self.held_out.iter().filter(|range| range.end <= end).cloned().collect(),
+            recordings,
+            ..*self
+        }
+    }
+
     /// The same with what was logged of two motors, counted from 0, exchanged.
     #[must_use]
     pub(crate) fn with_exchanged_motors(
