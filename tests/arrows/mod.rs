@@ -41,8 +41,8 @@ const ORDER: [(&str, &str); 10] = [
     ),
     (
         "cli/src",
-        "lib advise baseline capture check compare convert demo design export fleet gains history manual metrics new note payload predict reload replay robot run study \
-         top window convert_frames identify choices input stream sim outcome state status names terminal output error tell progress",
+        "lib baseline capture check compare convert demo export fleet gains history manual metrics new note payload predict reload replay robot run study \
+         top window convert_frames identify advise design choices input stream sim outcome state status names terminal output error tell progress",
     ),
     ("publish/src", "main send cabinet link ledger message configuration"),
 ];

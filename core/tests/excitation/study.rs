@@ -1,8 +1,11 @@
 //! The tables of docs/excitation.md, by hand:
 //! `cargo test --release -p didim-core --test tests -- --ignored --nocapture excitation::study`.
 
-use didim_core::dynamics::{Model, Workspace};
-use didim_core::excitation::{Aim, Bounds, LimitKind, Margins, Task, design, predicted};
+use didim_core::dynamics::{BaseParameters, Model, Workspace};
+use didim_core::excitation::{
+    Aim, Bounds, LimitKind, Margins, Noise, Task, design, predicted, simulated,
+};
+use didim_core::identification::{Experiment, Method, ParameterEstimate, identify};
 use didim_core::robot::Robot;
 use didim_core::trajectory::Reference;
 use rand_chacha::ChaCha8Rng;
@@ -10,6 +13,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
 
 use super::task_within;
+use crate::common::arm::{Random, options, signals};
 
 const STEPS: u32 = 600;
 const SEQUENCES: u64 = 20;
@@ -207,6 +211,71 @@ fn why_the_openarm_gains_little() {
                 used(LimitKind::Acceleration)
             );
             assert!(found.value < low);
+        }
+    }
+}
+
+/// From recordings of a designed motion, with exact positions and white noise of the torques: how far each parameter is from the
+/// truth, and what results say, in units of what was foretold.
+#[test]
+#[ignore = "a study of minutes, run by hand"]
+fn what_is_foretold_comes() {
+    const RATE_HZ: f64 = 400.0;
+    const REST: usize = 400;
+    const SEEDS: u64 = 40;
+    println!("| arm | length [s] | σ that the results say | scatter | of a single parameter |");
+    println!("|---|---|---|---|---|");
+    for (name, file) in ROBOTS {
+        for duration_s in [10.0, 20.0] {
+            let (robot, task) = task_of(file, duration_s);
+            let base = BaseParameters::compute(&task.model).unwrap();
+            let motion = design(&task, 1, STEPS, |_| ()).unwrap().series;
+            let foretold = predicted(&task, &motion).unwrap().deviations;
+            let standard = robot.nominal().map(|nominal| nominal.standard().to_vec());
+            let standard =
+                standard.unwrap_or_else(|| vec![0.0; robot.parameters().parameters().len()]);
+            let quiet = Noise { levels: vec![0.0; robot.joints()], ..task.noise.clone() };
+            let quiet = Task { noise: quiet, ..task.clone() };
+            let [position, torque] = simulated(&quiet, &standard, &motion, RATE_HZ, REST);
+            let samples_per_row = RATE_HZ / task.noise.rows_per_s;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "ten")]
+            let options = options(20.0, 0.8, samples_per_row as usize);
+            let counted = 100..position[0].len() - 100;
+            let found = |seed: u64| {
+                let mut random = Random(seed);
+                let noisy = |(torque, level): (&Vec<f64>, &f64)| {
+                    let level = level * samples_per_row.sqrt();
+                    torque.iter().map(|torque| torque + level * random.normal()).collect()
+                };
+                let torque = torque.iter().zip(&task.noise.levels).map(noisy).collect();
+                let experiment =
+                    Experiment::joint_side(signals(RATE_HZ, position.clone(), torque)).unwrap();
+                let experiment = experiment.with_counted(counted.clone()).unwrap();
+                let found = identify(Method::IdimLs, &robot, &base, &experiment, &options);
+                found.unwrap().estimate.parameters
+            };
+            let all: Vec<_> = (1..=SEEDS).map(found).collect();
+            let count = SEEDS as f64;
+            let of = |k: usize, value: &dyn Fn(&ParameterEstimate) -> f64| {
+                all.iter().map(|estimate| value(&estimate[k])).sum::<f64>() / count
+            };
+            let truth = base.regroup(&standard);
+            let scatter =
+                |k: usize| of(k, &|own| (own.value - truth[k]).powi(2)).sqrt() / foretold[k];
+            let said = |k: usize| of(k, &|own| own.standard_deviation) / foretold[k];
+            let rms = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
+            let scatters: Vec<f64> = (0..foretold.len()).map(scatter).collect();
+            let saids: Vec<f64> = (0..foretold.len()).map(said).collect();
+            let [least, most] =
+                scatters.iter().fold([f64::MAX, 0.0], |[a, b], x| [x.min(a), x.max(b)]);
+            println!(
+                "| {name} | {duration_s} | {:.2} | {:.2} | {least:.2} to {most:.2} |",
+                rms(&saids),
+                rms(&scatters)
+            );
+            for of in [rms(&scatters), rms(&saids)] {
+                assert!((of - 1.0).abs() < 0.2, "{name}, {duration_s} s: {of}");
+            }
         }
     }
 }
