@@ -538,7 +538,12 @@ fn streams(of: &Streaming, cycles: u32, moves: usize, interface: &str) -> Result
     write_log(&heard, &log);
     let offline: [&dyn AsRef<_>; 6] =
         [&"identify", &"--json", &"--cell", &cell.cell(), &"--input", &log];
-    is_true(&json(&succeed(&offline)), of.arm);
+    let found = didim(&offline);
+    match found.code {
+        Some(0) => is_true(&json(&found.stdout), of.arm),
+        // Stamps of a machine that stops are not those of the cycles.
+        _ => assert!(stopped > 0 && found.stderr.contains("the time stamps give"), "{found:?}"),
+    }
     let live = results(&cell.state());
     assert_eq!(live.len() as u64, work.windows_identified);
     assert!(lost > 1 || !live.is_empty(), "nothing was in the way: {work:#?}");
