@@ -40,13 +40,12 @@ impl LowPassed {
 }
 
 impl FittedModel<'_> {
-    /// What fits best of each motor whose joints leave much of their torque.
-    pub(super) fn low_passed(&self) -> Vec<LowPassed> {
+    /// What fits best of each motor whose joints leave much of their torque; `residuals` are what the parameters leave, `levels`
+    /// their root mean squares.
+    pub(super) fn low_passed(&self, residuals: &DVector<f64>, levels: &[f64]) -> Vec<LowPassed> {
         let (observations, rows) = (self.observations, self.observations.rows_per_joint());
         let transmission = self.context.robot.transmission();
-        let residuals = observations.residuals(self.parameters);
-        let levels = observations.rms_per_joint(&residuals);
-        let unexplained = self.unexplained();
+        let unexplained = self.unexplained(levels);
         // Of rows that no filter has passed, noise is most of what is left.
         if !unexplained.contains(&true) || self.context.decimation.is_none() {
             return Vec::new();
@@ -54,7 +53,7 @@ impl FittedModel<'_> {
         // Of what each joint leaves, so many times its own.
         let squares = |left: &DVector<f64>| -> f64 {
             let left = observations.rms_per_joint(left);
-            left.iter().zip(&levels).map(|(left, own)| (left / own).powi(2)).sum()
+            left.iter().zip(levels).map(|(left, own)| (left / own).powi(2)).sum()
         };
         let (joints, silent) = (levels.len(), self.analysis.rows_without_equation());
         let tried = |motor: usize| {
@@ -73,7 +72,7 @@ impl FittedModel<'_> {
                     }
                     silent.iter().for_each(|row| of_all[*row] = 0.0);
                     let moved = self.analysis.estimate_shift(&of_all);
-                    let left = &residuals + of_all - observations.matrix().times(&moved);
+                    let left = residuals + of_all - observations.matrix().times(&moved);
                     let explains = (joints as f64 - squares(&left)) / own;
                     if explains > best.as_ref().map_or(EXPLAINS, |best| best.explains) {
                         best = Some(LowPassed { motor, slow, time_constant_s, explains, moved });

@@ -79,7 +79,10 @@ impl Uncertainty {
         let mut solution = solved(&floors)?;
         let (own, all) = (parameters.len(), solution.covariance.ncols());
         let moved = &products.moved;
-        let low_passed = fitted.low_passed();
+        let residuals = observations.residuals(parameters);
+        let left = observations.rms_per_joint(&residuals);
+        let low_passed = fitted.low_passed(&residuals, &left);
+        drop(residuals);
         let by_low_passes = |k: usize| low_passed.iter().map(|of| of.moved[k].powi(2)).sum::<f64>();
         let combined_by = |solution: &JointSolution| {
             // A statement that the data contradict says nothing of how far the value is off.
@@ -97,7 +100,6 @@ impl Uncertainty {
             })
         };
         let mut combined = combined_by(&solution);
-        let left = observations.rms_per_joint(&observations.residuals(parameters));
         let of_motion = floors_of_motion(context, columns.torque(), &left);
         // What is stated is judged without such a doubt, which could be the cause of what contradicts it.
         if of_motion != floors {

@@ -139,11 +139,9 @@ impl FittedModel<'_> {
         (index, relative[index])
     }
 
-    /// Which joints leave so much of their torque that something else than a small error is the matter.
-    pub(super) fn unexplained(&self) -> Vec<bool> {
-        let of = self.observations;
-        let left = of.rms_per_joint(&of.residuals(self.parameters));
-        let torque = of.rms_per_joint(&of.measured());
+    /// Which joints leave so much of their torque, in root mean squares, that something else than a small error is the matter.
+    pub(super) fn unexplained(&self, left: &[f64]) -> Vec<bool> {
+        let torque = self.observations.rms_per_joint(&self.observations.measured());
         left.iter().zip(&torque).map(|(left, torque)| *left > UNEXPLAINED * torque).collect()
     }
 
@@ -205,8 +203,12 @@ impl FittedModel<'_> {
         let (experiment, filter) = (self.context.experiment, self.context.options.position_filter);
         let nyquist_hz = 0.5 * experiment.sample_rate_hz();
         let widest = (WIDEST_CUTOFF * nyquist_hz / filter.cutoff_hz).min(WIDER);
+        let left = || {
+            let of = self.observations;
+            of.rms_per_joint(&of.residuals(self.parameters))
+        };
         let ratios = match widest < NARROWEST_COMPARISON {
-            true if !self.unexplained().contains(&true) => return Ok(None),
+            true if !self.unexplained(&left()).contains(&true) => return Ok(None),
             true => NARROWER,
             false => [widest.sqrt(), widest],
         };
