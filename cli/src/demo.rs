@@ -114,16 +114,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Some(path) = &arguments.report else { return Ok(()) };
     let samples = SampleRange::Window(window);
     let origin = Origin { input: None, samples, further: Vec::new(), note: None };
-    write_report(
-        path,
-        &Report {
-            cell: &cell,
-            identification: &identification,
-            origin: &origin,
-            foretold: &[],
-            advice: "",
-        },
-    )?;
+    write_report(path, &Report::new(&cell, &identification, &origin))?;
     print(&format!("report: {}\n", path.display()))
 }
 

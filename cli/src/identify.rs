@@ -301,9 +301,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let advice = &Working::on("trying motions")
             .during(|| advice_for(&cell, &identification.estimate))
             .unwrap_or_else(|error| format!("no motion was tried: {error}"));
-        let (cell, identification, origin, foretold) =
-            (&cell, &identification, &origin, &foretold[..]);
-        let report = Report { cell, identification, origin, foretold, advice };
+        let report =
+            Report { foretold: &foretold, advice, ..Report::new(&cell, &identification, &origin) };
         write_report(path, &report)?;
     }
     Ok(())

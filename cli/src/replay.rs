@@ -102,13 +102,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             further: Vec::new(),
             note: None,
         };
-        let report = Report {
-            cell: &cell,
-            identification: &identification,
-            origin: &origin,
-            foretold: &[],
-            advice: "",
-        };
+        let report = Report::new(&cell, &identification, &origin);
         write_report(path, &report)?;
     }
     Ok(())

@@ -185,14 +185,7 @@ pub fn configuration(
             let samples = SampleRange::Window(provenance.clone());
             let origin =
                 Origin { input: None, samples, further: Vec::new(), note: window.note.clone() };
-            Report {
-                cell,
-                identification: &identification,
-                origin: &origin,
-                foretold: &[],
-                advice: "",
-            }
-            .to_html()
+            Report::new(cell, &identification, &origin).to_html()
         });
         let estimate = identification.estimate.clone();
         last.set(LastWindow { window: provenance, identification });

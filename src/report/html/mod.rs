@@ -51,7 +51,12 @@ pub struct Report<'a> {
     pub advice: &'a str,
 }
 
-impl Report<'_> {
+impl<'a> Report<'a> {
+    /// Of a result alone: nothing was foretold of its motion, and no advice asked for.
+    pub fn new(cell: &'a Cell, identification: &'a Identification, origin: &'a Origin) -> Self {
+        Self { cell, identification, origin, foretold: &[], advice: "" }
+    }
+
     /// The report as HTML.
     pub fn to_html(&self) -> String {
         let estimate = &self.identification.estimate;

@@ -142,14 +142,7 @@ fn html() -> String {
     let (mut cell, mut identification) = (cell(), identification());
     cell.name = HOSTILE.to_owned();
     identification.estimate.robot = HOSTILE.to_owned();
-    Report {
-        cell: &cell,
-        identification: &identification,
-        origin: &origin(),
-        foretold: &[],
-        advice: "",
-    }
-    .to_html()
+    Report::new(&cell, &identification, &origin()).to_html()
 }
 
 /// The tags of a page, `/p` for the end of a `p`; what is in a style is none.
@@ -270,14 +263,7 @@ fn robust_weights_are_named_with_the_rows_weighted_down() {
     assert!(!html().contains("Weighted down"), "the cell asks for none");
     let (mut cell, identification) = (cell(), identification());
     cell.options.robust = Some(didim_core::regression::RobustLoss::bisquare());
-    let html = Report {
-        cell: &cell,
-        identification: &identification,
-        origin: &origin(),
-        foretold: &[],
-        advice: "",
-    }
-    .to_html();
+    let html = Report::new(&cell, &identification, &origin()).to_html();
     for part in ["Weighted down", "2 of 10", "bisquare, tuning constant 4.685"] {
         assert!(html.contains(part), "{part}: {html}");
     }
@@ -335,9 +321,8 @@ fn what_noise_leaves_uncertain_is_said_where_a_use_is_refused() {
     };
     let speeds = [1.0, 1.0, 1.0, 0.2, 0.2, 1.5];
     identification.estimate.reached_per_joint = speeds.map(reached).into();
-    let page = |identification: &Identification| {
-        Report { cell: &cell, identification, origin: &origin, foretold: &[], advice: "" }.to_html()
-    };
+    let page =
+        |identification: &Identification| Report::new(&cell, identification, &origin).to_html();
     identification.estimate.verdict.uses = Uses::default();
     assert!(!page(&identification).contains("didim advise"));
     identification.estimate.verdict.uses.prediction.applicable = Some(false);
@@ -354,14 +339,7 @@ fn a_robot_without_nominal_values_has_no_such_column() {
     let without = text.split_once("[nominal").unwrap().0;
     cell.robot = didim_core::robot::Robot::from_toml(without).unwrap();
     let origin = origin();
-    let html = Report {
-        cell: &cell,
-        identification: &identification,
-        origin: &origin,
-        foretold: &[],
-        advice: "",
-    }
-    .to_html();
+    let html = Report::new(&cell, &identification, &origin).to_html();
     assert!(!html.contains("Nominal") && html.contains("colspan=\"8\""));
 }
 
