@@ -34,9 +34,9 @@ pub enum RateError {
     #[error(
         "the time stamps give {found_hz:.2} ± {uncertainty_hz:.2} samples/s, the layout \
          {expected_hz:.2}: accelerations and inertias would be wrong by {:.2} %, and the fit would \
-         not show it; correct rate_hz (or period_us) in [bus.layout], or set cycles_by = \
-         \"frames\" there if the stamps are wrong",
-        100.0 * ((found_hz / expected_hz).powi(2) - 1.0).abs()
+         not show it; correct rate_hz (or period_us) in [bus.layout], or {} if the stamps are wrong",
+        100.0 * ((found_hz / expected_hz).powi(2) - 1.0).abs(),
+        without_stamps(*frames_may_count)
     )]
     Wrong {
         /// What the stamps tell \[Hz\].
@@ -45,13 +45,15 @@ pub enum RateError {
         uncertainty_hz: f64,
         /// What the layout tells \[Hz\].
         expected_hz: f64,
+        /// Whether the layout can do without stamps.
+        frames_may_count: bool,
     },
     /// The stamps are too uneven to tell the rate.
     #[error(
         "the time stamps are too uneven to determine the rate: they give {found_hz:.2} ± \
          {uncertainty_hz:.2} samples/s, the layout {expected_hz:.2}; use a longer window \
-         (window.min_s) or an adapter that stamps its frames, or set cycles_by = \"frames\" in \
-         [bus.layout] if rate_hz is certain"
+         (window.min_s), or {} if rate_hz is certain",
+        without_stamps(*frames_may_count)
     )]
     Unknown {
         /// What the stamps tell \[Hz\].
@@ -60,7 +62,18 @@ pub enum RateError {
         uncertainty_hz: f64,
         /// What the layout tells \[Hz\].
         expected_hz: f64,
+        /// Whether the layout can do without stamps.
+        frames_may_count: bool,
     },
+}
+
+/// What helps where the stamps are not those of the cycles.
+fn without_stamps(frames_may_count: bool) -> &'static str {
+    if frames_may_count {
+        "set cycles_by = \"frames\" in [bus.layout]"
+    } else {
+        "use an adapter that stamps its frames (signals that are valid at the arrival of theirs need stamps)"
+    }
 }
 
 /// The measurement that consecutive samples of a bus are. Whatever is identified from a bus, live or
@@ -87,7 +100,7 @@ pub(super) fn check_rate(
 ) -> Result<bool, RateError> {
     let rate_unchecked = layout.cycles_by() == CyclesBy::Frames;
     if !rate_unchecked {
-        check(samples, 1e9 / layout.period_ns())?;
+        check(samples, 1e9 / layout.period_ns(), !layout.at_arrival())?;
     }
     Ok(rate_unchecked)
 }
@@ -96,7 +109,11 @@ pub(super) fn check_rate(
 ///
 /// # Errors
 /// [`RateError`] where it is wrong for certain, or nothing is certain.
-fn check(samples: &[JointSample], expected_hz: f64) -> Result<(), RateError> {
+fn check(
+    samples: &[JointSample],
+    expected_hz: f64,
+    frames_may_count: bool,
+) -> Result<(), RateError> {
     if samples.len() < BLOCKS {
         return Ok(());
     }
@@ -105,11 +122,11 @@ fn check(samples: &[JointSample], expected_hz: f64) -> Result<(), RateError> {
     let uncertainty_hz = expected_hz * uncertainty;
     let off = (found_hz / expected_hz - 1.0).abs();
     if off > RATE_TOLERANCE + COVERAGE * uncertainty {
-        return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz });
+        return Err(RateError::Wrong { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     // Not a number either, where the stamps are none.
     if uncertainty.is_nan() || uncertainty > UNCERTAINTY {
-        return Err(RateError::Unknown { found_hz, uncertainty_hz, expected_hz });
+        return Err(RateError::Unknown { found_hz, uncertainty_hz, expected_hz, frames_may_count });
     }
     Ok(())
 }
@@ -211,11 +228,11 @@ mod tests {
         for name in STAMPINGS {
             for seconds in [1.5, 3.0, 8.0, 60.0] {
                 for off in [-2e-4, -1e-4, 0.0, 1e-4, 2e-4] {
-                    let found = check(&samples(seconds, off, stamping(name)), 500.0);
+                    let found = check(&samples(seconds, off, stamping(name)), 500.0, true);
                     assert_eq!(found, Ok(()), "{name} {seconds} s {off}");
                 }
                 for off in [-9e-3, -1e-3, 1e-3, 5e-3, 1e-2, 0.05] {
-                    let found = check(&samples(seconds, off, stamping(name)), 500.0);
+                    let found = check(&samples(seconds, off, stamping(name)), 500.0, true);
                     assert!(found.is_err(), "{name} {seconds} s {off}: {found:?}");
                 }
             }
@@ -224,7 +241,9 @@ mod tests {
 
     #[test]
     fn the_error_has_both_rates_and_the_key() {
-        let Err(error) = check(&samples(3.0, -9e-3, stamping("jitter")), 500.0) else { panic!() };
+        let Err(error) = check(&samples(3.0, -9e-3, stamping("jitter")), 500.0, true) else {
+            panic!()
+        };
         let RateError::Wrong { found_hz, uncertainty_hz, .. } = error else { panic!("{error}") };
         assert!((found_hz - 495.5).abs() < 0.05 && uncertainty_hz < 0.02, "{error}");
         let text = error.to_string();
@@ -234,11 +253,23 @@ mod tests {
     }
 
     #[test]
+    fn frames_are_not_advised_where_signals_need_stamps() {
+        let late = |k: u64, _: f64| 0.5 * (3.0 * random(k / 250)).floor();
+        for samples in [samples(3.0, -9e-3, stamping("jitter")), samples(4.0, 0.0, late)] {
+            let text = |counts| check(&samples, 500.0, counts).unwrap_err().to_string();
+            assert!(text(true).contains("set cycles_by = \"frames\""), "{}", text(true));
+            assert!(!text(false).contains("cycles_by"), "{}", text(false));
+            assert!(text(false).contains("an adapter that stamps its frames"));
+        }
+    }
+
+    #[test]
     fn stamps_that_tell_nothing_are_not_taken_for_the_rate() {
         // Lateness of up to a second and a half, in steps of half a second: a burst at a time.
-        let found = check(&samples(4.0, 0.0, |k, _| 0.5 * (3.0 * random(k / 250)).floor()), 500.0);
+        let found =
+            check(&samples(4.0, 0.0, |k, _| 0.5 * (3.0 * random(k / 250)).floor()), 500.0, true);
         assert!(found.is_err(), "{found:?}");
         // Beginning and end of another window are not compared.
-        assert_eq!(check(&samples(0.02, 0.5, stamping("exact")), 500.0), Ok(()));
+        assert_eq!(check(&samples(0.02, 0.5, stamping("exact")), 500.0, true), Ok(()));
     }
 }
