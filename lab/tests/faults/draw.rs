@@ -13,24 +13,31 @@ const IN_NO_DATA: f64 = 0.05;
 /// Axes whose torque is next to nothing but their own friction and inertia, which go with their gain.
 const OWN_TORQUE: [usize; 3] = [4, 5, 6];
 /// Axes with whose position next to nothing goes but that friction and inertia.
-const OWN_POSITION: [usize; 2] = [4, 6];
+const OWN_POSITION: [usize; 3] = [4, 5, 6];
+/// Torque and position of one axis, both scaled, are those of another inertia, which has a file of its own: the second one is drawn no
+/// larger than this.
+const SECOND: f64 = 0.006;
 /// Cycles of the record, about.
 const CYCLES: u64 = 4_000;
 
 /// Damages at random.
-pub(super) struct Draw(ChaCha8Rng);
+pub(super) struct Draw {
+    random: ChaCha8Rng,
+    /// Axes of which something is scaled.
+    scaled: Vec<usize>,
+}
 
 impl Draw {
     pub(super) fn of(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
+        Self { random: ChaCha8Rng::seed_from_u64(seed), scaled: Vec::new() }
     }
 
     pub(super) fn below(&mut self, count: u64) -> u64 {
-        self.0.next_u64() % count
+        self.random.next_u64() % count
     }
 
     fn uniform(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0
+        (self.random.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0
     }
 
     /// Between two sizes, each order of magnitude as often.
@@ -46,7 +53,12 @@ impl Draw {
 
     /// The factor of a gain or a scale of an axis, up to `most` where the data can show it.
     fn factor(&mut self, axis: usize, in_no_data: &[usize], most: f64) -> f64 {
-        let most = if in_no_data.contains(&axis) { IN_NO_DATA } else { most };
+        let most = match (self.scaled.contains(&axis), in_no_data.contains(&axis)) {
+            (true, _) => SECOND,
+            (false, true) => IN_NO_DATA,
+            (false, false) => most,
+        };
+        self.scaled.push(axis);
         self.signed(0.005, most).exp()
     }
 

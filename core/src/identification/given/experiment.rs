@@ -10,6 +10,7 @@ use super::signals::Signals;
 use super::timing::SignalTiming;
 use crate::MAX_JOINTS;
 use crate::robot::Transmission;
+use crate::signal::neighbours;
 
 /// One recording in an experiment.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -168,6 +169,29 @@ impl Experiment {
             transmission.joint_torque(motor, to);
         });
         exchanged
+    }
+
+    /// The same as it was before a low-pass of first order with this time constant \[s\], each recording by itself.
+    #[must_use]
+    pub(crate) fn before_low_pass(&self, time_constant_s: f64) -> Self {
+        let mut before = self.clone();
+        let of_signal = |signal: &mut DMatrix<f64>| {
+            let logged = signal.clone();
+            for (joint, mut to) in signal.column_iter_mut().enumerate() {
+                for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
+                    for k in start..end {
+                        let (one, other, rate) =
+                            neighbours(k - start, end - start, self.sample_rate_hz);
+                        let change = logged[(start + other, joint)] - logged[(start + one, joint)];
+                        to[k] += time_constant_s * rate * change;
+                    }
+                }
+            }
+        };
+        of_signal(&mut before.position_rad);
+        of_signal(&mut before.torque_nm);
+        before.reference_rad.iter_mut().for_each(of_signal);
+        before
     }
 
     /// States when a logged torque acts.
@@ -414,5 +438,39 @@ fn map_samples(signals: &mut DMatrix<f64>, map: impl Fn(&[f64], &mut [f64])) {
         for (value, to) in row.iter_mut().zip(&to) {
             *value = *to;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sine behind a low-pass lags by atan(ωT), and is √(1 + ω²T²) times smaller, whichever recording it is of.
+    #[test]
+    fn what_a_low_pass_made_of_signals_is_undone() {
+        let (rate_hz, time_constant_s, speed) = (1000.0, 0.05, 12.0);
+        let passed: f64 = speed * time_constant_s;
+        let signal = |lag: f64, size: f64| -> Vec<Vec<f64>> {
+            let of = |offset: f64| {
+                move |k: i32| offset + size * (speed * f64::from(k) / rate_hz - lag).sin()
+            };
+            [1.0, -3.0].map(|offset| (0..400).map(of(offset)).collect()).to_vec()
+        };
+        let experiment = |lag: f64, size: f64| {
+            let (position_rad, torque_nm) = (signal(lag, size), signal(lag, size));
+            let signals =
+                Signals { sample_rate_hz: rate_hz, position_rad, torque_nm, reference_rad: None };
+            let one = Experiment::joint_side(&signals).unwrap();
+            Experiment::joined(&[one.clone(), one]).unwrap()
+        };
+        let logged = experiment(passed.atan(), 1.0 / passed.hypot(1.0));
+        let (found, before) = (logged.before_low_pass(time_constant_s), experiment(0.0, 1.0));
+        let apart = |one: &DMatrix<f64>, other: &DMatrix<f64>| {
+            let inside = (one - other).remove_rows_at(&[0, 399, 400, 799]);
+            inside.amax()
+        };
+        assert!(apart(&logged.torque_nm, &before.torque_nm) > 0.4);
+        assert!(apart(&found.torque_nm, &before.torque_nm) < 1e-4);
+        assert!(apart(&found.position_rad, &before.position_rad) < 1e-4);
     }
 }

@@ -10,6 +10,7 @@ use nalgebra::DVector;
 
 use super::checks::FittedModel;
 use super::reasons::{Note, Slow};
+use super::refitted::{LOOKED_AT, Refitted};
 use crate::MAX_JOINTS;
 
 /// The largest time constant that is tried \[s\].
@@ -23,24 +24,15 @@ const EXPLAINS: f64 = 0.3;
 
 /// A low-pass that explains much of what the model leaves.
 pub(super) struct LowPassed {
-    motor: usize,
-    slow: Slow,
-    time_constant_s: f64,
+    pub(super) note: Note,
     /// The share of what its joints leave that it explains.
     explains: f64,
     /// How far the parameters move without it.
     pub(super) moved: DVector<f64>,
 }
 
-impl LowPassed {
-    pub(super) fn note(&self) -> Note {
-        let Self { motor, slow, time_constant_s, .. } = *self;
-        Note::LowPassed { motor: motor + 1, slow, time_constant_s }
-    }
-}
-
 impl FittedModel<'_> {
-    /// What fits best of each motor whose joints leave much of their torque; `residuals` are what the parameters leave, `levels`
+    /// What fits best of all signals together, and of each motor's, where joints leave much of their torque; `residuals` are what the parameters leave, `levels`
     /// their root mean squares.
     pub(super) fn low_passed(&self, residuals: &DVector<f64>, levels: &[f64]) -> Vec<LowPassed> {
         let (observations, rows) = (self.observations, self.observations.rows_per_joint());
@@ -61,8 +53,7 @@ impl FittedModel<'_> {
             let own = (0..joints).filter(acts_on).count() as f64;
             let torque = self.torque_of(motor);
             let mut best: Option<LowPassed> = None;
-            let mut time_constant_s = 1.0 / self.context.rows_hz();
-            while time_constant_s <= SLOWEST_S {
+            for time_constant_s in self.time_constants_s() {
                 for slow in [Slow::Torque, Slow::Position] {
                     let change = self.change(&torque, slow, time_constant_s);
                     let mut of_all = DVector::zeros(joints * rows);
@@ -75,17 +66,42 @@ impl FittedModel<'_> {
                     let left = residuals + of_all - observations.matrix().times(&moved);
                     let explains = (joints as f64 - squares(&left)) / own;
                     if explains > best.as_ref().map_or(EXPLAINS, |best| best.explains) {
-                        best = Some(LowPassed { motor, slow, time_constant_s, explains, moved });
+                        let note = Note::LowPassed { motor: motor + 1, slow, time_constant_s };
+                        best = Some(LowPassed { note, explains, moved });
                     }
                 }
-                time_constant_s *= STEP;
             }
             best
         };
         let is_asked = |motor: &usize| {
             (0..joints).any(|joint| unexplained[joint] && transmission.row(*motor)[joint] != 0.0)
         };
-        (0..joints).filter(is_asked).filter_map(tried).collect()
+        let together = unexplained.iter().all(|of| *of).then(|| self.all_low_passed()).flatten();
+        together.into_iter().chain((0..joints).filter(is_asked).filter_map(tried)).collect()
+    }
+
+    /// Those that are tried \[s\].
+    fn time_constants_s(&self) -> impl Iterator<Item = f64> + use<> {
+        let shortest_s = 1.0 / self.context.rows_hz();
+        let longer = |before: &f64| Some(before * STEP);
+        core::iter::successors(Some(shortest_s), longer).take_while(|of| *of <= SLOWEST_S)
+    }
+
+    /// What fits best of all signals together. Inertias are those of the arm then, for both sides have passed the same; friction
+    /// that reverses and gravity are not.
+    fn all_low_passed(&self) -> Option<LowPassed> {
+        let logged = self.context.experiment.beginning(LOOKED_AT);
+        let Refitted { parameters, left } = Refitted::new(self.context, &logged).ok()?;
+        let tried = |time_constant_s: f64| {
+            // Where it has no solution, it does not fit better.
+            let before = logged.before_low_pass(time_constant_s);
+            let before = Refitted::new(self.context, &before).ok()?;
+            let (explains, moved) = (1.0 - before.left / left, before.parameters - &parameters);
+            let note = Note::AllLowPassed { time_constant_s };
+            (explains > EXPLAINS).then_some(LowPassed { note, explains, moved })
+        };
+        let tried = self.time_constants_s().filter_map(tried);
+        tried.max_by(|one, other| one.explains.total_cmp(&other.explains))
     }
 
     /// The rows of a motor's torque \[N·m\].

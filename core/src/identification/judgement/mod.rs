@@ -21,6 +21,7 @@ mod pieces;
 mod quantiles;
 mod reached;
 mod reasons;
+mod refitted;
 mod rows;
 mod uncertainty;
 mod uses;

@@ -95,6 +95,8 @@ pub enum Note {
     PositionBias { bias: PositionBias },
     /// A signal of a motor, numbered from 1, looks low-passed with this time constant \[s\].
     LowPassed { motor: usize, slow: Slow, time_constant_s: f64 },
+    /// All signals look low-passed with this time constant \[s\].
+    AllLowPassed { time_constant_s: f64 },
     /// Isolated groups of rows were weighted down: the times \[s\] of the first, and how many are more.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
     /// Rows were weighted down throughout the motion: joints, from 1, with how many of the rows
@@ -430,6 +432,12 @@ impl Display for Note {
                     Slow::Torque => "torque",
                     Slow::Position => "position",
                 },
+                1e3 * time_constant_s
+            ),
+            Self::AllLowPassed { time_constant_s } => write!(
+                f,
+                "all positions and torques look low-passed, with a time constant of some {:.0} ms: record them without a \
+                 filter; what the parameters would be without is in their combined uncertainty",
                 1e3 * time_constant_s
             ),
             Self::PositionNoiseIgnored => {

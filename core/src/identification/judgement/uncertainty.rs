@@ -21,7 +21,6 @@ use nalgebra::{DMatrix, DVector};
 use super::checks::FittedModel;
 use super::elsewhere::Elsewhere;
 use super::freedoms::{Along, Columns, FreedomEstimate, Observed};
-use super::low_passed::LowPassed;
 use super::model_uncertainty::ModelUncertainty;
 use super::reasons::Note;
 use crate::identification::given::{Context, IdentificationError, Tolerances};
@@ -119,7 +118,7 @@ impl Uncertainty {
         });
         let elsewhere = Elsewhere::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
-        let notes = low_passed.iter().map(LowPassed::note).collect();
+        let notes = low_passed.into_iter().map(|of| of.note).collect();
         Ok(Self { combined, freedoms, elsewhere, torque, model, notes })
     }
 }
