@@ -7,8 +7,8 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::file::BusOf;
 
-/// What no data show has files of its own, and is drawn no larger than this: gains and scales of the wrist, the rate of a
-/// gateway with stamps of its own, and a gain of all joints.
+/// What no data show has files of its own, and is drawn no larger than this: gains and scales of the wrist, or beside other damages, which hurt
+/// what the other joints would tell of them; the rate of a gateway with stamps of its own, and a gain of all joints.
 const IN_NO_DATA: f64 = 0.05;
 /// Axes whose torque is next to nothing but their own friction and inertia, which go with their gain.
 const OWN_TORQUE: [usize; 3] = [4, 5, 6];
@@ -25,11 +25,13 @@ pub(super) struct Draw {
     random: ChaCha8Rng,
     /// Axes of which something is scaled.
     scaled: Vec<usize>,
+    /// Whether there are several damages.
+    several: bool,
 }
 
 impl Draw {
     pub(super) fn of(seed: u64) -> Self {
-        Self { random: ChaCha8Rng::seed_from_u64(seed), scaled: Vec::new() }
+        Self { random: ChaCha8Rng::seed_from_u64(seed), scaled: Vec::new(), several: false }
     }
 
     pub(super) fn below(&mut self, count: u64) -> u64 {
@@ -53,10 +55,10 @@ impl Draw {
 
     /// The factor of a gain or a scale of an axis, up to `most` where the data can show it.
     fn factor(&mut self, axis: usize, in_no_data: &[usize], most: f64) -> f64 {
-        let most = match (self.scaled.contains(&axis), in_no_data.contains(&axis)) {
-            (true, _) => SECOND,
-            (false, true) => IN_NO_DATA,
-            (false, false) => most,
+        let most = match self.several || in_no_data.contains(&axis) {
+            _ if self.scaled.contains(&axis) => SECOND,
+            true => IN_NO_DATA,
+            false => most,
         };
         self.scaled.push(axis);
         self.signed(0.005, most).exp()
@@ -76,6 +78,7 @@ impl Draw {
 
     pub(super) fn damages(&mut self, bus: BusOf) -> Vec<Damage> {
         let count = 1 + self.below(3);
+        self.several = count > 1;
         (0..count).map(|_| self.damage(bus)).collect()
     }
 

@@ -6,10 +6,10 @@ use super::verdict::UNEXPLAINED;
 use crate::identification::given::Context;
 
 /// What the exchange leaves at most of the squares that are left as stated, to speak for it.
-const LEAVES: f64 = 0.25;
+const LEAVES: f64 = 0.5;
 
-/// The motor that fits best in the place of the one whose joint leaves most of its torque, where that is much. `errors` are
-/// the relative errors of all joints; of rows that no filter has passed, noise is most of what is left.
+/// The two motors that fit best in each other's place, of which one drives the joint that leaves most of its torque, where that is much.
+/// `errors` are the relative errors of all joints; of rows that no filter has passed, noise is most of what is left.
 pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason> {
     let joints = 0..errors.len();
     let worst = joints.clone().max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
@@ -17,9 +17,10 @@ pub(super) fn exchanged(context: &Context<'_>, errors: &[f64]) -> Option<Reason>
     let worst = worst.filter(is_asked)?;
     let (stated, transmission) =
         (context.experiment.beginning(LOOKED_AT), context.robot.transmission());
+    let drives = |motor: usize| transmission.row(motor)[worst] != 0.0;
+    let pairs = joints.flat_map(|other| (0..other).map(move |one| [one, other]));
     let mut best = (LEAVES * Refitted::new(context, &stated).ok()?.left, None);
-    for other in joints.filter(|&other| other != worst) {
-        let motors = [worst.min(other), worst.max(other)];
+    for motors in pairs.filter(|motors| motors.iter().any(|motor| drives(*motor))) {
         // Where they have no solution, they do not fit better.
         let exchanged = stated.with_exchanged_motors(transmission, motors);
         let Ok(Refitted { left, .. }) = Refitted::new(context, &exchanged) else { continue };

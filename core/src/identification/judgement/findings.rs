@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::bodies::Bodies;
 use super::checks::{Checks, FittedModel, PositionError};
+use super::cut_off::cut_off;
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues,
@@ -197,7 +198,8 @@ impl Findings<'_> {
             &solution.parameters,
             &covariance,
         )?;
-        let exchanged = exchanged(context, &estimate.relative_error_per_joint);
+        let errors = &estimate.relative_error_per_joint;
+        let of_signals = exchanged(context, errors).into_iter().chain(cut_off(context, errors));
         let known = Known {
             context,
             torque: uncertainty.torque,
@@ -205,7 +207,7 @@ impl Findings<'_> {
             carried: carried(torque, &solution.parameters),
             indefinite,
             bodies,
-            further: exchanged.into_iter().chain(other).collect(),
+            further: of_signals.chain(other).collect(),
         };
         let uses = limits.uses(&known, &estimate);
         let time_s = context.time_s();

@@ -6,6 +6,7 @@ mod bodies;
 mod checks;
 mod chosen_cutoff;
 mod chosen_friction;
+mod cut_off;
 mod elsewhere;
 mod estimate;
 mod exchanged;

@@ -45,6 +45,8 @@ pub enum Reason {
     WrongSigns { negative: usize, of: usize },
     /// With the signals of these two motors exchanged the model leaves far less.
     Exchanged { motors: [usize; 2] },
+    /// The torque of a motor stands at its largest value \[N·m or N\] in this share of the samples.
+    CutOff { motor: usize, torque: f64, share: f64 },
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: usize, torque: f64, limit: f64 },
     /// What is stated is not what the data show.
@@ -303,6 +305,12 @@ impl Display for Reason {
                 f,
                 "the model leaves far less of the torques with the drives of motors {one} and {other} exchanged: check which \
                  is which"
+            ),
+            Self::CutOff { motor, torque, share } => write!(
+                f,
+                "the torque of motor {motor} is {torque:.3} N·m in {:.0} % of the samples and never beyond, and the model does \
+                 not explain it: it looks cut off; check the range of the signal and the limit of the drive",
+                100.0 * share
             ),
             Self::WeakInstruments { correlation } => write!(
                 f,
