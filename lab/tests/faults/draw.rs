@@ -139,7 +139,8 @@ impl Draw {
             },
             10 => {
                 let sign = if self.below(2) == 0 { 1.0 } else { -1.0 };
-                Of::ScalePositive { axis: self.axis(), factor: self.signed(0.01, 1.0).exp(), sign }
+                let most = if self.several { IN_NO_DATA } else { 1.0 };
+                Of::ScalePositive { axis: self.axis(), factor: self.signed(0.01, most).exp(), sign }
             }
             11 => Of::Saturate { axis: self.axis(), limit: self.size(0.1, 2.0) },
             12 => Of::LowPass {
